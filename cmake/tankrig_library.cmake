@@ -1,0 +1,25 @@
+# tankrig_library(NAME [PUBLIC target...] [PRIVATE target...]): the folder's *.cpp as the static library tankrig_NAME.
+function(tankrig_library name)
+  cmake_parse_arguments(ARG "" "" "PUBLIC;PRIVATE" ${ARGN})
+  file(GLOB sources CONFIGURE_DEPENDS *.cpp)
+  if(NOT sources)
+    tankrig_interface(${name} ${ARG_PUBLIC})
+    return()
+  endif()
+  add_library(tankrig_${name} STATIC ${sources})
+  target_link_libraries(tankrig_${name} PUBLIC ${ARG_PUBLIC} PRIVATE tankrig_options ${ARG_PRIVATE})
+  target_include_directories(tankrig_${name} PUBLIC ${PROJECT_SOURCE_DIR})
+endfunction()
+
+# A folder of headers only.
+function(tankrig_interface name)
+  add_library(tankrig_${name} INTERFACE)
+  target_link_libraries(tankrig_${name} INTERFACE ${ARGN})
+  target_include_directories(tankrig_${name} INTERFACE ${PROJECT_SOURCE_DIR})
+endfunction()
+
+add_library(tankrig_options INTERFACE)
+target_compile_options(tankrig_options INTERFACE -Wall -Wextra -Wshadow -ffp-contract=off)
+if(CMAKE_SYSTEM_PROCESSOR STREQUAL "x86_64")
+  target_compile_options(tankrig_options INTERFACE -march=${TANKRIG_ISA})
+endif()

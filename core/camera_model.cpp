@@ -1,0 +1,57 @@
+#include "core/camera_model.hpp"
+
+#include <cmath>
+
+namespace tankrig {
+namespace {
+
+/// Distorts (x, y) and gives the 2x2 Jacobian of the distorted point.
+Vector2d distort(const CameraModel& c, const Vector2d& p, Eigen::Matrix2d* jacobian) {
+  const double x = p.x(), y = p.y(), r2 = x * x + y * y;
+  const double radial = 1 + r2 * (c.k1 + r2 * (c.k2 + r2 * c.k3));
+  if (jacobian) {
+    const double dr = c.k1 + r2 * (2 * c.k2 + 3 * r2 * c.k3);  // d radial / d r2
+    (*jacobian)(0, 0) = radial + 2 * x * x * dr + 2 * c.p1 * y + 6 * c.p2 * x;
+    (*jacobian)(0, 1) = 2 * x * y * dr + 2 * c.p1 * x + 2 * c.p2 * y;
+    (*jacobian)(1, 0) = (*jacobian)(0, 1);
+    (*jacobian)(1, 1) = radial + 2 * y * y * dr + 6 * c.p1 * y + 2 * c.p2 * x;
+  }
+  return {x * radial + 2 * c.p1 * x * y + c.p2 * (r2 + 2 * x * x),
+          y * radial + c.p1 * (r2 + 2 * y * y) + 2 * c.p2 * x * y};
+}
+
+}  // namespace
+
+std::optional<Vector2d> CameraModel::project(const Vector3d& p) const {
+  if (!(p.z() > 1e-9)) return std::nullopt;
+  const Vector2d d = distort(*this, {p.x() / p.z(), p.y() / p.z()}, nullptr);
+  return Vector2d{fx * d.x() + cx, fy * d.y() + cy};
+}
+
+Vector2d CameraModel::normalized(double u, double v) const {
+  const Vector2d target{(u - cx) / fx, (v - cy) / fy};
+  Vector2d p = target;
+  for (int i = 0; i < 30; ++i) {
+    Eigen::Matrix2d jacobian;
+    const Vector2d residual = distort(*this, p, &jacobian) - target;
+    const Vector2d step = jacobian.inverse() * residual;
+    p -= step;
+    if (step.squaredNorm() < 1e-26) break;
+  }
+  return p;
+}
+
+Vector3d CameraModel::ray(double u, double v) const {
+  const Vector2d p = normalized(u, v);
+  return Vector3d{p.x(), p.y(), 1.0}.normalized();
+}
+
+std::vector<Vector3d> pixel_rays(const CameraModel& camera) {
+  std::vector<Vector3d> rays;
+  rays.reserve(static_cast<std::size_t>(camera.width) * camera.height);
+  for (int v = 0; v < camera.height; ++v)
+    for (int u = 0; u < camera.width; ++u) rays.push_back(camera.ray(u, v));
+  return rays;
+}
+
+}  // namespace tankrig

@@ -1,0 +1,247 @@
+#include "core/config_node.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <set>
+#include <sstream>
+
+#include <yaml-cpp/yaml.h>
+
+#include "core/input_error.hpp"
+
+namespace tankrig {
+
+struct ConfigNode::Node {
+  std::filesystem::path file;
+  YAML::Node yaml;
+  std::string path;  ///< dotted keys down to this mapping, for messages
+  std::set<std::string, std::less<>> taken;
+  std::vector<std::shared_ptr<Node>> children;
+
+  std::string full(std::string_view key) const {
+    return path.empty() ? std::string(key) : path + "." + std::string(key);
+  }
+  YAML::Node find(std::string_view key) {
+    taken.emplace(key);
+    // A const lookup: yaml-cpp's non-const operator[] would insert the key.
+    return static_cast<const YAML::Node&>(yaml)[std::string(key)];
+  }
+};
+
+namespace {
+
+int line_of(const YAML::Node& node) { return node.Mark().line + 1; }
+
+/// Where the value of `key` stands, for messages: its own line, or the mapping's.
+int line_of_key(const YAML::Node& mapping, const std::string& key) {
+  for (const auto& entry : mapping)
+    if (entry.first.Scalar() == key) return entry.first.Mark().line + 1;
+  return std::max(line_of(mapping), 1);
+}
+
+std::string shown(const YAML::Node& node) {
+  if (!node.IsDefined() || node.IsNull()) return "nothing";
+  if (node.IsScalar()) return "'" + node.Scalar() + "'";
+  return node.IsMap() ? "a mapping" : "a list of " + std::to_string(node.size());
+}
+
+std::optional<double> to_number(const YAML::Node& node) {
+  if (!node.IsScalar()) return std::nullopt;
+  const std::string& s = node.Scalar();
+  double value = 0;
+  const char* first = s.data() + (s.starts_with('+') ? 1 : 0);
+  const auto [end, ec] = std::from_chars(first, s.data() + s.size(), value);
+  if (ec != std::errc{} || end != s.data() + s.size() || !std::isfinite(value)) return std::nullopt;
+  return value;
+}
+
+std::string in_words(const ConfigNode::Range& range) {
+  std::ostringstream out;
+  const bool low = std::isfinite(range.lower), high = std::isfinite(range.upper);
+  if (low && high) out << "a number from " << range.lower << " to " << range.upper;
+  else if (low) out << "a number of at least " << range.lower;
+  else if (high) out << "a number of at most " << range.upper;
+  else out << "a number";
+  return out.str();
+}
+
+}  // namespace
+
+ConfigNode ConfigNode::load(const std::filesystem::path& file) {
+  auto node = std::make_shared<Node>();
+  node->file = file;
+  std::error_code ignored;
+  if (std::filesystem::is_directory(file, ignored)) throw InputError(file, "is a folder, expected a YAML file");
+  try {
+    node->yaml = YAML::LoadFile(file.string());
+  } catch (const YAML::BadFile&) {
+    throw InputError(file, "cannot be read, expected a YAML file");
+  } catch (const YAML::Exception& e) {
+    throw InputError(file, e.mark.line + 1, e.msg + ", expected valid YAML");
+  }
+  if (!node->yaml.IsMap()) throw InputError(file, 1, "found " + shown(node->yaml) + ", expected a mapping");
+  std::set<std::string> seen;
+  for (const auto& entry : node->yaml)
+    if (!seen.insert(entry.first.Scalar()).second)
+      throw InputError(file, entry.first.Mark().line + 1, entry.first.Scalar() + ": stands twice, expected once");
+  return ConfigNode(std::move(node));
+}
+
+const std::filesystem::path& ConfigNode::file() const { return node_->file; }
+
+void ConfigNode::fail(std::string_view key, const std::string& message) const {
+  throw InputError(node_->file, line_of_key(node_->yaml, std::string(key)), node_->full(key) + ": " + message);
+}
+
+bool ConfigNode::has(std::string_view key) const { return node_->find(key).IsDefined(); }
+
+double ConfigNode::number(std::string_view key, Range range) const {
+  const YAML::Node value = node_->find(key);
+  const auto number = value.IsDefined() ? to_number(value) : std::nullopt;
+  if (!number || *number < range.lower || *number > range.upper)
+    fail(key, "found " + shown(value) + ", expected " + in_words(range));
+  return *number;
+}
+
+double ConfigNode::number_or(std::string_view key, double fallback, Range range) const {
+  return has(key) ? number(key, range) : fallback;
+}
+
+int ConfigNode::integer(std::string_view key, Range range) const {
+  range.lower = std::max(range.lower, -2147483648.0);
+  range.upper = std::min(range.upper, 2147483647.0);
+  const double value = number(key, range);
+  if (value != std::floor(value)) fail(key, "found " + shown(node_->find(key)) + ", expected a whole number");
+  return static_cast<int>(value);
+}
+
+int ConfigNode::integer_or(std::string_view key, int fallback, Range range) const {
+  return has(key) ? integer(key, range) : fallback;
+}
+
+bool ConfigNode::flag(std::string_view key) const {
+  const YAML::Node value = node_->find(key);
+  const std::string text = value.IsDefined() && value.IsScalar() ? value.Scalar() : "";
+  if (text != "true" && text != "false") fail(key, "found " + shown(value) + ", expected true or false");
+  return text == "true";
+}
+
+bool ConfigNode::flag_or(std::string_view key, bool fallback) const { return has(key) ? flag(key) : fallback; }
+
+std::string ConfigNode::text(std::string_view key) const {
+  const YAML::Node value = node_->find(key);
+  if (!value.IsDefined() || !value.IsScalar()) fail(key, "found " + shown(value) + ", expected a text");
+  return value.Scalar();
+}
+
+std::string ConfigNode::text_or(std::string_view key, std::string_view fallback) const {
+  return has(key) ? text(key) : std::string(fallback);
+}
+
+std::string ConfigNode::choice(std::string_view key, const std::vector<std::string>& allowed) const {
+  const std::string value = text(key);
+  if (std::find(allowed.begin(), allowed.end(), value) != allowed.end()) return value;
+  std::string list;
+  for (const auto& a : allowed) list += (list.empty() ? "" : ", ") + a;
+  fail(key, "found '" + value + "', expected one of: " + list);
+}
+
+std::vector<double> ConfigNode::numbers(std::string_view key, std::size_t count) const {
+  const YAML::Node value = node_->find(key);
+  const std::string expected = "expected a list of " + (count ? std::to_string(count) + " " : std::string()) + "numbers";
+  if (!value.IsDefined() || !value.IsSequence() || (count && value.size() != count))
+    fail(key, "found " + shown(value) + ", " + expected);
+  std::vector<double> out;
+  for (const auto& item : value) {
+    const auto number = to_number(item);
+    if (!number) fail(key, "found " + shown(item) + " in the list, " + expected);
+    out.push_back(*number);
+  }
+  return out;
+}
+
+std::vector<std::string> ConfigNode::texts(std::string_view key) const {
+  const YAML::Node value = node_->find(key);
+  if (!value.IsDefined() || !value.IsSequence()) fail(key, "found " + shown(value) + ", expected a list of texts");
+  std::vector<std::string> out;
+  for (const auto& item : value) {
+    if (!item.IsScalar()) fail(key, "found " + shown(item) + " in the list, expected texts");
+    out.push_back(item.Scalar());
+  }
+  return out;
+}
+
+Transform ConfigNode::transform(std::string_view key) const { return child(key).as_transform(); }
+
+Transform ConfigNode::as_transform() const {
+  const std::vector<double> t = numbers("translation_m", 3);
+  const std::vector<double> q = numbers("quaternion_xyzw", 4);
+  try {
+    return make_transform({t[0], t[1], t[2]}, {q[0], q[1], q[2], q[3]});
+  } catch (const InputError& e) {
+    fail("quaternion_xyzw", e.what());
+  }
+}
+
+std::filesystem::path ConfigNode::path(std::string_view key) const {
+  const std::string value = text(key);
+  if (value.empty()) fail(key, "found nothing, expected a file name");
+  return std::filesystem::absolute(node_->file.parent_path() / value).lexically_normal();
+}
+
+ConfigNode ConfigNode::child(std::string_view key) const {
+  const YAML::Node value = node_->find(key);
+  if (!value.IsDefined() || !value.IsMap()) fail(key, "found " + shown(value) + ", expected a mapping");
+  std::set<std::string> seen;
+  for (const auto& entry : value)
+    if (!seen.insert(entry.first.Scalar()).second)
+      throw InputError(node_->file, entry.first.Mark().line + 1,
+                       node_->full(key) + "." + entry.first.Scalar() + ": stands twice, expected once");
+  for (const auto& known : node_->children)
+    if (known->path == node_->full(key)) return ConfigNode(known);
+  auto node = std::make_shared<Node>();
+  node->file = node_->file;
+  node->yaml = value;
+  node->path = node_->full(key);
+  node_->children.push_back(node);
+  return ConfigNode(std::move(node));
+}
+
+std::optional<ConfigNode> ConfigNode::optional_child(std::string_view key) const {
+  if (!has(key)) return std::nullopt;
+  return child(key);
+}
+
+std::vector<std::string> ConfigNode::keys() const {
+  std::vector<std::string> out;
+  for (const auto& entry : node_->yaml) out.push_back(entry.first.Scalar());
+  return out;
+}
+
+std::vector<ConfigNode> ConfigNode::items(std::string_view key) const {
+  const YAML::Node value = node_->find(key);
+  if (!value.IsDefined() || !value.IsSequence()) fail(key, "found " + shown(value) + ", expected a list of mappings");
+  std::vector<ConfigNode> out;
+  for (std::size_t i = 0; i < value.size(); ++i) {
+    if (!value[i].IsMap()) fail(key, "found " + shown(value[i]) + " in the list, expected mappings");
+    auto node = std::make_shared<Node>();
+    node->file = node_->file;
+    node->yaml = value[i];
+    node->path = node_->full(key) + "[" + std::to_string(i) + "]";
+    node_->children.push_back(node);
+    out.push_back(ConfigNode(std::move(node)));
+  }
+  return out;
+}
+
+void ConfigNode::finish() const {
+  for (const auto& entry : node_->yaml) {
+    const std::string key = entry.first.Scalar();
+    if (!node_->taken.contains(key))
+      throw InputError(node_->file, entry.first.Mark().line + 1, node_->full(key) + ": unknown key, expected one of those in docs/formats.md");
+  }
+  for (const auto& child : node_->children) ConfigNode(child).finish();
+}
+
+}  // namespace tankrig

@@ -1,0 +1,72 @@
+// Strict YAML: every key is asked for by name, in its range, or it is an error with its line.
+#pragma once
+
+#include <filesystem>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/frames.hpp"
+
+namespace tankrig {
+
+/// Bounds of a number, both included.
+struct ConfigRange {
+  double lower = -std::numeric_limits<double>::infinity();
+  double upper = std::numeric_limits<double>::infinity();
+};
+
+/// A mapping of a YAML file. Each reader takes the keys it knows; finish() refuses what nobody took.
+/// Errors: every member throws InputError "FILE:LINE: key: found ..., expected ...".
+class ConfigNode {
+ public:
+  using Range = ConfigRange;
+
+  static ConfigNode load(const std::filesystem::path& file);
+
+  bool has(std::string_view key) const;
+  double number(std::string_view key, Range range = {}) const;
+  double number_or(std::string_view key, double fallback, Range range = {}) const;
+  int integer(std::string_view key, Range range = {}) const;
+  int integer_or(std::string_view key, int fallback, Range range = {}) const;
+  bool flag(std::string_view key) const;
+  bool flag_or(std::string_view key, bool fallback) const;
+  std::string text(std::string_view key) const;
+  std::string text_or(std::string_view key, std::string_view fallback) const;
+  /// One of `allowed`.
+  std::string choice(std::string_view key, const std::vector<std::string>& allowed) const;
+  /// Exactly `count` numbers (any count if 0).
+  std::vector<double> numbers(std::string_view key, std::size_t count = 0) const;
+  std::vector<std::string> texts(std::string_view key) const;
+  /// `translation_m` and `quaternion_xyzw` below `key`.
+  Transform transform(std::string_view key) const;
+  /// The mapping itself as a transform: `translation_m`, `quaternion_xyzw`.
+  Transform as_transform() const;
+  /// A path relative to this file's folder; absolute on return. Existence is not checked.
+  std::filesystem::path path(std::string_view key) const;
+
+  ConfigNode child(std::string_view key) const;
+  std::optional<ConfigNode> optional_child(std::string_view key) const;
+  /// Names of the keys of this mapping, in file order.
+  std::vector<std::string> keys() const;
+  /// The mappings of a sequence.
+  std::vector<ConfigNode> items(std::string_view key) const;
+
+  /// Throws on the first key of this mapping, or of a mapping taken from it, that was never asked for.
+  void finish() const;
+
+  /// "FILE:LINE: key: message", for checks across keys.
+  [[noreturn]] void fail(std::string_view key, const std::string& message) const;
+
+  const std::filesystem::path& file() const;
+
+ private:
+  struct Node;
+  explicit ConfigNode(std::shared_ptr<Node> node) : node_(std::move(node)) {}
+  std::shared_ptr<Node> node_;
+};
+
+}  // namespace tankrig

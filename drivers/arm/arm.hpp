@@ -1,0 +1,40 @@
+// The manipulator, as the executive sees it: joint angles in, joint velocities out.
+#pragma once
+
+#include <array>
+#include <optional>
+
+#include "core/arm_model.hpp"
+#include "core/result.hpp"
+
+namespace tankrig {
+
+/// Joints as measured by the arm's encoders.
+struct JointState {
+  Stamp stamp{};                               ///< when the encoders were read, latency removed
+  JointVector q = JointVector::Zero();         ///< rad
+  JointVector velocity = JointVector::Zero();  ///< rad/s
+  std::array<std::int32_t, kJoints> ticks{};   ///< raw, unwrapped
+  double current_a = 0;                        ///< master supply current [A]
+};
+
+/// Threads: one (the cycle's), except where said.
+class Arm {
+ public:
+  virtual ~Arm() = default;
+
+  /// Newest state not yet returned; nothing if none has come since.  RT: safe, never blocks.
+  virtual Result<std::optional<JointState>> try_read() noexcept = 0;
+
+  /// Sets joint velocities [rad/s]; returns what is really applied (rounded, limited).  RT: safe, never blocks.
+  /// Lasts until the next call; a driver stops the arm by itself when none comes within its watchdog time.
+  virtual Result<JointVector> write_velocity(const JointVector& velocity) noexcept = 0;
+
+  /// Commands rest.  RT: safe. May be called from any thread, also after a failure.
+  virtual Status stop() noexcept = 0;
+
+  /// How often the carrier exchanges set-point and state; at most the cycle's rate is useful.
+  virtual Duration exchange_period() const noexcept = 0;
+};
+
+}  // namespace tankrig

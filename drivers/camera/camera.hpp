@@ -1,0 +1,48 @@
+// A camera that delivers stamped frames.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include <opencv2/core.hpp>
+
+#include "core/camera_model.hpp"
+#include "core/result.hpp"
+
+namespace tankrig {
+
+struct Frame {
+  cv::Mat image;              ///< 8-bit, 1 channel or 3 (BGR); owned by the frame
+  Stamp stamp{};              ///< middle of the exposure
+  Duration stamp_sigma{};     ///< one standard deviation of `stamp`
+  Duration exposure{};
+  std::uint64_t sequence = 0; ///< the device's frame count; a gap is a frame the device or the wire lost
+};
+
+struct CameraInfo {
+  std::string name;
+  int width = 0, height = 0, channels = 3;
+  double rate_hz = 0;
+};
+
+/// What became of the frames, for the session and the doctor.
+struct CameraCounters {
+  std::uint64_t delivered = 0, lost = 0, incomplete = 0, overrun = 0;
+};
+
+/// Threads: start, try_grab and stop from one thread, never the cycle's.  RT: never.
+class Camera {
+ public:
+  virtual ~Camera() = default;
+  virtual CameraInfo info() const = 0;
+  virtual Status start() = 0;
+  /// The next complete frame; nothing if none is ready.
+  virtual Result<std::optional<Frame>> try_grab() = 0;
+  /// When the next frame may be ready, if the camera knows (paced ones do): lets a waiting thread sleep.
+  virtual std::optional<Stamp> next_frame_at() const { return std::nullopt; }
+  virtual void stop() noexcept = 0;
+  virtual CameraCounters counters() const = 0;
+};
+
+}  // namespace tankrig

@@ -1,0 +1,80 @@
+// Strict YAML: what is wrong is named with its line.
+#include "core/config_node.hpp"
+
+#include <fstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/input_error.hpp"
+
+namespace tankrig {
+namespace {
+
+class ConfigNodeTest : public testing::Test {
+ protected:
+  ConfigNode load(const std::string& text) {
+    std::ofstream(file_) << text;
+    return ConfigNode::load(file_);
+  }
+  /// The message of the InputError that `action` throws; "" if it throws none.
+  template <class F>
+  std::string message(F action) {
+    try {
+      action();
+    } catch (const InputError& e) {
+      return e.what();
+    }
+    return "";
+  }
+  std::filesystem::path file_ = testing::TempDir() + "config_node_test.yaml";
+};
+
+TEST_F(ConfigNodeTest, ReadsEveryKindOfValue) {
+  const ConfigNode sut = load("a: 1.5\nb: 3\nc: true\nd: word\ne: [1, -2e-3, +3]\nf:\n  translation_m: [1, 2, 3]\n  quaternion_xyzw: [0, 0, 0, 1]\n");
+  EXPECT_EQ(sut.number("a"), 1.5);
+  EXPECT_EQ(sut.integer("b"), 3);
+  EXPECT_TRUE(sut.flag("c"));
+  EXPECT_EQ(sut.text("d"), "word");
+  EXPECT_THAT(sut.numbers("e", 3), testing::ElementsAre(1, -2e-3, 3));
+  EXPECT_EQ(sut.transform("f").translation(), Vector3d(1, 2, 3));
+  EXPECT_EQ(sut.number_or("z", 9), 9);
+  sut.finish();
+}
+
+TEST_F(ConfigNodeTest, NamesFileLineKeyValueAndExpectation) {
+  const ConfigNode sut = load("ok: 1\nscan:\n  velocity: fast\n");
+  const std::string text = message([&] { sut.child("scan").number("velocity", {0.01, 1}); });
+  EXPECT_EQ(text, file_.string() + ":3: scan.velocity: found 'fast', expected a number from 0.01 to 1");
+}
+
+TEST_F(ConfigNodeTest, RefusesNumbersOutOfRangeAndNotWhole) {
+  const ConfigNode sut = load("a: 2\nb: 1.5\nc: .nan\n");
+  EXPECT_THAT(message([&] { sut.number("a", {0, 1}); }), testing::HasSubstr(":1: a: found '2'"));
+  EXPECT_THAT(message([&] { sut.integer("b"); }), testing::HasSubstr("expected a whole number"));
+  EXPECT_THAT(message([&] { sut.number("c"); }), testing::HasSubstr("expected a number"));
+}
+
+TEST_F(ConfigNodeTest, RefusesUnknownKeysAtAnyDepth) {
+  const ConfigNode sut = load("a: 1\nb:\n  c: 2\n  typo: 3\n");
+  sut.number("a");
+  sut.child("b").number("c");
+  EXPECT_THAT(message([&] { sut.finish(); }), testing::HasSubstr(":4: b.typo: unknown key"));
+}
+
+TEST_F(ConfigNodeTest, RefusesAKeyThatStandsTwice) {
+  EXPECT_THAT(message([&] { load("a: 1\na: 2\n"); }), testing::HasSubstr(":2: a: stands twice"));
+}
+
+TEST_F(ConfigNodeTest, NamesTheLineOfBrokenYamlAndTheMissingFile) {
+  EXPECT_THAT(message([&] { load("a: [1, 2\nb: 3\n"); }), testing::HasSubstr("expected valid YAML"));
+  EXPECT_THAT(message([] { ConfigNode::load("/nonexistent/rig.yaml"); }), testing::HasSubstr("/nonexistent/rig.yaml: cannot be read"));
+}
+
+TEST_F(ConfigNodeTest, RefusesAQuaternionOfTheWrongLengthAtItsLine) {
+  const ConfigNode sut = load("pose:\n  translation_m: [0, 0, 0]\n  quaternion_xyzw: [0, 0, 0, 2]\n");
+  EXPECT_THAT(message([&] { sut.transform("pose"); }), testing::HasSubstr(":3: pose.quaternion_xyzw: quaternion has norm 2"));
+}
+
+}  // namespace
+}  // namespace tankrig
