@@ -10,6 +10,7 @@ pkg_check_modules(PUGIXML REQUIRED IMPORTED_TARGET pugixml)
 find_package(CLI11 REQUIRED)
 find_package(embree 3 REQUIRED)
 pkg_check_modules(ASSIMP REQUIRED IMPORTED_TARGET assimp)
+find_path(NANOFLANN_INCLUDE_DIR nanoflann.hpp REQUIRED)
 
 # OpenCVConfig.cmake is only in libopencv-dev, which pulls four times what we use: find the modules by hand.
 find_path(OPENCV_INCLUDE_DIR opencv2/core.hpp PATH_SUFFIXES opencv4 REQUIRED)

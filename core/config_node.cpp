@@ -90,6 +90,8 @@ ConfigNode ConfigNode::load(const std::filesystem::path& file) {
 
 const std::filesystem::path& ConfigNode::file() const { return node_->file; }
 
+std::string ConfigNode::yaml() const { return YAML::Dump(node_->yaml) + "\n"; }
+
 void ConfigNode::fail(std::string_view key, const std::string& message) const {
   throw InputError(node_->file, line_of_key(node_->yaml, std::string(key)), node_->full(key) + ": " + message);
 }

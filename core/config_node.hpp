@@ -63,6 +63,9 @@ class ConfigNode {
 
   const std::filesystem::path& file() const;
 
+  /// This mapping as YAML text, block style, scalars as they were written.
+  std::string yaml() const;
+
  private:
   struct Node;
   explicit ConfigNode(std::shared_ptr<Node> node) : node_(std::move(node)) {}

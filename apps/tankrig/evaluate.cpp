@@ -1,0 +1,58 @@
+// `tankrig evaluate`: any cloud against any triangle mesh.
+#include <cstdio>
+
+#include <nlohmann/json.hpp>
+
+#include "apps/tankrig/commands.hpp"
+#include "apps/tankrig/summary.hpp"
+#include "bench/metrics/metrics_json.hpp"
+#include "bench/metrics/verdict_cloud.hpp"
+#include "core/config_node.hpp"
+#include "core/input_error.hpp"
+#include "reconstruction/cloud/cloud_io.hpp"
+
+namespace tankrig::app {
+namespace {
+
+/// The cloud seen from the object: po = oMc * pc.
+PointCloud in_object_frame(PointCloud cloud, const Transform& cMo) {
+  const Transform oMc = cMo.inverse();
+  for (CloudPoint& point : cloud.points) point.p = oMc * point.p;
+  cloud.frame = "o";
+  return cloud;
+}
+
+}  // namespace
+
+int evaluate(const EvaluateOptions& options) {
+  const ConfigNode pose = ConfigNode::load(options.pose);
+  const Transform cMo = pose.as_transform();
+  pose.finish();
+  const PointCloud cloud = in_object_frame(read_cloud(options.cloud), cMo);
+  TriangleMesh mesh = read_mesh(options.object);
+
+  nlohmann::json result;
+  if (options.definition == "uwsim") {
+    if (!options.verdict.empty()) throw InputError("evaluate: --verdict colours by the paper's words, expected --definition paper");
+    result = to_json(uwsim_metrics(cloud, mesh));
+  } else {
+    MetricThresholds thresholds;
+    if (options.inlier_m) thresholds.inlier_m = *options.inlier_m;
+    if (options.outlier_m) thresholds.outlier_m = *options.outlier_m;
+    if (options.ground_m) thresholds.ground_band_m = *options.ground_m;
+    const ObjectSurface object(std::move(mesh), thresholds.surface_samples);
+    const Metrics metrics = tankrig::evaluate(cloud, object, thresholds);
+    if (!options.verdict.empty()) write_verdict_cloud(options.verdict, cloud, metrics.verdicts);
+    result = to_json(metrics);
+  }
+  if (options.json) {
+    std::printf("%s\n", result.dump(2).c_str());
+  } else if (options.definition == "uwsim") {
+    std::printf("%s", uwsim_table(result).c_str());
+  } else {
+    std::printf("%s", score_table({{"cloud", result}}).c_str());
+  }
+  return kOk;
+}
+
+}  // namespace tankrig::app

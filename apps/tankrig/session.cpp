@@ -1,0 +1,42 @@
+// `tankrig session`: sessions out of other scanners' images, and what a session holds.
+#include <cstdio>
+
+#include <nlohmann/json.hpp>
+
+#include "apps/tankrig/commands.hpp"
+#include "core/input_error.hpp"
+#include "rig/session/session_import.hpp"
+#include "rig/session/session_summary.hpp"
+
+namespace tankrig::app {
+
+int import_session(const ImportOptions& options) {
+  if (options.plane.empty() == options.planes.empty())
+    throw InputError("session import: expected either --plane a,b,c,d or --planes FILE.csv");
+  ImportRequest request;
+  request.images = options.images;
+  request.camera = read_camera_file(options.camera);
+  if (!options.plane.empty()) request.plane = parse_plane(options.plane);
+  if (!options.planes.empty()) request.planes = read_planes_csv(options.planes);
+  if (!options.dark.empty()) request.dark = options.dark;
+  request.out = options.out;
+  request.notes = options.notes;
+  request.software = TANKRIG_VERSION;
+  write_import_session(request);
+  return session_info({options.out, options.json});
+}
+
+int session_info(const SessionInfoOptions& options) {
+  const Session session = Session::open(options.session);
+  const auto facts = session_summary(session);
+  if (options.json) {
+    nlohmann::ordered_json out;
+    for (const auto& [what, value] : facts) out[what] = value;
+    std::printf("%s\n", out.dump(2).c_str());
+  } else {
+    for (const auto& [what, value] : facts) std::printf("%-22s %s\n", what.c_str(), value.c_str());
+  }
+  return kOk;
+}
+
+}  // namespace tankrig::app

@@ -1,0 +1,63 @@
+#include "bench/metrics/verdict_cloud.hpp"
+
+#include <bit>
+#include <cstring>
+#include <fstream>
+#include <string>
+#include <system_error>
+
+#include "core/input_error.hpp"
+
+namespace tankrig {
+
+static_assert(std::endian::native == std::endian::little, "the PLY header below says little endian");
+
+std::array<std::uint8_t, 3> verdict_colour(PointVerdict verdict) {
+  switch (verdict) {
+    case PointVerdict::kGround:
+      return {0, 0, 0};
+    case PointVerdict::kObject:
+      return {0, 200, 0};
+    case PointVerdict::kOutlier:
+      return {0, 0, 255};
+    case PointVerdict::kRejected:
+      break;
+  }
+  return {128, 128, 128};
+}
+
+void write_verdict_cloud(const std::filesystem::path& file, const PointCloud& cloud,
+                         const std::vector<PointVerdict>& verdicts) {
+  if (verdicts.size() != cloud.points.size())
+    throw InputError(file, std::to_string(verdicts.size()) + " verdicts, expected one for each of " +
+                               std::to_string(cloud.points.size()) + " points");
+  std::string body;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < cloud.points.size(); ++i) {
+    if (!cloud.points[i].p.allFinite()) continue;
+    const Eigen::Vector3f p = cloud.points[i].p.cast<float>();
+    const auto colour = verdict_colour(verdicts[i]);
+    char record[15];
+    std::memcpy(record, p.data(), 12);
+    std::memcpy(record + 12, colour.data(), 3);
+    body.append(record, sizeof record);
+    ++count;
+  }
+
+  const std::filesystem::path partial = file.string() + ".part";
+  std::ofstream out(partial, std::ios::binary);
+  out << "ply\nformat binary_little_endian 1.0\ncomment frame " << cloud.frame
+      << ", metres; ground black, object green, outlier blue, rejected grey\nelement vertex " << count
+      << "\nproperty float x\nproperty float y\nproperty float z\n"
+         "property uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n"
+      << body;
+  out.close();
+  std::error_code failed;
+  if (out) std::filesystem::rename(partial, file, failed);
+  if (!out || failed) {
+    std::filesystem::remove(partial, failed);
+    throw InputError(file, "cannot be written, expected a folder that exists and has room");
+  }
+}
+
+}  // namespace tankrig

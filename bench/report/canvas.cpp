@@ -1,0 +1,149 @@
+#include "bench/report/canvas.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <opencv2/imgproc.hpp>
+
+namespace tankrig {
+namespace {
+
+constexpr double kFarAway = -1e30;
+
+Eigen::Matrix3d view_axes(const Viewpoint& view) {
+  const Vector3d back = view.towards_viewer.normalized();
+  Vector3d right = view.up.cross(back);
+  if (right.norm() < 1e-6 * view.up.norm())
+    right = Vector3d::UnitX().cross(back).norm() > 0.1 ? Vector3d::UnitX().cross(back) : Vector3d::UnitY().cross(back);
+  right.normalize();
+  Eigen::Matrix3d axes;
+  axes << right.transpose(), back.cross(right).transpose(), back.transpose();
+  return axes;
+}
+
+Colour scaled(const Colour& c, double factor) {
+  Colour out;
+  for (int i = 0; i < 3; ++i) out[i] = cv::saturate_cast<uchar>(c[i] * factor);
+  return out;
+}
+
+cv::Scalar scalar(const Colour& c) { return {double(c[0]), double(c[1]), double(c[2])}; }
+
+constexpr int kFont = cv::FONT_HERSHEY_SIMPLEX;
+constexpr double kCapitalHeight = 21;  ///< of the font at scale 1 [px]
+
+}  // namespace
+
+Canvas::Canvas(int width, int height, const Viewpoint& view, const std::vector<Vector3d>& corners)
+    : to_view_(view_axes(view)),
+      sheet_(height * kSuper, width * kSuper, CV_8UC3, cv::Scalar::all(255)),
+      depth_(height * kSuper, width * kSuper, CV_64F, cv::Scalar(kFarAway)) {
+  Eigen::AlignedBox2d frame;
+  for (const Vector3d& corner : corners) frame.extend(Vector2d((to_view_ * corner).head<2>()));
+  if (frame.isEmpty()) frame.extend(Vector2d(0, 0));
+  middle_ = frame.center();
+  const Vector2d size = frame.sizes().cwiseMax(1e-6);
+  scale_ = 0.9 * std::min(sheet_.cols / size.x(), sheet_.rows / size.y());
+}
+
+Vector3d Canvas::on_sheet(const Vector3d& p) const {
+  const Vector3d v = to_view_ * p;
+  return {sheet_.cols / 2.0 + (v.x() - middle_.x()) * scale_, sheet_.rows / 2.0 - (v.y() - middle_.y()) * scale_,
+          v.z()};
+}
+
+void Canvas::put(int x, int y, double z, const Colour& colour) {
+  if (x < 0 || y < 0 || x >= sheet_.cols || y >= sheet_.rows) return;
+  double& depth = depth_.at<double>(y, x);
+  if (z < depth) return;
+  depth = z;
+  sheet_.at<Colour>(y, x) = colour;
+}
+
+void Canvas::triangle(const Vector3d& a, const Vector3d& b, const Vector3d& c, const Colour& colour) {
+  const Vector3d p = on_sheet(a), q = on_sheet(b), r = on_sheet(c);
+  const double area = (q.x() - p.x()) * (r.y() - p.y()) - (r.x() - p.x()) * (q.y() - p.y());
+  if (std::abs(area) < 1e-9) return;
+  Vector3d normal = to_view_ * (b - a).cross(c - a).normalized();
+  if (normal.z() < 0) normal = -normal;
+  const Colour shaded = scaled(colour, 0.8 + 0.2 * std::max(0.0, normal.dot(Vector3d(-0.35, 0.6, 0.72))));
+  const int x0 = std::max(0, int(std::ceil(std::min({p.x(), q.x(), r.x()})))),
+            x1 = std::min(sheet_.cols - 1, int(std::floor(std::max({p.x(), q.x(), r.x()}))));
+  const int y0 = std::max(0, int(std::ceil(std::min({p.y(), q.y(), r.y()})))),
+            y1 = std::min(sheet_.rows - 1, int(std::floor(std::max({p.y(), q.y(), r.y()}))));
+  for (int y = y0; y <= y1; ++y)
+    for (int x = x0; x <= x1; ++x) {
+      const double v = ((x - p.x()) * (r.y() - p.y()) - (r.x() - p.x()) * (y - p.y())) / area;
+      const double w = ((q.x() - p.x()) * (y - p.y()) - (x - p.x()) * (q.y() - p.y())) / area;
+      if (v >= 0 && w >= 0 && v + w <= 1) put(x, y, p.z() + v * (q.z() - p.z()) + w * (r.z() - p.z()), shaded);
+    }
+}
+
+void Canvas::line(const Vector3d& a, const Vector3d& b, const Colour& colour, double width_px, double lift) {
+  const Vector3d p = on_sheet(a), q = on_sheet(b);
+  const int steps = std::max(1, int(std::ceil((q - p).head<2>().norm())));
+  const double radius = 0.5 * width_px * kSuper;
+  const int reach = int(std::ceil(radius));
+  for (int i = 0; i <= steps; ++i) {
+    const Vector3d at = p + (q - p) * (double(i) / steps);
+    for (int dy = -reach; dy <= reach; ++dy)
+      for (int dx = -reach; dx <= reach; ++dx)
+        if (dx * dx + dy * dy <= radius * radius)
+          put(int(std::lround(at.x())) + dx, int(std::lround(at.y())) + dy, at.z() + lift, colour);
+  }
+}
+
+void Canvas::dot(const Vector3d& p, const Colour& colour, double radius_px, double lift) {
+  const Vector3d at = on_sheet(p);
+  if (!(std::abs(at.x()) < 1e6 && std::abs(at.y()) < 1e6)) return;
+  const double radius = radius_px * kSuper;
+  for (int y = int(std::ceil(at.y() - radius)); y <= at.y() + radius; ++y)
+    for (int x = int(std::ceil(at.x() - radius)); x <= at.x() + radius; ++x)
+      if (std::hypot(x - at.x(), y - at.y()) <= radius) put(x, y, at.z() + lift, colour);
+}
+
+cv::Mat Canvas::picture() const {
+  cv::Mat out;
+  cv::resize(sheet_, out, {}, 1.0 / kSuper, 1.0 / kSuper, cv::INTER_AREA);
+  return out;
+}
+
+void put_text(cv::Mat& picture, const std::string& text, cv::Point at, const Colour& colour, double height_px) {
+  cv::putText(picture, text, at, kFont, height_px / kCapitalHeight, scalar(colour), 1, cv::LINE_AA);
+}
+
+int text_width(const std::string& text, double height_px) {
+  int baseline = 0;
+  return cv::getTextSize(text, kFont, height_px / kCapitalHeight, 1, &baseline).width;
+}
+
+void put_legend(cv::Mat& picture, const std::vector<LegendEntry>& entries, cv::Point at) {
+  constexpr int kLine = 20, kPad = 9, kSquare = 11;
+  int width = 0;
+  for (const LegendEntry& entry : entries) width = std::max(width, text_width(entry.text));
+  const cv::Rect box(at.x, at.y, width + kSquare + 3 * kPad, int(entries.size()) * kLine + kPad);
+  cv::rectangle(picture, box, cv::Scalar::all(255), cv::FILLED);
+  cv::rectangle(picture, box, cv::Scalar::all(190), 1, cv::LINE_AA);
+  int y = at.y + kPad;
+  for (const LegendEntry& entry : entries) {
+    cv::rectangle(picture, {at.x + kPad, y, kSquare, kSquare}, scalar(entry.colour), cv::FILLED);
+    put_text(picture, entry.text, {at.x + 2 * kPad + kSquare, y + kSquare}, kInk);
+    y += kLine;
+  }
+}
+
+void put_scale_bar(cv::Mat& picture, double pixels_per_metre, cv::Point at) {
+  const double wanted = 0.16 * picture.cols / pixels_per_metre;
+  double length = std::pow(10, std::floor(std::log10(wanted)));
+  for (const double factor : {5.0, 2.0})
+    if (length * factor <= wanted) {
+      length *= factor;
+      break;
+    }
+  const int width = int(std::lround(length * pixels_per_metre));
+  cv::rectangle(picture, {at.x, at.y - 2, width, 4}, scalar(kInk), cv::FILLED);
+  for (const int x : {at.x, at.x + width}) cv::line(picture, {x, at.y - 6}, {x, at.y + 6}, scalar(kInk), 1);
+  put_text(picture, std::to_string(int(std::lround(length * 1e3))) + " mm", {at.x, at.y - 12}, kInk);
+}
+
+}  // namespace tankrig

@@ -1,0 +1,66 @@
+#include "bench/report/figures.hpp"
+
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <set>
+
+namespace tankrig {
+namespace {
+
+std::string printed(const char* format, double value) {
+  char text[64];
+  std::snprintf(text, sizeof text, format, value);
+  return text;
+}
+
+const std::set<std::string> kShares{"coverage", "coverage_ceiling", "coverage_ceiling_sigma", "coverage_of_ceiling",
+                                    "outliers", "rejected"};
+
+}  // namespace
+
+std::string millimetres(double metres) {
+  const double mm = metres * 1e3;
+  return std::abs(mm - std::round(mm)) < 1e-9 ? printed("%.0f mm", mm) : printed("%.3f mm", mm);
+}
+
+std::string percent(double share) {
+  return printed(std::abs(share) < 0.01 && share != 0 ? "%.2f %%" : "%.1f %%", share * 100);
+}
+
+std::string figure_name(const std::string& key) {
+  static const std::map<std::string, std::string> names{{"mean_error_m", "mean error"},
+                                                        {"mean_error_sigma_m", "standard error of the mean"},
+                                                        {"stddev_m", "standard deviation"},
+                                                        {"median_m", "median"},
+                                                        {"rms_m", "root mean square"},
+                                                        {"p95_m", "95th percentile"},
+                                                        {"bias_m", "signed bias (positive outside)"},
+                                                        {"coverage", "coverage of the whole surface"},
+                                                        {"coverage_ceiling", "ceiling: surface that could be seen"},
+                                                        {"coverage_ceiling_sigma", "ceiling, sampling error"},
+                                                        {"coverage_of_ceiling", "coverage of the ceiling"},
+                                                        {"outliers", "outliers among non-ground points"},
+                                                        {"rejected", "points without an error figure"},
+                                                        {"surface_area_m2", "object's surface"}};
+  if (const auto found = names.find(key); found != names.end()) return found->second;
+  std::string out = key;
+  for (char& c : out)
+    if (c == '_') c = ' ';
+  return out;
+}
+
+std::string shown_figure(const nlohmann::json& metrics, const std::string& key) {
+  const auto found = metrics.find(key);
+  if (found == metrics.end() || found->is_null()) return "none";
+  if (found->is_string()) return found->get<std::string>();
+  if (!found->is_number()) return found->dump();
+  if (found->is_number_integer()) return found->dump();
+  const double value = found->get<double>();
+  if (kShares.contains(key)) return percent(value);
+  if (key.ends_with("_m2")) return printed("%.5g m²", value);
+  if (key.ends_with("_m")) return printed("%.3f mm", value * 1e3);
+  return printed("%.6g", value);
+}
+
+}  // namespace tankrig

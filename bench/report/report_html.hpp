@@ -1,0 +1,45 @@
+// One page that says how good a scan was: figures with what limits them, and the pictures.
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <opencv2/core.hpp>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace tankrig {
+
+struct ReportPicture {
+  std::string caption;
+  cv::Mat image;               ///< 8-bit, 1 or 3 channels; used if not empty
+  std::filesystem::path file;  ///< else a PNG or JPEG file
+};
+
+/// One method's score: bench/metrics' to_json(Metrics). A text member "reason" says why there is no cloud.
+struct ReportMethod {
+  std::string name;
+  nlohmann::json metrics;
+};
+
+struct ReportData {
+  std::string title;
+  std::vector<std::pair<std::string, std::string>> facts;  ///< of the session: what, value with its unit
+  std::vector<ReportMethod> methods;                       ///< in table order
+  std::vector<ReportPicture> pictures;
+  std::vector<std::string> warnings;
+  std::string command;  ///< what makes this page again
+};
+
+/// A self-contained page: nothing is loaded from anywhere. All text is escaped.
+/// Errors: InputError naming a picture that cannot be read or encoded.
+std::string report_html(const ReportData& data);
+
+/// report_html() to `file`, whole or not at all.  Errors: InputError.
+void write_report_html(const std::filesystem::path& file, const ReportData& data);
+
+std::string html_escaped(std::string_view text);
+std::string base64(std::string_view bytes);
+
+}  // namespace tankrig

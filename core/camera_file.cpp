@@ -1,0 +1,189 @@
+// Camera files: OpenCV calibrations and ROS camera_info, both YAML.
+#include <yaml-cpp/yaml.h>
+
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <initializer_list>
+#include <sstream>
+
+#include "core/camera_model.hpp"
+#include "core/input_error.hpp"
+
+namespace tankrig {
+namespace {
+
+/// One camera file while it is read: every complaint carries file, line and field.
+struct CameraFile {
+  std::filesystem::path path;
+  YAML::Node root;
+
+  [[noreturn]] void fail(const YAML::Node& at, const std::string& field, const std::string& message) const {
+    const int line = at.IsDefined() ? at.Mark().line + 1 : 1;
+    throw InputError(path, std::max(line, 1), field + ": " + message);
+  }
+
+  /// The first of `names` the file has; undefined if none.
+  std::pair<std::string, YAML::Node> find(std::initializer_list<const char*> names) const {
+    for (const char* name : names) {
+      const YAML::Node value = static_cast<const YAML::Node&>(root)[name];
+      if (value.IsDefined()) return {name, value};
+    }
+    return {*names.begin(), YAML::Node(YAML::NodeType::Undefined)};
+  }
+
+  double number(const YAML::Node& node, const std::string& field) const {
+    const std::string text = node.IsScalar() ? node.Scalar() : "";
+    const char* first = text.data() + (text.starts_with('+') ? 1 : 0);
+    double value = 0;
+    const auto [end, ec] = std::from_chars(first, text.data() + text.size(), value);
+    const bool all = end == text.data() + text.size() || std::string_view(end) == ".";
+    if (ec != std::errc{} || !all || !std::isfinite(value))
+      fail(node, field, "found '" + text + "', expected a number");
+    return value;
+  }
+
+  /// The numbers of an OpenCV matrix, a ROS {rows, cols, data} mapping, or a plain (nested) list.
+  std::vector<double> matrix(const YAML::Node& node, const std::string& field) const {
+    if (!node.IsMap()) return flat_list(node, field);
+    const YAML::Node data = node["data"], rows = node["rows"], cols = node["cols"];
+    if (!data.IsDefined()) fail(node, field, "found no 'data', expected rows, cols and data");
+    std::vector<double> values = flat_list(data, field + ".data");
+    if (rows.IsDefined() && cols.IsDefined()) {
+      const double expected = number(rows, field + ".rows") * number(cols, field + ".cols");
+      if (expected != static_cast<double>(values.size()))
+        fail(data, field + ".data",
+             "found " + std::to_string(values.size()) +
+                 " numbers, expected rows x cols = " + std::to_string(static_cast<long>(expected)));
+    }
+    return values;
+  }
+
+  std::vector<double> flat_list(const YAML::Node& node, const std::string& field) const {
+    if (!node.IsSequence()) fail(node, field, "found no list, expected numbers");
+    std::vector<double> values;
+    for (const auto& item : node) {
+      if (item.IsSequence())
+        for (const auto& inner : item) values.push_back(number(inner, field));
+      else
+        values.push_back(number(item, field));
+    }
+    return values;
+  }
+
+  int size(std::initializer_list<const char*> names, int index) const {
+    auto [name, value] = find(names);
+    if (!value.IsDefined()) {
+      std::tie(name, value) = find({"image_size", "imageSize", "Image_size"});
+      if (!value.IsDefined() || !value.IsSequence() || value.size() != 2)
+        throw InputError(path,
+                         std::string(*names.begin()) + ": missing, expected the size of the calibrated image [px]");
+      value.reset(value[index]);
+    }
+    const double pixels = number(value, name);
+    if (pixels < 1 || pixels > 100000 || pixels != std::floor(pixels))
+      fail(value, name, "found " + value.Scalar() + ", expected a whole number of pixels from 1 to 100000");
+    return static_cast<int>(pixels);
+  }
+};
+
+CameraFile load(const std::filesystem::path& path) {
+  std::error_code ignored;
+  std::ifstream in(path, std::ios::binary);
+  if (!in || std::filesystem::is_directory(path, ignored))
+    throw InputError(path, "cannot be read, expected a camera file (YAML)");
+  std::stringstream text;
+  text << in.rdbuf();
+  std::string yaml = text.str();
+  // OpenCV writes "%YAML:1.0", which is not a YAML directive: blank it, keep the line count.
+  if (yaml.starts_with("%YAML")) yaml.replace(0, std::min(yaml.find('\n'), yaml.size()), "");
+  CameraFile file{path, {}};
+  try {
+    file.root = YAML::Load(yaml);
+  } catch (const YAML::Exception& e) {
+    throw InputError(path, e.mark.line + 1, e.msg + ", expected valid YAML");
+  }
+  if (!file.root.IsMap()) throw InputError(path, 1, "found no mapping, expected an OpenCV or ROS camera file (YAML)");
+  return file;
+}
+
+void read_matrix(const CameraFile& file, CameraModel& camera) {
+  const auto [name, node] = file.find({"camera_matrix", "Camera_Matrix", "cameraMatrix", "CameraMatrix", "K"});
+  if (!node.IsDefined())
+    throw InputError(file.path,
+                     "camera_matrix: missing, expected nine numbers (also called Camera_Matrix, cameraMatrix, K)");
+  const std::vector<double> k = file.matrix(node, name);
+  if (k.size() != 9) file.fail(node, name, "found " + std::to_string(k.size()) + " numbers, expected 9");
+  if (k[1] != 0) file.fail(node, name, "found skew " + std::to_string(k[1]) + ", expected 0 (skew is not modelled)");
+  if (k[3] != 0 || k[6] != 0 || k[7] != 0 || k[8] != 1)
+    file.fail(node, name, "expected [fx, 0, cx, 0, fy, cy, 0, 0, 1]");
+  if (!(k[0] > 0 && k[4] > 0))
+    file.fail(node, name, "found a focal length that is not positive, expected fx > 0 and fy > 0 [px]");
+  camera.fx = k[0], camera.cx = k[2], camera.fy = k[4], camera.cy = k[5];
+}
+
+void read_distortion(const CameraFile& file, CameraModel& camera) {
+  const auto [model_name, model] = file.find({"distortion_model"});
+  if (model.IsDefined() && model.Scalar() != "plumb_bob" && model.Scalar() != "rational_polynomial")
+    file.fail(model, model_name,
+              "found '" + model.Scalar() + "', expected plumb_bob, or rational_polynomial with k4, k5, k6 = 0");
+  const auto [name, node] =
+      file.find({"distortion_coefficients", "Distortion_Coefficients", "distCoeffs", "dist_coeffs", "D"});
+  if (!node.IsDefined())
+    throw InputError(
+        file.path,
+        "distortion_coefficients: missing, expected k1, k2, p1, p2[, k3] (also called Distortion_Coefficients, D)");
+  std::vector<double> d = file.matrix(node, name);
+  if (d.size() != 0 && d.size() != 4 && d.size() != 5 && d.size() != 8 && d.size() != 12 && d.size() != 14)
+    file.fail(node, name, "found " + std::to_string(d.size()) + " numbers, expected 4 or 5");
+  for (std::size_t i = 5; i < d.size(); ++i)
+    if (d[i] != 0)
+      file.fail(node, name, "found a coefficient beyond k3 that is not 0, expected k1, k2, p1, p2, k3 only");
+  d.resize(5, 0.0);
+  camera.k1 = d[0], camera.k2 = d[1], camera.p1 = d[2], camera.p2 = d[3], camera.k3 = d[4];
+}
+
+std::string exact(double value) {
+  char buffer[32];
+  const auto [end, ec] = std::to_chars(buffer, buffer + sizeof buffer, value);
+  return std::string(buffer, end);
+}
+
+}  // namespace
+
+CameraModel read_camera_file(const std::filesystem::path& path) {
+  const CameraFile file = load(path);
+  CameraModel camera;
+  camera.width = file.size({"image_width", "image_Width", "width"}, 0);
+  camera.height = file.size({"image_height", "image_Height", "height"}, 1);
+  read_matrix(file, camera);
+  read_distortion(file, camera);
+  return camera;
+}
+
+void write_camera_file(const std::filesystem::path& path, const CameraModel& c, const std::string& name) {
+  std::ostringstream out;
+  out << "image_width: " << c.width << "\nimage_height: " << c.height << "\ncamera_name: " << name
+      << "\ncamera_matrix:\n  rows: 3\n  cols: 3\n  data: [" << exact(c.fx) << ", 0, " << exact(c.cx) << ", 0, "
+      << exact(c.fy) << ", " << exact(c.cy)
+      << ", 0, 0, 1]\ndistortion_model: plumb_bob\ndistortion_coefficients:\n  rows: 1\n  cols: 5\n  data: ["
+      << exact(c.k1) << ", " << exact(c.k2) << ", " << exact(c.p1) << ", " << exact(c.p2) << ", " << exact(c.k3)
+      << "]\nrectification_matrix:\n  rows: 3\n  cols: 3\n  data: [1, 0, 0, 0, 1, 0, 0, 0, 1]\nprojection_matrix:\n  "
+         "rows: 3\n"
+      << "  cols: 4\n  data: [" << exact(c.fx) << ", 0, " << exact(c.cx) << ", 0, 0, " << exact(c.fy) << ", "
+      << exact(c.cy) << ", 0, 0, 0, 1, 0]\n";
+  std::filesystem::path temporary = path;
+  temporary += ".tmp";
+  std::ofstream file(temporary, std::ios::binary);
+  file << out.str();
+  file.close();
+  std::error_code failed;
+  if (file) std::filesystem::rename(temporary, path, failed);
+  if (!file || failed) {
+    std::error_code ignored;
+    std::filesystem::remove(temporary, ignored);
+    throw InputError(path, "cannot be written, expected a writable place");
+  }
+}
+
+}  // namespace tankrig

@@ -1,0 +1,26 @@
+// A reconstructed point cloud with the provenance of every point.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/frames.hpp"
+
+namespace tankrig {
+
+/// Frames: the cloud's (`PointCloud::frame`). Units: metres.
+struct CloudPoint {
+  Vector3d p = Vector3d::Zero();
+  float intensity = 0;          ///< [0, 1] of full scale
+  std::int32_t frame = -1;      ///< index of the frame in its camera's sequence, -1 unknown
+  float column = -1;            ///< image column (or row, for a stripe along columns) [px], -1 unknown
+  float sigma = 0;              ///< one standard deviation along the viewing ray [m], 0 unknown
+};
+
+struct PointCloud {
+  std::string frame = "c";      ///< letter of core/frames.hpp
+  std::vector<CloudPoint> points;
+};
+
+}  // namespace tankrig

@@ -1,0 +1,50 @@
+// Rectification: both eyes turned until a point of the scene lies on the same row of both images.
+#pragma once
+
+#include <opencv2/core.hpp>
+
+#include "reconstruction/stereo/stereo_calibration.hpp"
+
+namespace tankrig {
+
+/// Frames: pixels (u, v) are those of the rectified left image; points come back in the left camera's frame c.
+/// Units: disparity = u_left - u_right [px] >= 0, depth = focal_px * baseline / disparity, along the rectified z axis
+/// [m]. Errors: InputError if the cameras differ in size or do not stand side by side (left, right). Source:
+/// cv::stereoRectify (Bouguet's split of the rotation), zero disparity at infinity.
+class Rectifier {
+ public:
+  explicit Rectifier(const StereoCalibration& calibration);
+
+  /// Bilinear, 8-bit, black outside: the common rectification of ROS's image_proc.  Errors: InputError on another size
+  /// or type.
+  cv::Mat1b left(const cv::Mat& image) const;
+  cv::Mat1b right(const cv::Mat& image) const;
+
+  /// Bicubic at unrounded coordinates, for matching finer than 1/32 px; NaN outside the raw image.
+  cv::Mat1f left_fine(const cv::Mat1f& grey) const;
+  cv::Mat1f right_fine(const cv::Mat1f& grey) const;
+
+  cv::Size size() const { return size_; }
+  double focal_px() const { return focal_px_; }
+  double baseline() const { return baseline_; }
+
+  double depth(double disparity) const { return focal_px_ * baseline_ / disparity; }
+  double disparity(double depth) const { return focal_px_ * baseline_ / depth; }
+  /// The scene point seen at rectified pixel (u, v) with this disparity, frame c.
+  Vector3d point(double u, double v, double disparity) const;
+  /// Pixel of the rectified left image, and disparity, of a point in c: {u, v, disparity}.
+  Vector3d project(const Vector3d& p) const;
+  /// Where the rectified left pixel lies in the raw left image [px].
+  Vector2d raw_left(int u, int v) const { return {left_x_(v, u), left_y_(v, u)}; }
+
+ private:
+  cv::Size size_;
+  double focal_px_ = 0, cx_ = 0, cy_ = 0, baseline_ = 0;
+  Eigen::Matrix3d rectified_R_c_ = Eigen::Matrix3d::Identity();
+  cv::Mat1f left_x_, left_y_, right_x_, right_y_;
+};
+
+/// The image as 8-bit grey.  Errors: InputError if it is not 8-bit with 1 or 3 channels, or not of `size`.
+cv::Mat1b grey_image(const cv::Mat& image, cv::Size size);
+
+}  // namespace tankrig

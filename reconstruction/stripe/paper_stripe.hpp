@@ -1,0 +1,35 @@
+// The paper's stripe detector (section VI-B): HSV gate, brightest pixel of each column, centre of masses around it.
+#pragma once
+
+#include "core/config_node.hpp"
+#include "reconstruction/stripe/stripe.hpp"
+
+namespace tankrig {
+
+/// Thresholds in OpenCV's 8-bit HSV (hue 0..179, saturation and value 0..255), both ends included.
+struct PaperStripeParameters {
+  int hue_min = 15, hue_max = 91;
+  int saturation_min = 0, saturation_max = 90;
+  int value_min = 181, value_max = 255;
+  int half_window = 5;  ///< pixels on either side of the brightest that enter the centre of masses
+  StripeOrientation orientation = StripeOrientation::kColumns;  ///< kAuto is taken as kColumns
+  bool blur = false;        ///< the laboratory's public code: Gauss 5x5, sigma 10 px, before the gate
+  bool morphology = false;  ///< the laboratory's public code: open and close the gate with a 5x5 ellipse
+
+  /// Values the laboratory published for its camera in the tank.
+  static PaperStripeParameters real() { return {}; }
+  /// Values the laboratory published for the simulator.
+  static PaperStripeParameters simulation();
+};
+
+/// Intensity is (R + G + B) / 3 of the unblurred image, in the paper's words "the highest intensity": among equals the
+/// first pixel. No background is removed: the paper's detector has none. sigma_px is 0 (unknown).
+/// `image`: 8-bit, 1 or 3 (BGR) channels; grey counts as hue 0, saturation 0.
+/// Errors: InputError for another type.
+StripeDetection detect_paper(const cv::Mat& image, const PaperStripeParameters& parameters);
+
+/// Keys of the rig file's `reconstruction: laser_paper:`; what is not there keeps the value of its `preset` (real |
+/// simulation).
+PaperStripeParameters paper_stripe_parameters_from(const ConfigNode& node);
+
+}  // namespace tankrig

@@ -1,0 +1,156 @@
+#include "reconstruction/stripe/profile_fit.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+namespace tankrig {
+namespace {
+
+/// Weight of the noise expected beforehand against the residuals, in degrees of freedom.
+constexpr double kPriorFreedom = 8;
+
+}  // namespace
+
+struct ProfileFitter::LinearFit {
+  Eigen::Vector4d value = Eigen::Vector4d::Zero();  ///< amplitude, shift * amplitude / sd, background, slope * sd
+  Eigen::Matrix4d normal = Eigen::Matrix4d::Identity();
+  bool ok = false;
+};
+
+ProfileFitter::ProfileFitter(double sd, bool sloped)
+    : sd_(sd), sloped_(sloped), half_window_(std::max(3, static_cast<int>(std::ceil(3 * sd)) + 1)) {
+  constexpr int kSteps = 400;
+  const double reach = half_window_ / sd, step = 2 * reach / kSteps;
+  Eigen::Matrix2d even = Eigen::Matrix2d::Zero(), odd = Eigen::Matrix2d::Zero();
+  Eigen::Vector2d even_right = Eigen::Vector2d::Zero(), odd_right = Eigen::Vector2d::Zero();
+  const auto each = [&](auto&& visit) {
+    for (int i = 0; i <= kSteps; ++i) {
+      const double t = -reach + i * step;
+      visit(t, std::exp(-0.5 * t * t));
+    }
+  };
+  each([&](double t, double g) {
+    const Eigen::Vector2d e{g, 1}, o{g * t, sloped ? t : 0};
+    even += e * e.transpose();
+    even_right += e * (g * (t * t - 1));
+    odd += o * o.transpose();
+    odd_right += o * (g * (t * t * t - 3 * t));
+  });
+  if (!sloped) odd(1, 1) = 1;
+  const Eigen::Vector2d on_even = even.inverse() * even_right, on_odd = odd.inverse() * odd_right;
+  width_on_core_ = on_even[0];
+  width_on_constant_ = on_even[1];
+  skew_on_shift_ = on_odd[0];
+  skew_on_slope_ = on_odd[1];
+  width_power_ = skew_power_ = 0;
+  each([&](double t, double g) {
+    width_power_ += std::pow(g * (t * t - 1) - on_even[0] * g - on_even[1], 2) * step * sd;
+    skew_power_ += std::pow(g * (t * t * t - 3 * t) - on_odd[0] * g * t - on_odd[1] * t, 2) * step * sd;
+  });
+}
+
+namespace {
+
+/// exp(-t^2 / 2) at equally spaced t, by recurrence.
+class GaussWalk {
+ public:
+  GaussWalk(double t, double step)
+      : t_(t),
+        step_(step),
+        g_(std::exp(-0.5 * t * t)),
+        ratio_(std::exp(-t * step - 0.5 * step * step)),
+        ratio_step_(std::exp(-step * step)) {}
+  double t() const { return t_; }
+  double g() const { return g_; }
+  void advance() {
+    t_ += step_;
+    g_ *= ratio_;
+    ratio_ *= ratio_step_;
+  }
+
+ private:
+  double t_, step_, g_, ratio_, ratio_step_;
+};
+
+}  // namespace
+
+ProfileFitter::LinearFit ProfileFitter::solve(const float* values, int first, int last, double centre) const {
+  double gg = 0, gt = 0, g1 = 0, tt = 0, t1 = 0, t2 = 0, s1 = 0, s2 = 0;
+  double yg = 0, yq = 0, y1 = 0, yt = 0;
+  GaussWalk walk((first - centre) / sd_, 1 / sd_);
+  for (int i = first; i <= last; ++i, walk.advance()) {
+    const double t = walk.t(), g = walk.g(), q = g * t, y = values[i];
+    gg += g * g;
+    gt += g * q;
+    g1 += g;
+    tt += q * q;
+    t1 += q;
+    t2 += q * t;
+    s1 += t;
+    s2 += t * t;
+    yg += y * g;
+    yq += y * q;
+    y1 += y;
+    yt += y * t;
+  }
+  const double g2 = t1;  // the core against the slope: also a sum of g * t
+  Eigen::Vector4d right{yg, yq, y1, yt};
+  Eigen::Matrix4d normal;
+  normal << gg, gt, g1, g2, gt, tt, t1, t2, g1, t1, last - first + 1, s1, g2, t2, s1, s2;
+  if (!sloped_) {
+    normal.row(3).setZero();
+    normal.col(3).setZero();
+    normal(3, 3) = 1;
+    right[3] = 0;
+  }
+  LinearFit fit;
+  const Eigen::LLT<Eigen::Matrix4d> factor(normal);
+  if (factor.info() != Eigen::Success) return fit;
+  fit.value = factor.solve(right);
+  fit.normal = normal;
+  fit.ok = true;
+  return fit;
+}
+
+ProfileFit ProfileFitter::fit(const float* values, int count, double start, double noise) const {
+  ProfileFit result;
+  const int middle = static_cast<int>(std::lround(start));
+  const int first = std::max(0, middle - half_window_), last = std::min(count - 1, middle + half_window_);
+  if (last - first < 5) return result;
+  double centre = start;
+  LinearFit linear;
+  for (int iteration = 0; iteration < 8; ++iteration) {
+    linear = solve(values, first, last, centre);
+    if (!linear.ok || linear.value[0] <= 0) return result;
+    const double shift = std::clamp(sd_ * linear.value[1] / linear.value[0], -0.7 * sd_, 0.7 * sd_);
+    centre += shift;
+    if (std::abs(centre - start) > std::max(1.5, 1.5 * sd_)) return result;
+    if (std::abs(shift) < 1e-2 * sd_) break;
+  }
+  double squares = 0, width = 0, skew = 0;
+  GaussWalk walk((first - centre) / sd_, 1 / sd_);
+  for (int i = first; i <= last; ++i, walk.advance()) {
+    const double t = walk.t(), g = walk.g();
+    const double residual = values[i] - linear.value[0] * g - linear.value[2] - linear.value[3] * t;
+    squares += residual * residual;
+    width += residual * (g * (t * t - 1) - width_on_core_ * g - width_on_constant_);
+    skew += residual * (g * (t * t * t - 3 * t) - skew_on_shift_ * g * t - skew_on_slope_ * t);
+  }
+  const int freedom = last - first + 1 - (sloped_ ? 4 : 3);
+  const double value_noise = std::sqrt((kPriorFreedom * noise * noise + squares) / (kPriorFreedom + freedom));
+  const double amplitude = linear.value[0];
+  const Eigen::Vector4d variance = linear.normal.inverse().diagonal();
+  result.ok = true;
+  result.position = centre;
+  result.amplitude = amplitude;
+  result.sigma = value_noise * std::sqrt(variance[1]) * sd_ / amplitude;
+  result.amplitude_sigma = value_noise * std::sqrt(variance[0]);
+  result.width_ratio = 1 + width / width_power_ / amplitude;
+  result.width_sigma = value_noise / std::sqrt(width_power_) / amplitude;
+  result.skewness = 6 * skew / skew_power_ / amplitude;
+  result.skewness_sigma = 6 * value_noise / std::sqrt(skew_power_) / amplitude;
+  return result;
+}
+
+}  // namespace tankrig

@@ -1,0 +1,111 @@
+#include "reconstruction/stripe/ridge_filter.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tankrig {
+
+std::vector<float> ridge_kernel(double sigma_px) {
+  const int radius = std::max(2, static_cast<int>(std::ceil(3.2 * sigma_px)));
+  std::vector<double> h(radius + 1);
+  double sum = 0;
+  for (int k = 0; k <= radius; ++k) {
+    const double t = k / sigma_px;
+    h[k] = (1 - t * t) * std::exp(-0.5 * t * t);
+    sum += (k ? 2 : 1) * h[k];
+  }
+  double norm = 0;
+  for (int k = 0; k <= radius; ++k) {
+    h[k] -= sum / (2 * radius + 1);
+    norm += (k ? 2 : 1) * h[k] * h[k];
+  }
+  std::vector<float> kernel(radius + 1);
+  for (int k = 0; k <= radius; ++k) kernel[k] = static_cast<float>(h[k] / std::sqrt(norm));
+  return kernel;
+}
+
+void weighted_signal(const cv::Mat& image, const cv::Mat& background, const std::array<float, 3>& weights,
+                     cv::Mat1f& signal) {
+  signal.create(image.size());
+  const int n = image.cols, channels = image.channels();
+  const float w0 = weights[0], w1 = weights[1], w2 = weights[2];
+  for (int y = 0; y < image.rows; ++y) {
+    float* out = signal[y];
+    const std::uint8_t* in = image.ptr<std::uint8_t>(y);
+    const std::uint8_t* dark = background.empty() ? nullptr : background.ptr<std::uint8_t>(y);
+    if (channels == 1 && !dark) {
+      for (int x = 0; x < n; ++x) out[x] = w0 * in[x];
+    } else if (channels == 1) {
+      for (int x = 0; x < n; ++x) out[x] = w0 * (in[x] - dark[x]);
+    } else if (!dark) {
+      for (int x = 0; x < n; ++x) out[x] = w0 * in[3 * x] + w1 * in[3 * x + 1] + w2 * in[3 * x + 2];
+    } else {
+      for (int x = 0; x < n; ++x)
+        out[x] = w0 * (in[3 * x] - dark[3 * x]) + w1 * (in[3 * x + 1] - dark[3 * x + 1]) +
+                 w2 * (in[3 * x + 2] - dark[3 * x + 2]);
+    }
+  }
+}
+
+void filter_columns(const cv::Mat1f& signal, const std::vector<float>& kernel, cv::Mat1f& response) {
+  response.create(signal.size());
+  const int n = signal.cols, rows = signal.rows;
+  for (int y = 0; y < rows; ++y) {
+    float* __restrict out = response[y];
+    const float* centre = signal[y];
+    for (int x = 0; x < n; ++x) out[x] = kernel[0] * centre[x];
+    for (int k = 1; k < static_cast<int>(kernel.size()); ++k) {
+      const float* above = signal[std::max(0, y - k)];
+      const float* below = signal[std::min(rows - 1, y + k)];
+      const float h = kernel[k];
+      for (int x = 0; x < n; ++x) out[x] += h * (above[x] + below[x]);
+    }
+  }
+}
+
+double robust_sd(std::vector<float>& values) {
+  if (values.empty()) return 0;
+  for (float& value : values) value = std::abs(value);
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return 1.4826 * *middle;
+}
+
+double robust_noise(const cv::Mat1f& response) {
+  constexpr int kRowStep = 5, kColumnStep = 7;
+  std::vector<float> sample;
+  sample.reserve(static_cast<std::size_t>(response.total()) / (kRowStep * kColumnStep) + response.rows + response.cols);
+  for (int y = 0; y < response.rows; y += kRowStep)
+    for (int x = y % kColumnStep; x < response.cols; x += kColumnStep) sample.push_back(response(y, x));
+  return robust_sd(sample);
+}
+
+RidgeCandidates::RidgeCandidates(const cv::Mat1f& response, double noise, double min_snr)
+    : counts_(response.cols, 0), all_(static_cast<std::size_t>(response.cols) * kPerColumn) {
+  const auto threshold = static_cast<float>(min_snr * noise);
+  for (int y = 1; y + 1 < response.rows; ++y) {
+    const float* above = response[y - 1];
+    const float* here = response[y];
+    const float* below = response[y + 1];
+    for (int x = 0; x < response.cols; ++x) {
+      const float r = here[x];
+      if (r < threshold || r < above[x] || r <= below[x]) continue;
+      const float curvature = 2 * r - above[x] - below[x];
+      const float shift = curvature > 0 ? 0.5f * (below[x] - above[x]) / curvature : 0;
+      insert(x, {static_cast<float>(y) + std::clamp(shift, -0.5f, 0.5f), static_cast<float>(r / noise)});
+    }
+  }
+}
+
+void RidgeCandidates::insert(int column, const RidgeCandidate& candidate) {
+  RidgeCandidate* list = all_.data() + static_cast<std::size_t>(column) * kPerColumn;
+  int& n = counts_[static_cast<std::size_t>(column)];
+  int place = n;
+  while (place > 0 && list[place - 1].snr < candidate.snr) --place;
+  if (place == kPerColumn) return;
+  n = std::min(n + 1, kPerColumn);
+  for (int k = n - 1; k > place; --k) list[k] = list[k - 1];
+  list[place] = candidate;
+}
+
+}  // namespace tankrig

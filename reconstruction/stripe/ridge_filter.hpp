@@ -1,0 +1,51 @@
+// The matched filter across the stripe: negated second derivative of a Gauss, of unit norm and zero mean.
+#pragma once
+
+#include <array>
+#include <opencv2/core.hpp>
+#include <vector>
+
+namespace tankrig {
+
+/// Weights h(0), h(1), ... of the symmetric filter; white noise keeps its sd through it.
+std::vector<float> ridge_kernel(double sigma_px);
+
+/// One value per pixel: the image's channels times `weights`, minus the background's where there is one.
+void weighted_signal(const cv::Mat& image, const cv::Mat& background, const std::array<float, 3>& weights,
+                     cv::Mat1f& signal);
+
+/// The filter along every column; rows beyond the border repeat the border.
+void filter_columns(const cv::Mat1f& signal, const std::vector<float>& kernel, cv::Mat1f& response);
+
+/// Robust sd (median of absolute values) of a response with zero mean, from a sample of its pixels.
+double robust_noise(const cv::Mat1f& response);
+
+/// 1.4826 * median of |values|; reorders them.
+double robust_sd(std::vector<float>& values);
+
+/// A place in a column where the response peaks.
+struct RidgeCandidate {
+  float row = 0;  ///< [px], by a parabola
+  float snr = 0;
+};
+
+/// The strongest few of each column, strongest first.
+class RidgeCandidates {
+ public:
+  static constexpr int kPerColumn = 4;
+
+  /// Local maxima of at least `min_snr` times `noise`.
+  RidgeCandidates(const cv::Mat1f& response, double noise, double min_snr);
+
+  int columns() const { return static_cast<int>(counts_.size()); }
+  int count(int column) const { return counts_[static_cast<std::size_t>(column)]; }
+  const RidgeCandidate& at(int column, int k) const { return all_[static_cast<std::size_t>(column) * kPerColumn + k]; }
+
+ private:
+  void insert(int column, const RidgeCandidate& candidate);
+
+  std::vector<int> counts_;
+  std::vector<RidgeCandidate> all_;
+};
+
+}  // namespace tankrig

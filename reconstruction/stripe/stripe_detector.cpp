@@ -1,0 +1,193 @@
+#include "reconstruction/stripe/stripe_detector.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <opencv2/core.hpp>
+#include <optional>
+
+#include "core/input_error.hpp"
+#include "reconstruction/stripe/appearance.hpp"
+#include "reconstruction/stripe/profile_fit.hpp"
+#include "reconstruction/stripe/ridge_filter.hpp"
+#include "reconstruction/stripe/stripe_path.hpp"
+#include "reconstruction/stripe/stripe_selection.hpp"
+
+namespace tankrig {
+namespace {
+
+constexpr double kFilterOverProfile =
+    1.5;                                ///< sd of the filter over that of the profile: near the best SNR, still local
+constexpr double kMinProfileSnr = 3.0;  ///< amplitude over its sigma in the local fit
+constexpr double kSignificance = 4.0;   ///< sigmas beyond which a shape is not chance
+
+void check(const cv::Mat& image, const cv::Mat& background) {
+  if (image.empty() || (image.type() != CV_8UC3 && image.type() != CV_8UC1))
+    throw InputError("stripe: found an image that is not 8 bits with 1 or 3 channels, expected one");
+  if (!background.empty() && (background.size() != image.size() || background.type() != image.type()))
+    throw InputError("stripe: found a background of " + std::to_string(background.cols) + "x" +
+                     std::to_string(background.rows) + "x" + std::to_string(background.channels()) + ", expected " +
+                     std::to_string(image.cols) + "x" + std::to_string(image.rows) + "x" +
+                     std::to_string(image.channels()) + " as the image");
+}
+
+cv::Mat transposed(const cv::Mat& image) {
+  cv::Mat out;
+  if (!image.empty()) cv::transpose(image, out);
+  return out;
+}
+
+/// Another line in this column, almost as strong and continued on both sides.
+bool has_rival(const RidgeCandidates& candidates, const PathPoint& point, double sd, const StripeParameters& p) {
+  constexpr int kReach = 4, kNeeded = 5;
+  for (int k = 0; k < candidates.count(point.column); ++k) {
+    const RidgeCandidate& rival = candidates.at(point.column, k);
+    if (std::abs(rival.row - point.candidate.row) < 4 * sd + 2) continue;
+    if (rival.snr < p.max_second_peak * point.candidate.snr) continue;
+    int continued = 0;
+    for (int d = -kReach; d <= kReach; ++d) {
+      const int column = point.column + d;
+      if (d == 0 || column < 0 || column >= candidates.columns()) continue;
+      bool found = false;
+      for (int j = 0; j < candidates.count(column); ++j)
+        found |= std::abs(candidates.at(column, j).row - rival.row) <= p.max_step_px * std::abs(d);
+      continued += found;
+    }
+    if (continued >= kNeeded) return true;
+  }
+  return false;
+}
+
+/// One image whose stripe crosses the columns.
+class ColumnDetector {
+ public:
+  ColumnDetector(const cv::Mat& image, const cv::Mat& background, const StripeParameters& parameters)
+      : image_(image),
+        background_(background),
+        parameters_(parameters),
+        appearance_(measure_appearance(image, background)),
+        fitter_(appearance_.sd_px, background.empty()) {}
+
+  StripeDetection detect() {
+    static thread_local cv::Mat1f signal, response;  // kept from frame to frame: fresh pages cost as much as the filter
+    weighted_signal(image_, background_, appearance_.detection, signal);
+    filter_columns(signal, ridge_kernel(std::clamp(kFilterOverProfile * appearance_.sd_px, 1.0, 10.0)), response);
+    constexpr double kQuantisation = 0.3, kCandidateShare = 0.85;
+    const double noise = std::max(robust_noise(response), kQuantisation);
+    const RidgeCandidates candidates(response, noise, kCandidateShare * parameters_.min_snr);
+    const std::vector<StripeRun> path = best_path(candidates, parameters_.min_snr, parameters_.max_step_px);
+
+    StripeStatistics& statistics = detection_.statistics;
+    statistics.frames = 1;
+    statistics.columns = static_cast<std::uint64_t>(image_.cols);
+    count_unused_columns(candidates, path);
+    std::vector<FittedRun> runs;
+    for (const StripeRun& run : path) runs.push_back(fit_run(run, candidates));
+    std::erase_if(runs, [](const FittedRun& run) { return run.empty(); });
+    drop_edges(runs, parameters_, statistics);
+    for (FittedRun& run : runs) {
+      if (parameters_.smoothing_px > 0) smooth_run(run, parameters_.smoothing_px);
+      for (const RunPoint& point : run) detection_.peaks.push_back(point.peak);
+    }
+    statistics.peaks = detection_.peaks.size();
+    return std::move(detection_);
+  }
+
+ private:
+  void count_unused_columns(const RidgeCandidates& candidates, const std::vector<StripeRun>& path) {
+    std::vector<bool> used(candidates.columns(), false);
+    for (const StripeRun& run : path)
+      for (const PathPoint& point : run) used[point.column] = true;
+    for (int column = 0; column < candidates.columns(); ++column) {
+      if (used[column]) continue;
+      ++(candidates.count(column) ? detection_.statistics.low_snr : detection_.statistics.no_peak);
+    }
+  }
+
+  FittedRun fit_run(const StripeRun& run, const RidgeCandidates& candidates) {
+    FittedRun out;
+    StripeStatistics& statistics = detection_.statistics;
+    for (const PathPoint& point : run) {
+      const ProfileFit fit = fit_point(point);
+      const StripeParameters& p = parameters_;
+      if (!fit.ok || fit.amplitude < kMinProfileSnr * fit.amplitude_sigma) {
+        ++statistics.low_snr;
+      } else if (fit.width_ratio > p.max_width_ratio && fit.width_ratio - 1 > kSignificance * fit.width_sigma) {
+        ++statistics.too_wide;
+      } else if (std::abs(fit.skewness) > p.max_skew && std::abs(fit.skewness) > kSignificance * fit.skewness_sigma) {
+        ++statistics.skewed;
+      } else if (has_rival(candidates, point, appearance_.sd_px, p)) {
+        ++statistics.ambiguous;
+      } else {
+        out.push_back({peak_of(point.column, fit)});
+      }
+    }
+    return out;
+  }
+
+  ProfileFit fit_point(const PathPoint& point) {
+    const int middle = static_cast<int>(std::lround(point.candidate.row));
+    const int reach = fitter_.half_window() + 2;
+    const int first = std::max(0, middle - reach), last = std::min(image_.rows - 1, middle + reach);
+    const int channels = image_.channels();
+    values_.clear();
+    for (int y = first; y <= last; ++y) {
+      const std::uint8_t* in = image_.ptr<std::uint8_t>(y) + static_cast<std::ptrdiff_t>(point.column) * channels;
+      const std::uint8_t* dark =
+          background_.empty() ? nullptr
+                              : background_.ptr<std::uint8_t>(y) + static_cast<std::ptrdiff_t>(point.column) * channels;
+      float value = 0;
+      for (int c = 0; c < channels; ++c)
+        value += appearance_.profile[c] * static_cast<float>(in[c] - (dark ? dark[c] : 0));
+      values_.push_back(value);
+    }
+    ProfileFit fit =
+        fitter_.fit(values_.data(), static_cast<int>(values_.size()), point.candidate.row - first, appearance_.noise);
+    fit.position += first;
+    return fit;
+  }
+
+  StripePeak peak_of(int column, const ProfileFit& fit) const {
+    const int row = std::clamp(static_cast<int>(std::lround(fit.position)), 0, image_.rows - 1);
+    const int channels = image_.channels();
+    const std::uint8_t* pixel = image_.ptr<std::uint8_t>(row) + static_cast<std::ptrdiff_t>(column) * channels;
+    StripePeak peak;
+    peak.column = static_cast<float>(column);
+    peak.position = static_cast<float>(fit.position);
+    peak.sigma_px = static_cast<float>(std::hypot(fit.sigma, parameters_.speckle_floor_px));
+    peak.intensity = *std::max_element(pixel, pixel + channels) / 255.0f;
+    return peak;
+  }
+
+  const cv::Mat& image_;
+  const cv::Mat& background_;
+  const StripeParameters& parameters_;
+  StripeAppearance appearance_;
+  ProfileFitter fitter_;
+  std::vector<float> values_;
+  StripeDetection detection_;
+};
+
+}  // namespace
+
+OrientationVote find_orientation(const cv::Mat& image, const cv::Mat& background) {
+  check(image, background);
+  const double columns = measure_appearance(image, background).score;
+  const double rows = measure_appearance(transposed(image), transposed(background)).score;
+  if (rows > columns) return {StripeOrientation::kRows, rows};
+  return {StripeOrientation::kColumns, columns};
+}
+
+StripeDetection detect_stripe(const cv::Mat& image, const cv::Mat& background, const StripeParameters& parameters) {
+  check(image, background);
+  StripeOrientation orientation = parameters.orientation;
+  if (orientation == StripeOrientation::kAuto) orientation = find_orientation(image, background).orientation;
+  const bool rows = orientation == StripeOrientation::kRows;
+  const cv::Mat across = rows ? transposed(image) : image;
+  const cv::Mat dark = rows ? transposed(background) : background;
+  StripeDetection detection = ColumnDetector(across, dark, parameters).detect();
+  detection.orientation = orientation;
+  return detection;
+}
+
+}  // namespace tankrig

@@ -1,0 +1,46 @@
+// The better stripe detector: any colour, width and brightness, measured in the image itself.
+//
+//  1. background removed: the dark image where there is one, else by the filter's zero mean
+//  2. stripe colour and width measured on some columns; channels weighted by the inverse covariance of noise and
+//  texture
+//  3. matched filter across the stripe (negated second derivative of a Gauss), noise by MAD, candidates by SNR
+//  4. path of most evidence through the candidates of all columns (dynamic programming), which pays for jumps
+//  5. sub-pixel: least squares of a Gaussian profile on its background; sigma from noise and residuals
+//  6. points that are wide, lopsided, beside a jump, alone or doubled by a reflection are rejected and counted
+// Sources: Steger 1998 (filter), Naidu & Fisher 1991 (sub-pixel), Viterbi 1967 (path).
+#pragma once
+
+#include "core/config_node.hpp"
+#include "reconstruction/stripe/stripe.hpp"
+
+namespace tankrig {
+
+/// The defaults are meant for every image; nothing here needs tuning per scene.
+struct StripeParameters {
+  StripeOrientation orientation = StripeOrientation::kAuto;
+  double min_snr = 3.5;          ///< filtered peak over filtered noise at which a column speaks for a stripe
+  double max_step_px = 2.5;      ///< largest move between neighbouring columns of one surface
+  int min_run = 8;               ///< shorter runs of columns are particles
+  double max_width_ratio = 1.6;  ///< widest accepted profile over the image's typical one
+  double max_skew = 1.2;         ///< largest accepted skewness (third standardised moment) of a profile
+  double max_second_peak = 0.9;  ///< second line over first: above it the column is ambiguous
+  int smoothing_px = 2;  ///< half window of the local line fit along the stripe; 0: none. Never across a jump or a kink
+  double speckle_floor_px = 0.02;  ///< what speckle adds to every sigma
+};
+
+/// `image`: 8-bit, 1 or 3 (BGR) channels. `background`: the same scene without laser, empty if there is none.
+/// Without a background a bright line of the scene itself may be taken for the stripe when the laser is off.
+/// Errors: InputError for another type or another background size.
+StripeDetection detect_stripe(const cv::Mat& image, const cv::Mat& background, const StripeParameters& parameters);
+
+/// How the stripe lies in this image, and how clearly: `score` is the typical SNR of its columns.
+struct OrientationVote {
+  StripeOrientation orientation = StripeOrientation::kColumns;
+  double score = 0;
+};
+OrientationVote find_orientation(const cv::Mat& image, const cv::Mat& background);
+
+/// Keys of the rig file's `reconstruction: laser:`, named as the members; what is not there keeps its default.
+StripeParameters stripe_parameters_from(const ConfigNode& node);
+
+}  // namespace tankrig

@@ -1,0 +1,72 @@
+#include "reconstruction/stripe/stripe_path.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tankrig {
+namespace {
+
+constexpr int kLookBack = 4;  ///< columns a run may miss, plus one
+constexpr double kRunPrice = 3.0;
+constexpr double kMissPrice = 0.25;  ///< of a missing column
+constexpr double kStepPrice = 0.3;   ///< of the largest step
+constexpr double kMaxGain = 1.2;
+constexpr double kGainBeyond = 0.1;  ///< slope above the limit, so that the stronger of two lines wins
+
+struct Node {
+  double value = 0;
+  int previous = -1;  ///< node before this one on the best path, -1 none
+  bool starts_run = true;
+};
+
+double gain(double snr, double min_snr) {
+  const double evidence = std::log(snr / min_snr);
+  return std::min(evidence, kMaxGain) + kGainBeyond * std::max(0.0, evidence - kMaxGain);
+}
+
+}  // namespace
+
+std::vector<StripeRun> best_path(const RidgeCandidates& candidates, double min_snr, double max_step_px) {
+  constexpr int kK = RidgeCandidates::kPerColumn;
+  std::vector<Node> nodes(static_cast<std::size_t>(candidates.columns()) * kK);
+  double ended_value = 0;  // best path that has left its last run before this column
+  int ended_node = -1;
+  for (int column = 0; column < candidates.columns(); ++column) {
+    double best_here = ended_value;
+    int best_node = ended_node;
+    for (int k = 0; k < candidates.count(column); ++k) {
+      const RidgeCandidate& here = candidates.at(column, k);
+      Node node{ended_value - kRunPrice, ended_node, true};
+      for (int back = 1; back <= std::min(kLookBack, column); ++back) {
+        const double reach = max_step_px * back;
+        for (int j = 0; j < candidates.count(column - back); ++j) {
+          const double step = std::abs(here.row - candidates.at(column - back, j).row);
+          if (step > reach) continue;
+          const int from = (column - back) * kK + j;
+          const double value = nodes[from].value - kStepPrice * step / reach - kMissPrice * (back - 1);
+          if (value > node.value) node = {value, from, false};
+        }
+      }
+      node.value += gain(here.snr, min_snr);
+      nodes[column * kK + k] = node;
+      if (node.value > best_here) {
+        best_here = node.value;
+        best_node = column * kK + k;
+      }
+    }
+    ended_value = best_here;
+    ended_node = best_node;
+  }
+  std::vector<StripeRun> runs;
+  bool new_run = true;
+  for (int at = ended_node; at >= 0; at = nodes[at].previous) {
+    if (new_run) runs.emplace_back();
+    runs.back().push_back({at / kK, candidates.at(at / kK, at % kK)});
+    new_run = nodes[at].starts_run;
+  }
+  std::reverse(runs.begin(), runs.end());
+  for (StripeRun& run : runs) std::reverse(run.begin(), run.end());
+  return runs;
+}
+
+}  // namespace tankrig

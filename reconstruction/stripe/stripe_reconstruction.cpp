@@ -1,0 +1,144 @@
+#include "reconstruction/stripe/stripe_reconstruction.hpp"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <charconv>
+#include <fstream>
+#include <mutex>
+
+#include "core/input_error.hpp"
+#include "reconstruction/stripe/particle_filter.hpp"
+
+namespace tankrig {
+namespace {
+
+constexpr std::size_t kVotingFrames = 7;
+
+cv::Mat load_checked(const StripeFrame& frame, const CameraModel& camera) {
+  cv::Mat image = frame.load();
+  if (image.cols != camera.width || image.rows != camera.height)
+    throw InputError("frame " + std::to_string(frame.index) + ": found an image of " + std::to_string(image.cols) +
+                     "x" + std::to_string(image.rows) + ", expected " + std::to_string(camera.width) + "x" +
+                     std::to_string(camera.height) + " as the camera");
+  return image;
+}
+
+/// The orientation that stands out more in frames spread over the sweep.
+StripeOrientation vote(const std::vector<StripeFrame>& frames, const CameraModel& camera, const cv::Mat& background) {
+  const std::size_t n = std::min(frames.size(), kVotingFrames);
+  std::vector<OrientationVote> votes(n);
+  tbb::parallel_for(std::size_t{0}, n, [&](std::size_t i) {
+    const std::size_t k = (2 * i + 1) * frames.size() / (2 * n);
+    votes[i] = find_orientation(load_checked(frames[k], camera), background);
+  });
+  double columns = 0, rows = 0;
+  for (const OrientationVote& v : votes) (v.orientation == StripeOrientation::kRows ? rows : columns) += v.score;
+  return rows > columns ? StripeOrientation::kRows : StripeOrientation::kColumns;
+}
+
+struct FrameResult {
+  StripeDetection detection;
+  std::vector<CloudPoint> points;
+};
+
+bool inside(const WorkspaceBox& box, const Vector3d& p) {
+  return (p.array() >= box.min.array()).all() && (p.array() <= box.max.array()).all();
+}
+
+FrameResult process(const StripeFrame& frame, const CameraModel& camera, const cv::Mat& background,
+                    const StripeReconstructionParameters& parameters) {
+  FrameResult result;
+  const cv::Mat image = load_checked(frame, camera);
+  if (const auto* ours = std::get_if<StripeParameters>(&parameters.detector))
+    result.detection = detect_stripe(image, background, *ours);
+  else
+    result.detection = detect_paper(image, std::get<PaperStripeParameters>(parameters.detector));
+  StripeStatistics& statistics = result.detection.statistics;
+  triangulate(result.detection, camera, frame.cPl, frame.index, parameters.triangulation, result.points, statistics);
+  for (CloudPoint& point : result.points) point.p = frame.aMc * point.p;
+  if (parameters.workspace)
+    statistics.outside_workspace +=
+        std::erase_if(result.points, [&](const CloudPoint& point) { return !inside(*parameters.workspace, point.p); });
+  return result;
+}
+
+void drop_particles(std::vector<CloudPoint>& points, const StripeReconstructionParameters& parameters,
+                    StripeStatistics& statistics) {
+  if (parameters.particle_run <= 0 || !(parameters.particle_radius > 0)) return;
+  const std::vector<bool> keep = confirmed_points(points, parameters.particle_radius, parameters.particle_run);
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < points.size(); ++i)
+    if (keep[i]) points[kept++] = points[i];
+  statistics.particle = points.size() - kept;
+  points.resize(kept);
+}
+
+void append_number(std::string& out, float value) {
+  std::array<char, 40> digits;
+  const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value, std::chars_format::fixed, 4).ptr;
+  out.append(digits.data(), end);
+}
+
+}  // namespace
+
+StripeResult reconstruct_stripe(const std::vector<StripeFrame>& frames, const CameraModel& camera,
+                                const cv::Mat& background, const StripeReconstructionParameters& parameters,
+                                const std::string& cloud_frame,
+                                const std::function<void(std::size_t, std::size_t)>& progress) {
+  StripeReconstructionParameters settled = parameters;
+  if (auto* ours = std::get_if<StripeParameters>(&settled.detector);
+      ours && ours->orientation == StripeOrientation::kAuto && !frames.empty())
+    ours->orientation = vote(frames, camera, background);
+
+  std::vector<FrameResult> results(frames.size());
+  std::mutex reporting;
+  std::size_t done = 0;
+  tbb::parallel_for(std::size_t{0}, frames.size(), [&](std::size_t i) {
+    results[i] = process(frames[i], camera, background, settled);
+    if (!progress) return;
+    const std::lock_guard lock(reporting);
+    progress(++done, frames.size());
+  });
+
+  StripeResult all;
+  all.cloud.frame = cloud_frame;
+  if (!results.empty()) all.orientation = results[0].detection.orientation;
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    const FrameResult& result = results[i];
+    all.statistics += result.detection.statistics;
+    for (const StripePeak& peak : result.detection.peaks) all.rows.push_back({frames[i].index, peak});
+    all.cloud.points.insert(all.cloud.points.end(), result.points.begin(), result.points.end());
+  }
+  drop_particles(all.cloud.points, parameters, all.statistics);
+  all.statistics.points = all.cloud.points.size();
+  return all;
+}
+
+void write_stripe_csv(const std::filesystem::path& file, const std::vector<StripeRow>& rows,
+                      StripeOrientation orientation) {
+  std::string text = orientation == StripeOrientation::kRows ? "frame,row_px,column_px,sigma_px,intensity\n"
+                                                             : "frame,column_px,row_px,sigma_px,intensity\n";
+  for (const StripeRow& row : rows) {
+    text += std::to_string(row.frame);
+    text += ',' + std::to_string(static_cast<int>(row.peak.column));
+    for (const float value : {row.peak.position, row.peak.sigma_px, row.peak.intensity}) {
+      text += ',';
+      append_number(text, value);
+    }
+    text += '\n';
+  }
+  std::filesystem::path partial = file;
+  partial += ".partial";
+  std::ofstream out(partial, std::ios::binary | std::ios::trunc);
+  out << text;
+  out.close();
+  std::error_code error;
+  if (out) std::filesystem::rename(partial, file, error);
+  if (out && !error) return;
+  std::error_code ignored;
+  std::filesystem::remove(partial, ignored);
+  throw InputError(file, "cannot be written, expected a writable folder with room");
+}
+
+}  // namespace tankrig

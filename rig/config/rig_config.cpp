@@ -1,0 +1,188 @@
+#include "rig/config/rig_config.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <set>
+
+#include "core/input_error.hpp"
+#include "rig/config/scan_section.hpp"
+#include "rig/session/model_yaml.hpp"
+
+namespace tankrig {
+namespace {
+
+constexpr std::array kOtherSections{"reconstruction", "evaluation", "mock", "workspace"};
+constexpr std::array kOwnKeys{"name", "description", "backend", "scene", "applied_preset", "arm",
+                              "scan", "presets",     "cameras", "laser", "object",         "obstacles"};
+
+void refuse_unknown_keys(const ConfigNode& root) {
+  for (const std::string& key : root.keys()) {
+    const auto is_key = [&](const char* known) { return key == known; };
+    if (std::any_of(kOwnKeys.begin(), kOwnKeys.end(), is_key) ||
+        std::any_of(kOtherSections.begin(), kOtherSections.end(), is_key))
+      continue;
+    std::string known;
+    for (const char* k : kOwnKeys) known += std::string(k) + ", ";
+    for (const char* k : kOtherSections) known += std::string(k) + (k == kOtherSections.back() ? "" : ", ");
+    root.fail(key, "unknown key, expected one of: " + known);
+  }
+}
+
+void read_arm(const ConfigNode& node, RigConfig& rig) {
+  rig.arm = read_arm_model(node);
+  if (const auto limits = node.optional_child("motion_limits")) {
+    RigMotionLimits& m = rig.motion_limits;
+    m.angle_margin = limits->number_or("angle_margin_rad", m.angle_margin, {0, 1});
+    m.max_velocity = limits->number_or("max_velocity_rad_s", m.max_velocity, {0.01, 10});
+    m.max_ticks_per_s = limits->number_or("max_ticks_per_s", m.max_ticks_per_s, {1, 1e6});
+  }
+  node.finish();
+}
+
+RigCamera read_camera(const ConfigNode& node) {
+  RigCamera camera;
+  camera.name = node.text("name");
+  if (camera.name.empty() || camera.name.find_first_of("/\\,\"\n ") != std::string::npos ||
+      camera.name.starts_with('.'))
+    node.fail("name", "found '" + camera.name + "', expected a name that can be a folder's, without blanks or commas");
+  const std::string role = node.choice("role", {"mono", "left", "right"});
+  camera.role = role == "mono" ? CameraRole::kMono : role == "left" ? CameraRole::kLeft : CameraRole::kRight;
+  camera.model = read_camera_model(node.child("model"));
+  camera.bMc = node.transform("bMc");
+  const std::string record = node.choice("record", {"all", "dark", "sweep"});
+  camera.record = record == "all" ? RecordWhen::kAll : record == "dark" ? RecordWhen::kDark : RecordWhen::kSweep;
+  camera.rate_hz = node.number("rate_hz", {0.1, 1000});
+  node.finish();
+  return camera;
+}
+
+void read_cameras(const ConfigNode& root, RigConfig& rig) {
+  std::set<std::string> names;
+  std::set<CameraRole> roles;
+  for (const ConfigNode& node : root.items("cameras")) {
+    rig.cameras.push_back(read_camera(node));
+    const RigCamera& camera = rig.cameras.back();
+    if (!names.insert(camera.name).second)
+      node.fail("name", "found '" + camera.name + "' for the second time, expected another name");
+    if (!roles.insert(camera.role).second)
+      node.fail("role",
+                std::string("found '") + to_string(camera.role) + "' for the second time, expected one camera a role");
+  }
+  const RigCamera* mono = rig.find_camera(CameraRole::kMono);
+  if (!mono || mono->record == RecordWhen::kDark)
+    root.fail("cameras", "found no mono camera that records the sweep, expected one");
+  if (roles.contains(CameraRole::kLeft) != roles.contains(CameraRole::kRight))
+    root.fail("cameras", "found one eye of a stereo pair, expected left and right, or neither");
+  rig.scan.frame_period = 1.0 / mono->rate_hz;
+}
+
+void read_laser(const ConfigNode& node, RigConfig& rig) {
+  RigLaser& laser = rig.laser;
+  laser.ePl = read_plane(node.child("ePl"));
+  laser.origin_e = read_vector(node, "origin_e_m");
+  laser.direction_e = read_vector(node, "direction_e");
+  if (!(laser.direction_e.norm() > 1e-6)) node.fail("direction_e", "found length 0, expected a direction");
+  if (std::abs(laser.direction_e.norm() - 1) > 1e-14) laser.direction_e.normalize();
+  laser.fan = node.number("fan_rad", {0.001, 3.2});
+  rig.scan.laser_warm_up = node.number("warm_up_s", {0, 600});
+  rig.scan.laser_switches_per_frame = node.flag_or("switches_per_frame", false);
+  if (std::abs(laser.ePl.distance(laser.origin_e)) > 1e-3)
+    node.fail("origin_e_m", "found a point " + std::to_string(laser.ePl.distance(laser.origin_e)) +
+                                " m off the sheet ePl, expected one on it");
+  if (std::abs(laser.ePl.normal.dot(laser.direction_e)) > 1e-3)
+    node.fail("direction_e", "found a direction out of the sheet ePl, expected one in it");
+  node.finish();
+}
+
+void read_obstacles(const ConfigNode& node, RigObstacles& o) {
+  o.tank_size = read_vector(node, "tank_size_m");
+  if (!(o.tank_size.minCoeff() > 0))
+    node.fail("tank_size_m", "found a side that is not positive, expected three lengths");
+  o.wMb = node.transform("wMb");
+  o.margin = node.number("margin_m", {0, 1});
+  o.link_radius = node.number("link_radius_m", {0, 1});
+  o.tool_length = node.number_or("tool_length_m", 0, {0, 2});
+  if (node.has("carried"))
+    for (const ConfigNode& body : node.items("carried"))
+      o.carried.push_back(
+          {read_vector(body, "from_e_m"), read_vector(body, "to_e_m"), body.number("radius_m", {0, 1})});
+  node.finish();
+}
+
+/// All presets are read, so that a bad one is found whichever is asked for.
+void read_presets(const ConfigNode& root, const std::string& wanted, RigConfig& rig) {
+  const auto presets = root.optional_child("presets");
+  std::string known;
+  ScanSettings chosen = rig.scan;
+  bool found = wanted.empty();
+  for (const std::string& name : presets ? presets->keys() : std::vector<std::string>{}) {
+    ScanSettings scan = rig.scan;
+    bool read_lux = rig.read_lux;
+    const ConfigNode node = presets->child(name);
+    read_scan_section(node, false, scan, read_lux);
+    check_scan_section(node, scan, rig.arm);
+    known += (known.empty() ? "" : ", ") + name;
+    if (name == wanted) chosen = scan, rig.read_lux = read_lux, found = true;
+  }
+  if (presets) presets->finish();
+  if (!found)
+    throw InputError(rig.file, "presets: found no '" + wanted + "', expected " +
+                                   (known.empty() ? "none: the file has no presets" : "one of: " + known));
+  rig.scan = chosen;
+}
+
+}  // namespace
+
+std::optional<ConfigNode> RigConfig::section(std::string_view section_name) const {
+  return root.optional_child(section_name);
+}
+
+const RigCamera* RigConfig::find_camera(CameraRole role) const {
+  for (const RigCamera& camera : cameras)
+    if (camera.role == role) return &camera;
+  return nullptr;
+}
+
+void RigConfig::describe(SessionInfo& info) const {
+  info.rig = name;
+  info.cameras.clear();
+  for (const RigCamera& camera : cameras) info.cameras.push_back({camera.name, camera.role, camera.model, camera.bMc});
+  info.calibration = {arm, laser.ePl, laser.origin_e, laser.direction_e, laser.fan};
+  info.object = SessionObject{object.mesh.filename().string(), object.bMo};
+}
+
+std::vector<std::string> rig_presets(const std::filesystem::path& file) {
+  const auto presets = ConfigNode::load(file).optional_child("presets");
+  return presets ? presets->keys() : std::vector<std::string>{};
+}
+
+RigConfig load_rig(const std::filesystem::path& file, const std::string& preset) {
+  RigConfig rig(ConfigNode::load(file));
+  const ConfigNode& root = rig.root;
+  refuse_unknown_keys(root);
+  rig.name = root.text("name");
+  rig.description = root.text_or("description", "");
+  rig.backend = root.text("backend");
+  if (rig.backend != "mock")
+    root.fail("backend", "found '" + rig.backend +
+                             "', expected mock (devices on wires and real devices are not supported by this version)");
+  rig.scene = root.path("scene");
+  read_arm(root.child("arm"), rig);
+  read_cameras(root, rig);
+  read_laser(root.child("laser"), rig);
+  const ConfigNode object = root.child("object");
+  rig.object = {object.path("mesh"), object.transform("bMo")};
+  object.finish();
+  read_obstacles(root.child("obstacles"), rig.obstacles);
+
+  const ConfigNode scan = root.child("scan");
+  read_scan_section(scan, true, rig.scan, rig.read_lux);
+  scan.finish();
+  check_scan_section(scan, rig.scan, rig.arm);
+  read_presets(root, preset, rig);
+  rig.preset = preset.empty() ? root.text_or("applied_preset", "") : preset;
+  return rig;
+}
+
+}  // namespace tankrig

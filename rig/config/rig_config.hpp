@@ -1,0 +1,107 @@
+// The rig file: which arm, cameras, laser and object stand where, and how a scan goes. etc/rigs/<name>/rig.yaml.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/arm_model.hpp"
+#include "core/camera_model.hpp"
+#include "core/config_node.hpp"
+#include "rig/executive/scan_settings.hpp"
+#include "rig/session/session.hpp"
+
+namespace tankrig {
+
+struct RigCamera {
+  std::string name;
+  CameraRole role = CameraRole::kMono;
+  CameraModel model;
+  Transform bMc = Transform::Identity();
+  RecordWhen record = RecordWhen::kAll;
+  double rate_hz = 25;
+};
+
+/// Frames: e. The sheet is all that triangulation uses; origin and direction say what it can reach.
+struct RigLaser {
+  Plane ePl;
+  Vector3d origin_e = Vector3d::Zero();      ///< the projector's exit, on the sheet [m]
+  Vector3d direction_e = Vector3d::UnitZ();  ///< middle of the fan, unit, in the sheet
+  double fan = 0.9;                          ///< full opening angle [rad]
+};
+
+struct RigObject {
+  std::filesystem::path mesh;  ///< absolute
+  Transform bMo = Transform::Identity();
+};
+
+/// A body that moves with the end effector: a segment in e with a radius [m].
+struct RigCarriedBody {
+  Vector3d from_e = Vector3d::Zero(), to_e = Vector3d::Zero();
+  double radius = 0;
+};
+
+/// What the arm must keep away from, and how thick it is.  Units: metres.
+struct RigObstacles {
+  Vector3d tank_size{2.0, 2.0, 1.5};  ///< inner; the floor's centre is w's origin
+  Transform wMb = Transform::Identity();
+  double margin = 0.02;  ///< smallest clearance that is not refused
+  double link_radius = 0.045;
+  double tool_length = 0;  ///< beyond e, along its z
+  std::vector<RigCarriedBody> carried;
+};
+
+/// What a motion may do beyond the joint limits of the arm model.
+struct RigMotionLimits {
+  double angle_margin = 0;        ///< kept from every joint limit [rad]
+  double max_velocity = 1.0;      ///< any joint [rad/s]
+  double max_ticks_per_s = 2000;  ///< any actuator
+};
+
+/// A rig file, read and checked. `scan` is complete: laser and camera facts it needs are filled in from their sections.
+struct RigConfig {
+  explicit RigConfig(ConfigNode file_root) : file(file_root.file()), root(std::move(file_root)) {}
+
+  std::filesystem::path file;
+  std::string name, description;
+  std::string backend;          ///< "mock"
+  std::filesystem::path scene;  ///< of the mock backend, absolute
+  std::string preset;           ///< applied to `scan`; empty if none
+  ArmModel arm;
+  RigMotionLimits motion_limits;
+  ScanSettings scan;
+  bool read_lux = true;  ///< ask the lux meter before and after the sweep
+  std::vector<RigCamera> cameras;
+  RigLaser laser;
+  RigObject object;
+  RigObstacles obstacles;
+
+  /// The sections other folders read themselves: "reconstruction", "evaluation", "mock", "workspace".
+  /// Nothing if the file does not have it.
+  std::optional<ConfigNode> section(std::string_view name) const;
+
+  const RigCamera* find_camera(CameraRole role) const;
+
+  /// Cameras, calibration and object as a session keeps them; the mesh by its file name.
+  void describe(SessionInfo& info) const;
+
+  ConfigNode root;  ///< the whole file, for section()
+};
+
+/// Names of the presets in a rig file.
+std::vector<std::string> rig_presets(const std::filesystem::path& file);
+
+/// Reads a rig file and applies one of its presets to its scan ("" for none). Keys of section()s are not looked at
+/// here: whoever reads one calls finish() on it. Errors: InputError "FILE:LINE: key: found ..., expected ..."; an
+/// unknown key is one.
+RigConfig load_rig(const std::filesystem::path& file, const std::string& preset = "");
+
+/// The rig as it was used, presets and changes applied: a rig file again. `mesh` is what it names as the object's mesh,
+/// relative to where the text will be stored.
+std::string resolved_rig_yaml(const RigConfig& rig, const std::string& mesh);
+
+/// Text of a rig file for a new place, comments and all: its scene and mesh become absolute paths.
+std::string rig_file_for_elsewhere(const std::filesystem::path& file);
+
+}  // namespace tankrig

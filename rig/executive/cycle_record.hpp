@@ -1,0 +1,50 @@
+// What one cycle of the executive saw and did: the only thing that leaves it.
+#pragma once
+
+#include "drivers/arm/arm.hpp"
+
+namespace tankrig {
+
+enum class ExecutiveState : std::uint8_t {
+  kWaiting,  ///< reads and records, arm at rest, laser off
+  kRunning,  ///< follows the plan
+  kDone,     ///< plan finished, arm at rest, laser off
+  kStopped,  ///< asked to stop: laser off, arm stopped
+  kFault,    ///< laser off, arm stopped, latched
+};
+const char* to_string(ExecutiveState state) noexcept;
+
+enum class Fault : std::uint8_t {
+  kNone,
+  kArmRead,         ///< the arm's driver reports a failure to read
+  kArmSilent,       ///< no joint state within feedback_timeout
+  kArmWrite,        ///< the arm's driver refuses a set-point
+  kLaser,           ///< the laser's driver reports a failure
+  kFollowingError,  ///< a joint is further from its plan than following_error_limit
+  kHeartbeat,       ///< the supervising loop was not heard of within heartbeat_timeout
+  kInterlock,       ///< the laser's interlock opened while armed
+};
+const char* to_string(Fault fault) noexcept;
+
+/// Assigning one allocates nothing.  Units: rad, rad/s, seconds of plan time.
+struct CycleRecord {
+  std::uint64_t cycle = 0;
+  Stamp stamp{};              ///< the cycle's start
+  double plan_time = 0;       ///< < 0 before the plan starts
+  std::uint32_t segment = 0;  ///< index into ScanPlan::segments()
+  ExecutiveState state = ExecutiveState::kWaiting;
+  Fault fault = Fault::kNone;
+  Error error{};               ///< the device's own words, where `fault` comes from a device
+  int joint = -1;              ///< of a following error
+  double following_error = 0;  ///< largest over the joints, at the newest joint sample [rad]
+  bool laser_commanded = false;
+  bool laser_emitting = false;
+  Stamp laser_since{};      ///< LaserState::since
+  bool has_joints = false;  ///< `joints` is new in this cycle
+  JointState joints{};
+  JointVector planned = JointVector::Zero();  ///< position set-point
+  JointVector desired = JointVector::Zero();  ///< velocity asked for
+  JointVector applied = JointVector::Zero();  ///< velocity the driver says it applies
+};
+
+}  // namespace tankrig

@@ -1,0 +1,25 @@
+// Where a scan puts what it records: the session on disk, or a test's memory.
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <string>
+#include <string_view>
+
+#include "drivers/arm/arm.hpp"
+#include "rig/session/session.hpp"
+
+namespace tankrig {
+
+/// Threads: one, never the cycle's.  RT: never.  Errors: a sink that cannot record throws; the scan then ends safely.
+class ScanSink {
+ public:
+  virtual ~ScanSink() = default;
+  /// Every joint sample, in order of its stamp.
+  virtual void joints(const JointState& state) = 0;
+  /// A frame joined to its joints. `record.file` is the sink's to choose; the rest is filled in.
+  virtual void frame(const FrameRecord& record, const cv::Mat& image) = 0;
+  /// `kind`: "phase", "laser", "fault", "drop", "overrun", "stop".
+  virtual void event(Stamp when, std::string_view kind, const std::string& text) = 0;
+};
+
+}  // namespace tankrig

@@ -1,0 +1,72 @@
+#include "rig/session/checksums.hpp"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <map>
+
+#include "core/input_error.hpp"
+#include "rig/session/sha256.hpp"
+#include "rig/session/text_files.hpp"
+
+namespace tankrig {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kName = "SHA256SUMS";
+
+std::vector<std::string> files_below(const fs::path& session) {
+  std::vector<std::string> names;
+  for (const auto& entry : fs::recursive_directory_iterator(session)) {
+    const std::string name = entry.path().lexically_relative(session).generic_string();
+    if (entry.is_regular_file() && name != kName && entry.path().extension() != ".tmp") names.push_back(name);
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+std::vector<std::string> sums_of(const fs::path& session, const std::vector<std::string>& names) {
+  std::vector<std::string> sums(names.size());
+  tbb::parallel_for(std::size_t{0}, names.size(), [&](std::size_t i) { sums[i] = sha256_of_file(session / names[i]); });
+  return sums;
+}
+
+}  // namespace
+
+void write_checksums(const fs::path& session) {
+  const std::vector<std::string> names = files_below(session), sums = sums_of(session, names);
+  std::string out;
+  for (std::size_t i = 0; i < names.size(); ++i) out += sums[i] + "  " + names[i] + "\n";
+  write_whole_file(session / kName, out);
+}
+
+std::vector<std::string> check_checksums(const fs::path& session) {
+  const std::string text = read_whole_file(session / kName);
+  std::map<std::string, std::string> listed;
+  int line = 0;
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = std::min(text.find('\n', begin), text.size());
+    const std::string entry = text.substr(begin, end - begin);
+    begin = end + 1, ++line;
+    if (entry.size() < 67 || entry.find_first_not_of("0123456789abcdef") != 64 || entry.substr(64, 2) != "  ")
+      throw InputError(session / kName, line,
+                       "found '" + entry + "', expected 64 hexadecimal digits, two blanks and a file name");
+    listed[entry.substr(66)] = entry.substr(0, 64);
+  }
+  const std::vector<std::string> names = files_below(session), sums = sums_of(session, names);
+  std::vector<std::string> differences;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const auto found = listed.find(names[i]);
+    if (found == listed.end()) {
+      differences.push_back(names[i] + ": not listed");
+    } else {
+      if (found->second != sums[i]) differences.push_back(names[i] + ": changed");
+      listed.erase(found);
+    }
+  }
+  for (const auto& [name, sum] : listed) differences.push_back(name + ": missing");
+  return differences;
+}
+
+}  // namespace tankrig

@@ -1,0 +1,126 @@
+#include "rig/session/session.hpp"
+
+#include <opencv2/imgcodecs.hpp>
+
+#include "core/input_error.hpp"
+#include "rig/session/session_tables.hpp"
+#include "rig/session/session_yaml.hpp"
+
+namespace tankrig {
+namespace {
+
+namespace fs = std::filesystem;
+
+void check_cameras(const Session& session) {
+  for (const FrameRecord& frame : session.frames) {
+    bool known = false;
+    for (const SessionCamera& camera : session.info.cameras) known = known || camera.name == frame.camera;
+    if (!known)
+      throw InputError(session.path / "frames.csv",
+                       "camera: found '" + frame.camera + "', expected a camera of session.yaml");
+  }
+}
+
+/// A recording that was cut, or ran out of disk, can list frames whose images were never written.
+void drop_frames_without_image(Session& session) {
+  const std::size_t listed = session.frames.size();
+  std::erase_if(session.frames, [&](const FrameRecord& frame) { return !fs::exists(session.path / frame.file); });
+  if (const std::size_t lost = listed - session.frames.size())
+    session.warnings.push_back(std::to_string(lost) + " frames of " + std::to_string(listed) +
+                               " in frames.csv have no image and are left out");
+}
+
+}  // namespace
+
+const char* to_string(Phase phase) {
+  switch (phase) {
+    case Phase::kMove:
+      return "move";
+    case Phase::kDarkBefore:
+      return "dark_before";
+    case Phase::kSweep:
+      return "sweep";
+    case Phase::kDarkAfter:
+      return "dark_after";
+  }
+  return "?";
+}
+
+const char* to_string(CameraRole role) {
+  switch (role) {
+    case CameraRole::kMono:
+      return "mono";
+    case CameraRole::kLeft:
+      return "left";
+    case CameraRole::kRight:
+      return "right";
+  }
+  return "?";
+}
+
+Session Session::open(const fs::path& path) {
+  std::error_code ignored;
+  if (!fs::is_directory(path, ignored)) throw InputError(path, "is not a folder, expected a session");
+  if (!fs::exists(path / "session.yaml", ignored)) throw InputError(path, "has no session.yaml, expected a session");
+  Session session;
+  session.path = path;
+  session.info = read_session_yaml(path / "session.yaml");
+  const bool unfinished = session.info.status == "recording";
+  if (unfinished) session.warnings.push_back("the recording was cut short: it never reached its end");
+  if (!calibration_is_as_recorded(path / "session.yaml", session.info))
+    session.warnings.push_back("calibration in session.yaml was changed after the recording: its SHA-256 differs");
+
+  auto table = read_frames_csv(path / "frames.csv");
+  session.frames = std::move(table.records);
+  if (table.cut_short) session.warnings.push_back("frames.csv: its last line is incomplete and left out");
+  check_cameras(session);
+  if (session.info.status != "complete") drop_frames_without_image(session);
+  return session;
+}
+
+const SessionCamera* Session::find_camera(CameraRole role) const {
+  for (const SessionCamera& camera : info.cameras)
+    if (camera.role == role) return &camera;
+  return nullptr;
+}
+
+const SessionCamera& Session::camera(CameraRole role) const {
+  if (const SessionCamera* camera = find_camera(role)) return *camera;
+  throw InputError(path / "session.yaml",
+                   std::string("cameras: found no ") + to_string(role) + " camera, expected one");
+}
+
+cv::Mat Session::image(const FrameRecord& frame) const {
+  const fs::path file = path / frame.file;
+  std::error_code ignored;
+  if (!fs::exists(file, ignored)) throw InputError(file, "does not exist, expected the image of a frame of frames.csv");
+  cv::Mat image;
+  try {
+    image = cv::imread(file.string(), cv::IMREAD_ANYCOLOR | cv::IMREAD_IGNORE_ORIENTATION);
+  } catch (const cv::Exception&) {
+  }
+  if (image.empty()) throw InputError(file, "cannot be decoded, expected an image of 8 bits per channel");
+  for (const SessionCamera& camera : info.cameras)
+    if (camera.name == frame.camera && (image.cols != camera.model.width || image.rows != camera.model.height))
+      throw InputError(file, "found " + std::to_string(image.cols) + " x " + std::to_string(image.rows) +
+                                 " px, expected " + std::to_string(camera.model.width) + " x " +
+                                 std::to_string(camera.model.height) + " as calibrated");
+  return image;
+}
+
+Plane Session::laser_plane(const FrameRecord& frame) const {
+  if (frame.cPl) return *frame.cPl;
+  const std::string name = "frame " + std::to_string(frame.index) + " of " + frame.camera + ": ";
+  if (!frame.q)
+    throw InputError(path / "frames.csv", name + "found no joints and no laser plane, expected one of them");
+  if (!info.calibration.arm || !info.calibration.ePl)
+    throw InputError(
+        path / "session.yaml",
+        "calibration: found no arm or no ePl, expected both to place the laser of " + name + "no plane of its own");
+  for (const SessionCamera& camera : info.cameras)
+    if (camera.name == frame.camera)
+      return (camera.bMc.inverse() * info.calibration.arm->bMe(*frame.q)) * *info.calibration.ePl;
+  throw InputError(path / "frames.csv", name + "expected a camera of session.yaml");
+}
+
+}  // namespace tankrig

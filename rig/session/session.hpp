@@ -1,0 +1,107 @@
+// The session on disk: what a scan leaves, and the hinge between recording and everything after it.
+//
+//   session.yaml   who, when, rig, lux, seeds, versions, status; cameras, calibration, object
+//   joints.csv     every joint sample        frames.csv   every frame with its joints and sync residual
+//   events.csv     drops, overruns, faults, phases            frames/<camera>/<index>.png
+//   later: clouds/ results/ pictures/ report.html, and SHA256SUMS at the end
+// Formats, columns and units: docs/formats.md.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/arm_model.hpp"
+#include "core/camera_model.hpp"
+#include "core/time.hpp"
+
+namespace tankrig {
+
+/// Where in the scan a frame was taken. Dark blocks have the laser off and the arm at rest.
+enum class Phase : std::uint8_t { kMove, kDarkBefore, kSweep, kDarkAfter };
+const char* to_string(Phase phase);
+
+/// One frame as recorded (a line of frames.csv).
+struct FrameRecord {
+  std::string camera;
+  int index = 0;               ///< position in its camera's sequence, from 0
+  std::uint64_t sequence = 0;  ///< the device's count
+  Stamp stamp{};               ///< middle of the exposure
+  Duration exposure{};
+  Phase phase = Phase::kMove;
+  int pass = 0;                  ///< sweep pass, from 0
+  bool laser_on = false;         ///< emitting during the whole exposure
+  std::optional<JointVector> q;  ///< joints interpolated at `stamp`; none if imported or refused
+  Duration sync_residual{};      ///< distance in time to the nearer joint sample used
+  std::optional<Plane> cPl;      ///< laser plane in the camera frame, where it is given per frame (imported sessions)
+  std::string file;              ///< relative to the session, e.g. frames/mono/000012.png
+};
+
+enum class CameraRole : std::uint8_t { kMono, kLeft, kRight };
+const char* to_string(CameraRole role);
+
+struct SessionCamera {
+  std::string name;
+  CameraRole role = CameraRole::kMono;
+  CameraModel model;
+  Transform bMc = Transform::Identity();  ///< camera in the arm base; identity where there is no arm
+};
+
+/// The calibration a scan was made with.
+struct SessionCalibration {
+  std::optional<ArmModel> arm;  ///< none for an imported session
+  std::optional<Plane> ePl;     ///< laser plane rigid with the end effector
+  // What the laser can reach; triangulation does not use it.
+  Vector3d laser_origin_e = Vector3d::Zero();      ///< projector's exit in e [m]
+  Vector3d laser_direction_e = Vector3d::UnitZ();  ///< middle of the fan, unit, in the sheet
+  double laser_fan = 0;                            ///< full opening angle [rad]
+};
+
+struct SessionObject {
+  std::string mesh;                       ///< file name inside the session
+  Transform bMo = Transform::Identity();  ///< mesh frame in the arm base
+};
+
+/// session.yaml, whole.
+struct SessionInfo {
+  std::string name;
+  std::string status;       ///< "recording" | "complete" | "stopped: REASON"
+  std::string kind;         ///< "scan" | "import"
+  std::string created_utc;  ///< ISO 8601, the only wall time in a session
+  std::string operator_name, notes;
+  std::string rig, rig_hash;     ///< rig's name; SHA-256 of the resolved rig file copied as rig.yaml
+  std::string calibration_hash;  ///< SHA-256 of cameras, calibration and object as written; the writer fills it in
+  std::string software;          ///< tankrig's version
+  std::string noise;             ///< sensor model and parameters; "device" on a real rig
+  std::uint64_t seed = 0;
+  std::optional<double> light;  ///< simulated only
+  std::optional<double> lux_before, lux_after;
+  double simulated_s = 0;                       ///< length of the run on its own clock
+  std::map<std::string, std::uint64_t> counts;  ///< every frame not used has a reason here
+  std::vector<SessionCamera> cameras;
+  SessionCalibration calibration;
+  std::optional<SessionObject> object;
+};
+
+/// A session read back.
+struct Session {
+  std::filesystem::path path;
+  SessionInfo info;
+  std::vector<FrameRecord> frames;    ///< in file order
+  std::vector<std::string> warnings;  ///< what was cut short, left out, or changed since the recording
+
+  /// Errors: InputError naming file, line, field.
+  static Session open(const std::filesystem::path& path);
+
+  const SessionCamera& camera(CameraRole role) const;  ///< InputError if there is none
+  const SessionCamera* find_camera(CameraRole role) const;
+  cv::Mat image(const FrameRecord& frame) const;  ///< InputError if missing or unreadable
+  /// Laser plane in the frame of `frame`'s camera: given per frame, or cMb * bMe(q) * ePl.  InputError if neither is
+  /// known.
+  Plane laser_plane(const FrameRecord& frame) const;
+};
+
+}  // namespace tankrig

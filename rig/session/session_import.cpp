@@ -1,0 +1,218 @@
+#include "rig/session/session_import.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <opencv2/imgcodecs.hpp>
+#include <set>
+#include <vector>
+
+#include "core/input_error.hpp"
+#include "rig/session/checksums.hpp"
+#include "rig/session/csv.hpp"
+#include "rig/session/session_tables.hpp"
+#include "rig/session/session_writer.hpp"
+#include "rig/session/session_yaml.hpp"
+#include "rig/session/text_files.hpp"
+
+namespace tankrig {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kCamera = "mono";
+
+std::string_view trimmed(std::string_view text) {
+  while (!text.empty() && std::isspace(static_cast<unsigned char>(text.front()))) text.remove_prefix(1);
+  while (!text.empty() && std::isspace(static_cast<unsigned char>(text.back()))) text.remove_suffix(1);
+  return text;
+}
+
+Plane plane_of(const std::vector<std::string>& fields, std::size_t first) {
+  if (fields.size() != first + 4)
+    throw InputError("found " + std::to_string(fields.size() - first) + " numbers, expected a,b,c,d");
+  double v[4];
+  for (std::size_t i = 0; i < 4; ++i) {
+    std::string_view text = trimmed(fields[first + i]);
+    if (text.starts_with('+')) text.remove_prefix(1);
+    if (!parse_number(text, v[i]) || !std::isfinite(v[i]))
+      throw InputError("found '" + fields[first + i] + "', expected a number");
+  }
+  const double length = std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+  if (!(length > 1e-9)) throw InputError("found a normal a,b,c of length 0, expected a direction");
+  if (std::abs(v[3] / length) < 1e-6)
+    throw InputError("found d = " + fields[first + 3] +
+                     ", a plane through the camera's centre; expected a distance from it");
+  return {Vector3d(v[0], v[1], v[2]) / length, v[3] / length};
+}
+
+std::vector<fs::path> images_in(const fs::path& folder) {
+  static const std::set<std::string> kEndings{".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm", ".ppm"};
+  std::error_code failed;
+  if (!fs::is_directory(folder, failed)) throw InputError(folder, "is not a folder, expected one with images");
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    std::string ending = entry.path().extension().string();
+    std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
+    if (entry.is_regular_file() && kEndings.contains(ending)) files.push_back(entry.path());
+  }
+  if (files.empty()) throw InputError(folder, "holds no image, expected .png, .jpg, .bmp, .tif, .pgm or .ppm files");
+  std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
+    return natural_less(a.filename().string(), b.filename().string());
+  });
+  return files;
+}
+
+void check_image(const fs::path& file, const CameraModel& camera) {
+  cv::Mat image;
+  try {
+    image = cv::imread(file.string(), cv::IMREAD_ANYCOLOR | cv::IMREAD_IGNORE_ORIENTATION);
+  } catch (const cv::Exception&) {
+  }
+  if (image.empty()) throw InputError(file, "cannot be decoded, expected an image");
+  if (image.cols != camera.width || image.rows != camera.height)
+    throw InputError(file, "found " + std::to_string(image.cols) + " x " + std::to_string(image.rows) +
+                               " px, expected " + std::to_string(camera.width) + " x " + std::to_string(camera.height) +
+                               " as in the camera file");
+}
+
+void check_planes(const ImportRequest& request, const std::vector<fs::path>& images) {
+  if (request.plane.has_value() == !request.planes.empty())
+    throw InputError("found " + std::string(request.plane ? "both a plane and planes per image" : "no laser plane") +
+                     ", expected --plane or --planes");
+  if (request.plane) return;
+  std::set<std::string> names;
+  for (const fs::path& image : images) {
+    names.insert(image.filename().string());
+    if (!request.planes.contains(image.filename().string()))
+      throw InputError(image, "has no plane in the planes file, expected one for every image");
+  }
+  for (const auto& [name, plane] : request.planes)
+    if (!names.contains(name))
+      throw InputError(request.images / name, "does not exist, expected every image named in the planes file");
+}
+
+std::string copy_images(const ImportRequest& request, const std::vector<fs::path>& images, bool dark, int first,
+                        const fs::path& session) {
+  const fs::path folder = fs::path("frames") / kCamera / (dark ? "dark" : "");
+  if (!images.empty()) fs::create_directories(session / folder);
+  std::string lines;
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    check_image(images[i], request.camera);
+    const std::string name = images[i].filename().string();
+    FrameRecord frame;
+    frame.camera = kCamera;
+    frame.index = first + static_cast<int>(i);
+    frame.sequence = static_cast<std::uint64_t>(frame.index);
+    frame.phase = dark ? Phase::kDarkBefore : Phase::kSweep;
+    frame.laser_on = !dark;
+    frame.file = (folder / name).generic_string();
+    if (!dark) frame.cPl = request.plane ? *request.plane : request.planes.at(name);
+    copy_whole_file(images[i], session / frame.file);
+    lines += frames_line(frame);
+  }
+  return lines;
+}
+
+/// Removes the half-built session unless it was handed over.
+struct Scaffold {
+  fs::path path;
+  ~Scaffold() {
+    std::error_code ignored;
+    fs::remove_all(path, ignored);
+  }
+};
+
+}  // namespace
+
+Plane parse_plane(std::string_view text) {
+  try {
+    return plane_of(split_csv_line(text), 0);
+  } catch (const InputError& e) {
+    throw InputError("plane '" + std::string(text) + "': " + e.what());
+  }
+}
+
+std::map<std::string, Plane> read_planes_csv(const fs::path& file) {
+  const std::string text = read_whole_file(file);
+  std::map<std::string, Plane> planes;
+  int line_number = 0;
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = std::min(text.find('\n', begin), text.size());
+    const std::string line(trimmed(std::string_view(text).substr(begin, end - begin)));
+    begin = end + 1, ++line_number;
+    if (line.empty() || line.starts_with('#')) continue;
+    const std::vector<std::string> fields = split_csv_line(line);
+    const std::string name(trimmed(fields[0]));
+    if (line_number == 1 && name == "file") continue;
+    try {
+      if (name.empty()) throw InputError("found no file name, expected file,a,b,c,d");
+      if (!planes.emplace(name, plane_of(fields, 1)).second)
+        throw InputError("found '" + name + "' for the second time, expected it once");
+    } catch (const InputError& e) {
+      throw InputError(file, line_number, e.what());
+    }
+  }
+  if (planes.empty()) throw InputError(file, "holds no plane, expected lines file,a,b,c,d");
+  return planes;
+}
+
+bool natural_less(std::string_view a, std::string_view b) {
+  const auto digit = [](char c) { return c >= '0' && c <= '9'; };
+  std::size_t i = 0, j = 0;
+  while (i < a.size() && j < b.size()) {
+    if (digit(a[i]) && digit(b[j])) {
+      std::size_t i_end = i, j_end = j;
+      while (i_end < a.size() && digit(a[i_end])) ++i_end;
+      while (j_end < b.size() && digit(b[j_end])) ++j_end;
+      while (i < i_end && a[i] == '0') ++i;
+      while (j < j_end && b[j] == '0') ++j;
+      if (i_end - i != j_end - j) return i_end - i < j_end - j;
+      for (; i < i_end; ++i, ++j)
+        if (a[i] != b[j]) return a[i] < b[j];
+    } else {
+      if (a[i] != b[j]) return a[i] < b[j];
+      ++i, ++j;
+    }
+  }
+  const bool a_ends = i == a.size(), b_ends = j == b.size();
+  return a_ends != b_ends ? a_ends : a < b;
+}
+
+void write_import_session(const ImportRequest& request) {
+  const std::vector<fs::path> images = images_in(request.images);
+  const std::vector<fs::path> dark = request.dark ? images_in(*request.dark) : std::vector<fs::path>{};
+  check_planes(request, images);
+  if (fs::exists(request.out)) throw InputError(request.out, "exists already, expected the name of a new session");
+
+  fs::path target = fs::absolute(request.out).lexically_normal();
+  if (!target.has_filename()) target = target.parent_path();
+  Scaffold scaffold{target.parent_path() / ("." + target.filename().string() + ".tmp")};
+  std::error_code failed;
+  fs::remove_all(scaffold.path, failed);
+  fs::create_directories(scaffold.path, failed);
+  if (failed) throw InputError(request.out, "cannot be created: " + failed.message());
+
+  SessionInfo info;
+  info.name = target.filename().string();
+  info.status = "complete";
+  info.kind = "import";
+  info.created_utc = utc_now();
+  info.operator_name = request.operator_name;
+  info.notes = request.notes;
+  info.software = request.software;
+  info.noise = "device";
+  info.cameras = {{kCamera, CameraRole::kMono, request.camera, Transform::Identity()}};
+  std::string frames = frames_header();
+  frames += copy_images(request, images, false, 0, scaffold.path);
+  frames += copy_images(request, dark, true, static_cast<int>(images.size()), scaffold.path);
+  write_whole_file(scaffold.path / "frames.csv", frames);
+  write_whole_file(scaffold.path / "joints.csv", joints_header());
+  write_whole_file(scaffold.path / "events.csv", events_header());
+  write_whole_file(scaffold.path / "session.yaml", session_yaml(info));
+  write_checksums(scaffold.path);
+  fs::rename(scaffold.path, target, failed);
+  if (failed) throw InputError(request.out, "cannot be created: " + failed.message());
+}
+
+}  // namespace tankrig

@@ -1,0 +1,185 @@
+#include "rig/session/session_tables.hpp"
+
+#include <array>
+#include <cmath>
+
+#include "core/input_error.hpp"
+#include "rig/session/csv.hpp"
+#include "rig/session/text_files.hpp"
+
+namespace tankrig {
+namespace {
+
+constexpr std::array kPhases{Phase::kMove, Phase::kDarkBefore, Phase::kSweep, Phase::kDarkAfter};
+
+void add_joint_columns(std::vector<std::string>& columns, const std::string& before, const std::string& after) {
+  for (const char* joint : kJointNames) columns.push_back(before + joint + after);
+}
+
+std::vector<std::string> joints_columns() {
+  std::vector<std::string> columns{"stamp_ns"};
+  add_joint_columns(columns, "q_", "_rad");
+  add_joint_columns(columns, "velocity_", "_rad_s");
+  add_joint_columns(columns, "", "_ticks");
+  columns.push_back("current_a");
+  return columns;
+}
+
+std::vector<std::string> frames_columns() {
+  std::vector<std::string> columns{"camera",      "index", "sequence", "stamp_ns",
+                                   "exposure_ns", "phase", "pass",     "laser_on"};
+  add_joint_columns(columns, "q_", "_rad");
+  for (const char* c : {"sync_residual_ns", "plane_a", "plane_b", "plane_c", "plane_d_m", "file"})
+    columns.emplace_back(c);
+  return columns;
+}
+
+std::vector<std::string> events_columns() { return {"stamp_ns", "kind", "text"}; }
+
+std::string line_of(const std::vector<std::string>& fields) {
+  std::string out;
+  for (const std::string& field : fields) out += (out.empty() ? "" : ",") + field;
+  return out + "\n";
+}
+
+/// The fields of one row, taken in order.
+struct Fields {
+  const CsvTable& table;
+  const CsvRow& row;
+  std::size_t next = 0;
+
+  const std::string& text() { return row.fields[next++]; }
+  bool empty() const { return row.fields[next].empty(); }
+
+  template <class T>
+  T number(const char* expected) {
+    T value{};
+    if (!parse_number(row.fields[next], value)) table.fail(row, next, expected);
+    if constexpr (std::is_floating_point_v<T>)
+      if (!std::isfinite(value)) table.fail(row, next, expected);
+    ++next;
+    return value;
+  }
+  double real() { return number<double>("a number"); }
+  std::int64_t whole() { return number<std::int64_t>("a whole number"); }
+  std::int64_t count() {
+    const std::int64_t value = whole();
+    if (value < 0 || value > 0x7fffffff) table.fail(row, next - 1, "a whole number of at least 0");
+    return value;
+  }
+  JointVector joints() {
+    JointVector q;
+    for (int i = 0; i < kJoints; ++i) q[i] = real();
+    return q;
+  }
+};
+
+template <class Record, class Parse>
+SessionTable<Record> read_table(const std::filesystem::path& file, const std::vector<std::string>& columns,
+                                Parse parse) {
+  const CsvTable table = read_csv(file, columns);
+  SessionTable<Record> out;
+  out.cut_short = table.cut_short;
+  out.records.reserve(table.rows.size());
+  for (const CsvRow& row : table.rows) out.records.push_back(parse(Fields{table, row}));
+  return out;
+}
+
+FrameRecord parse_frame(Fields fields) {
+  FrameRecord frame;
+  if (fields.empty()) fields.table.fail(fields.row, 0, "a camera's name");
+  frame.camera = fields.text();
+  frame.index = static_cast<int>(fields.count());
+  frame.sequence = fields.number<std::uint64_t>("a whole number of at least 0");
+  frame.stamp.ns = fields.whole();
+  frame.exposure = Duration{fields.whole()};
+  const std::string& phase = fields.text();
+  bool known = false;
+  for (const Phase p : kPhases)
+    if (phase == to_string(p)) frame.phase = p, known = true;
+  if (!known) fields.table.fail(fields.row, fields.next - 1, "move, dark_before, sweep or dark_after");
+  frame.pass = static_cast<int>(fields.count());
+  const std::string& laser = fields.text();
+  if (laser != "0" && laser != "1") fields.table.fail(fields.row, fields.next - 1, "0 or 1");
+  frame.laser_on = laser == "1";
+  if (fields.empty())
+    fields.next += kJoints;
+  else
+    frame.q = fields.joints();
+  frame.sync_residual = Duration{fields.whole()};
+  if (fields.empty()) {
+    fields.next += 4;
+  } else {
+    const double a = fields.real(), b = fields.real(), c = fields.real(), d = fields.real();
+    frame.cPl = Plane{{a, b, c}, d};
+    if (!(std::abs(frame.cPl->normal.norm() - 1) < 1e-6))
+      fields.table.fail(fields.row, fields.next - 4, "the first number of a normal of length 1");
+  }
+  if (fields.empty()) fields.table.fail(fields.row, fields.next, "the image's file name");
+  frame.file = fields.text();
+  return frame;
+}
+
+}  // namespace
+
+std::string joints_header() { return line_of(joints_columns()); }
+std::string frames_header() { return line_of(frames_columns()); }
+std::string events_header() { return line_of(events_columns()); }
+
+std::string joints_line(const JointState& state) {
+  std::vector<std::string> fields{std::to_string(state.stamp.ns)};
+  for (const double q : state.q) fields.push_back(exact_text(q));
+  for (const double v : state.velocity) fields.push_back(exact_text(v));
+  for (const std::int32_t ticks : state.ticks) fields.push_back(std::to_string(ticks));
+  fields.push_back(exact_text(state.current_a));
+  return line_of(fields);
+}
+
+std::string frames_line(const FrameRecord& frame) {
+  std::vector<std::string> fields{csv_field(frame.camera),
+                                  std::to_string(frame.index),
+                                  std::to_string(frame.sequence),
+                                  std::to_string(frame.stamp.ns),
+                                  std::to_string(frame.exposure.count()),
+                                  to_string(frame.phase),
+                                  std::to_string(frame.pass),
+                                  frame.laser_on ? "1" : "0"};
+  for (int i = 0; i < kJoints; ++i) fields.push_back(frame.q ? exact_text((*frame.q)[i]) : "");
+  fields.push_back(std::to_string(frame.sync_residual.count()));
+  for (int i = 0; i < 3; ++i) fields.push_back(frame.cPl ? exact_text(frame.cPl->normal[i]) : "");
+  fields.push_back(frame.cPl ? exact_text(frame.cPl->offset) : "");
+  fields.push_back(csv_field(frame.file));
+  return line_of(fields);
+}
+
+std::string events_line(Stamp stamp, std::string_view kind, std::string_view text) {
+  return line_of({std::to_string(stamp.ns), csv_field(kind), csv_field(text)});
+}
+
+SessionTable<JointState> read_joints_csv(const std::filesystem::path& file) {
+  return read_table<JointState>(file, joints_columns(), [](Fields fields) {
+    JointState state;
+    state.stamp.ns = fields.whole();
+    state.q = fields.joints();
+    state.velocity = fields.joints();
+    for (std::int32_t& ticks : state.ticks) ticks = fields.number<std::int32_t>("a whole number of 32 bits");
+    state.current_a = fields.real();
+    return state;
+  });
+}
+
+SessionTable<FrameRecord> read_frames_csv(const std::filesystem::path& file) {
+  return read_table<FrameRecord>(file, frames_columns(), parse_frame);
+}
+
+SessionTable<SessionEvent> read_events_csv(const std::filesystem::path& file) {
+  return read_table<SessionEvent>(file, events_columns(), [](Fields fields) {
+    SessionEvent event;
+    event.stamp.ns = fields.whole();
+    event.kind = fields.text();
+    event.text = fields.text();
+    return event;
+  });
+}
+
+}  // namespace tankrig

@@ -1,0 +1,39 @@
+// The tables of a session, record by record: joints.csv, frames.csv, events.csv.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "drivers/arm/arm.hpp"
+#include "rig/session/session.hpp"
+
+namespace tankrig {
+
+/// A line of events.csv.
+struct SessionEvent {
+  Stamp stamp{};
+  std::string kind, text;
+};
+
+std::string joints_header();
+std::string frames_header();
+std::string events_header();
+std::string joints_line(const JointState& state);
+std::string frames_line(const FrameRecord& frame);
+std::string events_line(Stamp stamp, std::string_view kind, std::string_view text);
+
+/// A table read back; `cut_short` says that its last line was incomplete and left out.
+template <class Record>
+struct SessionTable {
+  std::vector<Record> records;
+  bool cut_short = false;
+};
+
+/// Errors: InputError with file, line and column.
+SessionTable<JointState> read_joints_csv(const std::filesystem::path& file);
+SessionTable<FrameRecord> read_frames_csv(const std::filesystem::path& file);
+SessionTable<SessionEvent> read_events_csv(const std::filesystem::path& file);
+
+}  // namespace tankrig

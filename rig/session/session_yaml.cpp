@@ -1,0 +1,132 @@
+#include "rig/session/session_yaml.hpp"
+
+#include "core/config_node.hpp"
+#include "core/input_error.hpp"
+#include "rig/session/model_yaml.hpp"
+#include "rig/session/sha256.hpp"
+#include "rig/session/text_files.hpp"
+
+namespace tankrig {
+namespace {
+
+constexpr const char* kFormat = "tankrig-session 1";
+
+std::uint64_t read_count(const ConfigNode& node, const std::string& key) {
+  const std::string text = node.text(key);
+  std::uint64_t value = 0;
+  if (!parse_number(text, value)) node.fail(key, "found '" + text + "', expected a whole number of at least 0");
+  return value;
+}
+
+std::optional<double> read_optional(const ConfigNode& node, const char* key, ConfigNode::Range range) {
+  if (!node.has(key)) return std::nullopt;
+  return node.number(key, range);
+}
+
+SessionCamera read_camera(const ConfigNode& node) {
+  SessionCamera camera;
+  camera.name = node.text("name");
+  const std::string role = node.choice("role", {"mono", "left", "right"});
+  camera.role = role == "mono" ? CameraRole::kMono : role == "left" ? CameraRole::kLeft : CameraRole::kRight;
+  camera.model = read_camera_model(node.child("model"));
+  camera.bMc = node.transform("bMc");
+  return camera;
+}
+
+void read_calibration(const ConfigNode& root, SessionInfo& info) {
+  for (const ConfigNode& camera : root.items("cameras")) info.cameras.push_back(read_camera(camera));
+  if (const auto calibration = root.optional_child("calibration")) {
+    if (const auto arm = calibration->optional_child("arm")) info.calibration.arm = read_arm_model(*arm);
+    if (const auto plane = calibration->optional_child("ePl")) info.calibration.ePl = read_plane(*plane);
+    info.calibration.laser_origin_e = read_vector(*calibration, "laser_origin_e_m");
+    info.calibration.laser_direction_e = read_vector(*calibration, "laser_direction_e");
+    info.calibration.laser_fan = calibration->number("laser_fan_rad", {0, 3.2});
+  }
+  if (const auto object = root.optional_child("object"))
+    info.object = SessionObject{object->text("mesh"), object->transform("bMo")};
+}
+
+}  // namespace
+
+std::string calibration_yaml(const SessionInfo& info) {
+  std::string out = info.cameras.empty() ? "cameras: []\n" : "cameras:\n";
+  for (const SessionCamera& camera : info.cameras)
+    out += "  - name: " + yaml_quoted(camera.name) + "\n    role: " + to_string(camera.role) +
+           "\n    model: " + yaml_of(camera.model) + "\n    bMc: " + yaml_of(camera.bMc) + "\n";
+  out += "calibration:\n";
+  if (info.calibration.arm) out += "  arm:\n" + yaml_of(*info.calibration.arm, 4);
+  if (info.calibration.ePl) out += "  ePl: " + yaml_of(*info.calibration.ePl) + "\n";
+  out += "  laser_origin_e_m: " + yaml_of(info.calibration.laser_origin_e) + "\n";
+  out += "  laser_direction_e: " + yaml_of(info.calibration.laser_direction_e) + "\n";
+  out += "  laser_fan_rad: " + exact_text(info.calibration.laser_fan) + "\n";
+  if (info.object)
+    out += "object:\n  mesh: " + yaml_quoted(info.object->mesh) + "\n  bMo: " + yaml_of(info.object->bMo) + "\n";
+  return out;
+}
+
+std::string session_yaml(const SessionInfo& info) {
+  std::string out = std::string("format: ") + kFormat + "\n";
+  const auto text = [&](const char* key, const std::string& value) {
+    out += std::string(key) + ": " + yaml_quoted(value) + "\n";
+  };
+  const auto optional = [&](const char* key, const std::optional<double>& value) {
+    if (value) out += std::string(key) + ": " + exact_text(*value) + "\n";
+  };
+  text("name", info.name);
+  text("status", info.status);
+  text("kind", info.kind);
+  text("created_utc", info.created_utc);
+  text("operator", info.operator_name);
+  text("notes", info.notes);
+  text("rig", info.rig);
+  text("rig_sha256", info.rig_hash);
+  text("software", info.software);
+  text("noise", info.noise);
+  out += "seed: " + std::to_string(info.seed) + "\n";
+  optional("light", info.light);
+  optional("lux_before", info.lux_before);
+  optional("lux_after", info.lux_after);
+  optional("simulated_s", info.simulated_s);
+  out += info.counts.empty() ? "counts: {}\n" : "counts:\n";
+  for (const auto& [reason, count] : info.counts)
+    out += "  " + yaml_quoted(reason) + ": " + std::to_string(count) + "\n";
+  const std::string calibration = calibration_yaml(info);
+  text("calibration_sha256", sha256_of_text(calibration));
+  return out + calibration;
+}
+
+SessionInfo read_session_yaml(const std::filesystem::path& file) {
+  const ConfigNode root = ConfigNode::load(file);
+  root.choice("format", {kFormat});
+  SessionInfo info;
+  info.name = root.text("name");
+  info.status = root.text("status");
+  info.kind = root.choice("kind", {"scan", "import"});
+  info.created_utc = root.text("created_utc");
+  info.operator_name = root.text("operator");
+  info.notes = root.text("notes");
+  info.rig = root.text("rig");
+  info.rig_hash = root.text("rig_sha256");
+  info.software = root.text("software");
+  info.noise = root.text("noise");
+  info.seed = read_count(root, "seed");
+  info.light = read_optional(root, "light", {0, 1});
+  info.lux_before = read_optional(root, "lux_before", {0, 1e7});
+  info.lux_after = read_optional(root, "lux_after", {0, 1e7});
+  info.simulated_s = root.number_or("simulated_s", 0, {0, 1e9});
+  const ConfigNode counts = root.child("counts");
+  for (const std::string& reason : counts.keys()) info.counts[reason] = read_count(counts, reason);
+  info.calibration_hash = root.text("calibration_sha256");
+  read_calibration(root, info);
+  root.finish();
+  return info;
+}
+
+bool calibration_is_as_recorded(const std::filesystem::path& file, const SessionInfo& info) {
+  const std::string text = read_whole_file(file);
+  const std::size_t begin = text.find("\ncameras:");
+  return begin != std::string::npos &&
+         sha256_of_text(std::string_view(text).substr(begin + 1)) == info.calibration_hash;
+}
+
+}  // namespace tankrig

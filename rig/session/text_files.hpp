@@ -1,0 +1,52 @@
+// How the rig writes its text files: whole or not at all, numbers that read back exactly.
+#pragma once
+
+#include <charconv>
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+namespace tankrig {
+
+/// Shortest text that reads back as exactly `value`.
+std::string exact_text(double value);
+
+/// A YAML double-quoted scalar.
+std::string yaml_quoted(std::string_view text);
+
+/// Replaces `file` with `text` by a temporary file and a rename: a reader sees the old or the new one, never a part.
+/// Errors: InputError with the system's reason (disk full, no permission).
+void write_whole_file(const std::filesystem::path& file, std::string_view text);
+
+/// Errors: InputError if it cannot be read.
+std::string read_whole_file(const std::filesystem::path& file);
+
+/// Copies a file into place by a temporary file and a rename.  Errors: InputError naming both files.
+void copy_whole_file(const std::filesystem::path& from, const std::filesystem::path& to);
+
+/// `text` as a number of type T, all of it.
+template <class T>
+bool parse_number(std::string_view text, T& value) {
+  const auto [end, ec] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return ec == std::errc{} && end == text.data() + text.size();
+}
+
+/// A text file that only grows, written when flushed.
+/// Threads: one.  Errors: InputError with the system's reason; a failure is reported again by every later call.
+class AppendFile {
+ public:
+  explicit AppendFile(std::filesystem::path file);
+  ~AppendFile();
+  AppendFile(const AppendFile&) = delete;
+  AppendFile& operator=(const AppendFile&) = delete;
+
+  void append(std::string_view text) { pending_ += text; }
+  void flush();
+
+ private:
+  std::filesystem::path file_;
+  std::string pending_;
+  int descriptor_ = -1;
+};
+
+}  // namespace tankrig

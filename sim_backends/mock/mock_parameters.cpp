@@ -1,0 +1,54 @@
+#include "sim_backends/mock/mock_parameters.hpp"
+
+namespace tankrig::sim {
+namespace {
+
+constexpr ConfigRange kNotNegative{0, 1e6};
+constexpr ConfigRange kPositive{1e-9, 1e6};
+
+Duration milliseconds_or(const ConfigNode& node, std::string_view key, Duration fallback,
+                         ConfigRange range = kNotNegative) {
+  return from_seconds(node.number_or(key, seconds(fallback) * 1e3, range) * 1e-3);
+}
+
+void read_arm(const ConfigNode& node, MockArmParameters& arm) {
+  arm.exchange_period = milliseconds_or(node, "exchange_period_ms", arm.exchange_period, {0.1, 1000});
+  arm.feedback_latency = milliseconds_or(node, "feedback_latency_ms", arm.feedback_latency, {0, 500});
+  arm.latency_known = node.flag_or("latency_known", arm.latency_known);
+  arm.watchdog = milliseconds_or(node, "watchdog_ms", arm.watchdog, kPositive);
+  arm.time_constant = node.number_or("time_constant_s", arm.time_constant, kPositive);
+  arm.creep = node.number_or("creep_rad_s", arm.creep, kNotNegative);
+  arm.max_ticks_per_s = node.number_or("max_ticks_per_s", arm.max_ticks_per_s, kPositive);
+  if (node.has("dead_zone_rad_s")) {
+    const auto values = node.numbers("dead_zone_rad_s", kJoints);
+    for (int j = 0; j < kJoints; ++j) arm.dead_zone[j] = values[static_cast<std::size_t>(j)];
+  }
+  if (node.has("backlash_ticks")) {
+    const auto values = node.numbers("backlash_ticks", kJoints);
+    for (std::size_t j = 0; j < kJoints; ++j) arm.backlash_ticks[j] = values[j];
+  }
+}
+
+void read_camera(const ConfigNode& node, MockCameraParameters& camera) {
+  camera.exposure = milliseconds_or(node, "exposure_ms", camera.exposure, kPositive);
+  camera.phase = milliseconds_or(node, "phase_ms", camera.phase);
+  camera.readout = milliseconds_or(node, "readout_ms", camera.readout);
+  camera.drop_every = node.integer_or("drop_every", camera.drop_every, {0, 1e6});
+  camera.buffer_frames = node.integer_or("buffer_frames", camera.buffer_frames, {1, 1000});
+}
+
+}  // namespace
+
+MockParameters parameters_from(const ConfigNode& mock) {
+  MockParameters p;
+  if (const auto arm = mock.optional_child("arm")) read_arm(*arm, p.arm);
+  if (const auto camera = mock.optional_child("camera")) read_camera(*camera, p.camera);
+  if (const auto laser = mock.optional_child("laser"))
+    p.laser_warm_up = milliseconds_or(*laser, "warm_up_ms", p.laser_warm_up);
+  if (const auto lux = mock.optional_child("lux_meter"))
+    p.lux_relative_noise = lux->number_or("relative_noise", p.lux_relative_noise, {0, 1});
+  mock.finish();
+  return p;
+}
+
+}  // namespace tankrig::sim

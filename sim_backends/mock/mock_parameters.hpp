@@ -1,0 +1,46 @@
+// How the mock devices behave: the rig file's `mock` section.
+#pragma once
+
+#include <array>
+
+#include "core/arm_model.hpp"
+#include "core/config_node.hpp"
+#include "core/time.hpp"
+
+namespace tankrig::sim {
+
+/// Source of the defaults: the laboratory's public controller (docs/arm5e.md); time constant and latency are
+/// assumptions.
+struct MockArmParameters {
+  Duration exchange_period = std::chrono::milliseconds{10};  ///< set-point out, encoders back
+  Duration feedback_latency = std::chrono::milliseconds{5};  ///< from reading the encoders to try_read
+  bool latency_known = true;  ///< the driver takes the latency off the stamp; else a state is stamped on arrival
+  Duration watchdog = std::chrono::milliseconds{500};  ///< without a set-point for longer the arm stops
+  double time_constant = 0.03;                         ///< first-order lag of every actuator's velocity [s]
+  double creep = 0.01;                                 ///< slower commands are rest [rad/s]
+  JointVector dead_zone = (JointVector() << 0.06, 0.06, 0.06, 0.2, 0.1)
+                              .finished();       ///< slower commands, but for creep, are raised to it [rad/s]
+  double max_ticks_per_s = 2000;                 ///< all axes are slowed together when one exceeds it
+  std::array<double, kJoints> backlash_ticks{};  ///< total play between encoder and link
+};
+
+struct MockCameraParameters {
+  Duration exposure = std::chrono::milliseconds{10};
+  Duration phase = Duration{0};                     ///< mid-exposures are at start-up + phase + n / rate
+  Duration readout = std::chrono::milliseconds{8};  ///< from the end of the exposure to try_grab
+  int drop_every = 0;                               ///< every n-th frame is lost on the wire; 0: none
+  int buffer_frames = 8;                            ///< frames that wait for try_grab; older ones are overrun
+};
+
+struct MockParameters {
+  MockArmParameters arm;
+  MockCameraParameters camera;  ///< of every camera
+  Duration laser_warm_up = std::chrono::seconds{1};
+  double lux_relative_noise = 0;  ///< one standard deviation of a reading, relative
+};
+
+/// Reads `arm`, `camera`, `laser`, `lux_meter` below `mock`; what is not there keeps its default.  Errors: InputError
+/// with line.
+MockParameters parameters_from(const ConfigNode& mock);
+
+}  // namespace tankrig::sim

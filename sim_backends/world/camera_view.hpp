@@ -1,0 +1,92 @@
+// What one camera sees that never changes: the radiance of the lit tank, and the surfaces behind its sub-pixels.
+//
+// Camera and tank do not move and light is linear, so both are computed once; a frame adds the laser's light to them.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "sim_backends/world/point_spread.hpp"
+#include "sim_backends/world/radiometry.hpp"
+
+namespace tankrig::sim {
+
+/// The surface behind a quarter of a pixel.
+struct SubPixel {
+  Vector3f p = Vector3f::Constant(1e6f);  ///< w [m]
+  float gain = 0;  ///< digital numbers per lux of the laser's light on the surface, before its colour
+  std::array<std::int16_t, 3> normal{};  ///< w, unit vector times 32767, towards the camera
+};
+
+/// Bounding box of the surfaces behind a cell of 4 x 4 pixels, w [m]; empty (minimum > maximum) where there are none.
+struct CellBox {
+  Vector3f minimum = Vector3f::Constant(1e6f), maximum = Vector3f::Constant(-1e6f);
+};
+
+/// Frames: w, c.  Threads: const calls from any.
+class CameraView {
+ public:
+  static constexpr int kSub = 2;                 ///< sub-pixels along a pixel's side
+  static constexpr int kCell = 4;                ///< pixels along a cell's side
+  static constexpr int kCellSub = kCell * kSub;  ///< sub-pixels along a cell's side
+
+  CameraView(const CameraSpec& spec, const RenderGeometry& geometry, const Radiometry& radiometry);
+
+  int width() const { return spec_.model.width; }
+  int height() const { return spec_.model.height; }
+  int channels() const { return spec_.channels; }
+  const CameraSpec& spec() const { return spec_; }
+
+  /// Digital numbers at light 1, not rounded or clipped; row-major, channels interleaved (blue, green, red or one).
+  const float* radiance_row(int v) const {
+    return radiance_.data() + static_cast<std::size_t>(v) * width() * channels();
+  }
+
+  int cells_x() const { return cells_x_; }
+  int cells_y() const { return cells_y_; }
+  const CellBox& cell_box(int cell_x, int cell_y) const { return boxes_[cell_y * cells_x_ + cell_x]; }
+  /// kCellSub * kCellSub sub-pixels, row by row.
+  const SubPixel* cell(int cell_x, int cell_y) const {
+    return subs_.data() + static_cast<std::size_t>(cell_y * cells_x_ + cell_x) * kCellSub * kCellSub;
+  }
+  const SubPixel& sub_pixel(int sub_u, int sub_v) const {
+    return cell(sub_u / kCellSub, sub_v / kCellSub)[(sub_v % kCellSub) * kCellSub + sub_u % kCellSub];
+  }
+
+  const Vector3f& centre() const { return centre_; }
+  /// Distance along the ray to the surface at the middle of pixel (u, v) [m]; large where there is none.
+  float range(int u, int v) const { return ranges_[static_cast<std::size_t>(v) * width() + u]; }
+  /// Unit direction of the ray through pixel coordinates within the image, w.
+  Vector3f direction(float u, float v) const;
+  /// Undistorted coordinates (x / z, y / z) of the corner (u - 0.5, v - 0.5), c.
+  const Eigen::Vector2f& corner(int u, int v) const {
+    return corners_[static_cast<std::size_t>(v) * (width() + 1) + u];
+  }
+  /// Digital numbers per lux of exitance.
+  float scale() const { return scale_; }
+  /// The channels' responses to light of this colour, in the order of the image.
+  std::array<float, 3> response(const Rgb& colour) const;
+  const PixelFilter& laser_filter() const { return laser_filter_; }
+
+ private:
+  struct Trace;
+  void trace(const RenderGeometry& geometry, const Radiometry& radiometry, Trace& trace);
+  void shade(const RenderGeometry& geometry, const Radiometry& radiometry, const Trace& trace);
+
+  CameraSpec spec_;
+  Vector3f centre_;
+  Eigen::Matrix3f wRc_;
+  float scale_;
+  PixelFilter laser_filter_;
+  int cells_x_, cells_y_;
+  std::vector<Eigen::Vector2f> corners_;  ///< undistorted coordinates of the pixels' corners
+  std::vector<SubPixel> subs_;
+  std::vector<CellBox> boxes_;
+  std::vector<float> ranges_, radiance_;
+};
+
+/// Digital numbers per lux of exitance of `spec`'s sensor.
+float digital_numbers_per_lux(const CameraSpec& spec);
+
+}  // namespace tankrig::sim

@@ -1,0 +1,52 @@
+// Particles that float in the tank: where they are at a time, and how a camera sees them.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "core/time.hpp"
+#include "sim_backends/world/laser_layer.hpp"
+
+namespace tankrig::sim {
+
+/// A Poisson field that drifts and re-enters on the other side. The same particles for every camera.
+class ParticleField {
+ public:
+  struct Particle {
+    Vector3f p;    ///< w at time 0 [m]
+    float radius;  ///< [m]
+    Vector3f velocity;
+  };
+
+  ParticleField(const Scene& scene, std::uint64_t seed);
+
+  std::size_t count() const { return particles_.size(); }
+  const Particle& particle(std::size_t i) const { return particles_[i]; }
+  Vector3f position(std::size_t i, Stamp when) const;
+
+ private:
+  std::vector<Particle> particles_;
+  Vector3d low_, size_;
+};
+
+/// Particles as discs in one frame, blurred by focus and optics, hidden behind nearer surfaces.
+class ParticleLayer {
+ public:
+  ParticleLayer(const ParticleField& field, Stamp when, const CameraView& view, const Radiometry& radiometry,
+                float light, const LaserSheet& sheet, const ExposedSheet& exposed, const Rgb& laser_colour,
+                const RenderGeometry& geometry);
+
+  /// Blends the discs into rows [first, first + count) of the image, `rows` starting at row `first`.
+  void blend(int first, int count, float* rows) const;
+  std::size_t visible() const { return discs_.size(); }
+
+ private:
+  struct Disc {
+    float u, v, radius, edge, cover;
+    std::array<float, 3> value;
+  };
+  const CameraView* view_;
+  std::vector<Disc> discs_;
+};
+
+}  // namespace tankrig::sim

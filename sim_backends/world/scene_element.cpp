@@ -1,0 +1,217 @@
+// Strict XML: what nobody knows is an error, what UWSim knows and we do not simulate is a warning.
+#include "sim_backends/world/scene_element.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <numeric>
+#include <sstream>
+
+#include "core/input_error.hpp"
+
+namespace tankrig::sim {
+namespace {
+
+std::string trimmed(std::string_view text) {
+  const auto first = text.find_first_not_of(" \t\r\n");
+  if (first == std::string_view::npos) return {};
+  return std::string(text.substr(first, text.find_last_not_of(" \t\r\n") - first + 1));
+}
+
+std::string shown(double value) {
+  std::ostringstream out;
+  out << value;
+  return out.str();
+}
+
+std::string shown(Bounds bounds) {
+  if (std::isinf(bounds.lower) && std::isinf(bounds.upper)) return "a number";
+  return "a number in [" + shown(bounds.lower) + ", " + shown(bounds.upper) + "]";
+}
+
+int edit_distance(std::string_view a, std::string_view b) {
+  std::vector<int> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), 0);
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    int diagonal = row[0]++;
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      const int changed = diagonal + (a[i] == b[j] ? 0 : 1);
+      diagonal = row[j + 1];
+      row[j + 1] = std::min({row[j] + 1, row[j + 1] + 1, changed});
+    }
+  }
+  return row.back();
+}
+
+bool holds(std::initializer_list<const char*> names, std::string_view name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+}  // namespace
+
+struct SceneElement::Document {
+  std::filesystem::path file;
+  std::string text;
+  pugi::xml_document xml;
+  std::vector<std::string> warnings;
+
+  int line(std::ptrdiff_t offset) const {
+    const auto end = std::clamp<std::ptrdiff_t>(offset, 0, static_cast<std::ptrdiff_t>(text.size()));
+    return 1 + static_cast<int>(std::count(text.begin(), text.begin() + end, '\n'));
+  }
+};
+
+SceneElement SceneElement::load(const std::filesystem::path& file, std::string_view root_name) {
+  auto document = std::make_shared<Document>();
+  document->file = file;
+  std::ifstream in(file, std::ios::binary);
+  std::ostringstream content;
+  if (!std::filesystem::is_regular_file(file) || !in || !(content << in.rdbuf()))
+    throw InputError(file, "found no readable file, expected a scene in XML");
+  document->text = content.str();
+  const auto parsed = document->xml.load_buffer(document->text.data(), document->text.size(), pugi::parse_default,
+                                                pugi::encoding_utf8);
+  if (!parsed)
+    throw InputError(file, document->line(parsed.offset),
+                     std::string("found XML that does not parse (") + parsed.description() + "), expected a scene");
+  const SceneElement root(document, document->xml.document_element());
+  if (root.name() != root_name)
+    root.fail("found root element <" + root.name() + ">, expected <" + std::string(root_name) + ">");
+  return root;
+}
+
+int SceneElement::line() const { return document_->line(node_.offset_debug()); }
+const std::filesystem::path& SceneElement::file() const { return document_->file; }
+const std::vector<std::string>& SceneElement::warnings() const { return document_->warnings; }
+
+void SceneElement::warn(const std::string& message) const {
+  document_->warnings.push_back(file().string() + ":" + std::to_string(line()) + ": " + message);
+}
+
+void SceneElement::fail(const std::string& message) const { throw InputError(file(), line(), message); }
+
+void SceneElement::expect(std::initializer_list<const char*> once, std::initializer_list<const char*> repeated,
+                          std::initializer_list<const char*> not_simulated) const {
+  if (const auto attribute = node_.first_attribute())
+    fail("<" + name() + ">: found attribute '" + attribute.name() + "', expected none");
+  for (const pugi::xml_node node : node_.children()) {
+    const SceneElement element(document_, node);
+    if (node.type() != pugi::node_element)
+      element.fail("<" + name() + ">: found text '" + trimmed(node.value()) + "', expected elements");
+    if (holds(not_simulated, node.name())) {
+      element.warn("<" + element.name() + "> is known to UWSim but not simulated");
+      continue;
+    }
+    if (holds(once, node.name())) {
+      if (node_.child(node.name()) != node)
+        element.fail("found a second <" + element.name() + "> in <" + name() + ">, expected one");
+      continue;
+    }
+    if (holds(repeated, node.name())) continue;
+    std::string nearest;
+    int best = std::numeric_limits<int>::max();
+    for (const auto& names : {once, repeated, not_simulated})
+      for (const char* known : names)
+        if (const int distance = edit_distance(node.name(), known); distance < best) best = distance, nearest = known;
+    element.fail("found unknown element <" + element.name() + "> in <" + name() + ">, expected one this element knows" +
+                 (nearest.empty() ? "" : " (nearest: <" + nearest + ">)"));
+  }
+}
+
+std::optional<SceneElement> SceneElement::optional(const char* child_name) const {
+  const auto node = node_.child(child_name);
+  if (!node) return std::nullopt;
+  return SceneElement(document_, node);
+}
+
+SceneElement SceneElement::child(const char* child_name) const {
+  if (auto element = optional(child_name)) return *element;
+  fail("<" + name() + ">: found no <" + child_name + ">, expected one");
+}
+
+std::vector<SceneElement> SceneElement::children(const char* child_name) const {
+  std::vector<SceneElement> found;
+  for (const pugi::xml_node node : node_.children(child_name)) found.push_back(SceneElement(document_, node));
+  return found;
+}
+
+std::string SceneElement::text() const {
+  if (const auto attribute = node_.first_attribute())
+    fail("<" + name() + ">: found attribute '" + attribute.name() + "', expected none");
+  for (const pugi::xml_node node : node_.children())
+    if (node.type() == pugi::node_element || node != node_.first_child())
+      fail("<" + name() + ">: found more than one piece of text, expected a single value");
+  const std::string value = trimmed(node_.text().get());
+  if (value.empty()) fail("<" + name() + ">: found nothing, expected text");
+  return value;
+}
+
+double SceneElement::number(Bounds bounds) const {
+  const std::string value = text();
+  double number = 0;
+  const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), number);
+  if (error != std::errc() || end != value.data() + value.size() || !std::isfinite(number) ||
+      !(number >= bounds.lower && number <= bounds.upper))
+    fail("<" + name() + ">: found '" + value + "', expected " + shown(bounds));
+  return number;
+}
+
+double SceneElement::number(const char* child_name, Bounds bounds) const { return child(child_name).number(bounds); }
+
+double SceneElement::number_or(const char* child_name, double fallback, Bounds bounds) const {
+  const auto element = optional(child_name);
+  return element ? element->number(bounds) : fallback;
+}
+
+int SceneElement::integer(const char* child_name, Bounds bounds) const {
+  const SceneElement element = child(child_name);
+  const double value = element.number(bounds);
+  if (value != std::floor(value)) element.fail("<" + element.name() + ">: found '" + element.text() + "', expected a whole number");
+  return static_cast<int>(value);
+}
+
+bool SceneElement::flag_or(const char* child_name, bool fallback) const {
+  const auto element = optional(child_name);
+  if (!element) return fallback;
+  const std::string value = element->text();
+  if (value != "0" && value != "1") element->fail("<" + element->name() + ">: found '" + value + "', expected 0 or 1");
+  return value == "1";
+}
+
+std::string SceneElement::text(const char* child_name) const { return child(child_name).text(); }
+
+Vector3d SceneElement::triple(const char* child_name, const char* const (&parts)[3], Bounds bounds) const {
+  const SceneElement element = child(child_name);
+  element.expect({parts[0], parts[1], parts[2]});
+  return {element.number(parts[0], bounds), element.number(parts[1], bounds), element.number(parts[2], bounds)};
+}
+
+Vector3d SceneElement::xyz(const char* child_name, Bounds bounds) const {
+  return triple(child_name, {"x", "y", "z"}, bounds);
+}
+
+Vector3d SceneElement::xyz_or(const char* child_name, const Vector3d& fallback, Bounds bounds) const {
+  return has(child_name) ? xyz(child_name, bounds) : fallback;
+}
+
+Eigen::Array3f SceneElement::rgb_or(const char* child_name, const Eigen::Array3f& fallback, Bounds bounds) const {
+  if (!has(child_name)) return fallback;
+  return triple(child_name, {"r", "g", "b"}, bounds).cast<float>().array();
+}
+
+Transform SceneElement::pose() const {
+  const Vector3d position = xyz_or("position", Vector3d::Zero());
+  const auto quaternion = optional("quaternion");
+  if (!quaternion)
+    return make_transform_rpy(position, has("orientation") ? triple("orientation", {"r", "p", "y"}, {}) : Vector3d::Zero());
+  if (has("orientation")) quaternion->fail("found <quaternion> beside <orientation>, expected one of them");
+  quaternion->expect({"x", "y", "z", "w"});
+  const Eigen::Vector4d xyzw(quaternion->number("x"), quaternion->number("y"), quaternion->number("z"),
+                             quaternion->number("w"));
+  if (std::abs(xyzw.norm() - 1) > 1e-3)
+    quaternion->fail("<quaternion>: found norm " + shown(xyzw.norm()) + ", expected 1");
+  return make_transform(position, xyzw.normalized());
+}
+
+}  // namespace tankrig::sim

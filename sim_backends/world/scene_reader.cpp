@@ -1,0 +1,290 @@
+// From a scene file to a Scene: which element means what.
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "core/input_error.hpp"
+#include "sim_backends/world/scene.hpp"
+#include "sim_backends/world/scene_element.hpp"
+
+namespace tankrig::sim {
+namespace {
+
+constexpr double kRadPerDeg = std::numbers::pi / 180;
+
+Material read_material(const SceneElement& element, Material material) {
+  element.expect({"albedo", "texture", "contrast", "scale"});
+  material.albedo = element.rgb_or("albedo", material.albedo, kFraction);
+  if (const auto texture = element.optional("texture")) {
+    const std::string name = texture->text();
+    if (name == "plain") material.texture = Material::Texture::kPlain;
+    else if (name == "speckle") material.texture = Material::Texture::kSpeckle;
+    else if (name == "labels") material.texture = Material::Texture::kLabels;
+    else texture->fail("<texture>: found '" + name + "', expected plain, speckle or labels");
+  }
+  material.contrast = static_cast<float>(element.number_or("contrast", material.contrast, kFraction));
+  material.scale = element.number_or("scale", material.scale, {1e-4, 10});
+  return material;
+}
+
+void read_ocean(const SceneElement& element, Water& water) {
+  element.expect({"attenuation"}, {},
+                 {"windx", "windy", "windSpeed", "depth", "reflectionDamping", "waveScale", "isNotChoppy", "choppyFactor",
+                  "crestFoamHeight", "oceanSurfaceHeight", "fog", "color"});
+  water.attenuation = element.rgb_or("attenuation", water.attenuation, {0, 10});
+}
+
+void read_water(const SceneElement& element, Scene& scene) {
+  element.expect({"depth", "backscatter", "veil", "laserScattering", "particles"});
+  Water& water = scene.water;
+  scene.tank.water_depth = element.number_or("depth", scene.tank.water_depth, {0.1, 100});
+  water.backscatter = element.rgb_or("backscatter", water.backscatter, {0, 10});
+  water.veil = element.rgb_or("veil", water.veil, kNotNegative);
+  water.laser_scattering = static_cast<float>(element.number_or("laserScattering", water.laser_scattering, {0, 10}));
+  if (const auto particles = element.optional("particles")) {
+    particles->expect({"density", "radius", "drift"});
+    water.particles_per_m3 = particles->number("density", {0, 1e5});
+    water.particle_radius = particles->number_or("radius", water.particle_radius, {1e-6, 0.01});
+    water.particle_drift = particles->xyz_or("drift", water.particle_drift, {-10, 10});
+  }
+}
+
+void read_simulation(const SceneElement& element, Scene& scene) {
+  element.expect({"lightRate", "ambientIlluminance"}, {},
+                 {"disableShaders", "eye_in_hand", "resw", "resh", "offsetp", "offsetr", "gravity", "enablePhysics",
+                  "physics", "showTrajectory", "lockVehicleCamera", "frustrum"});
+  scene.light = element.number_or("lightRate", scene.light, kFraction);
+  scene.ambient_lux = element.number_or("ambientIlluminance", scene.ambient_lux, {0, 200000});
+}
+
+void read_tank(const SceneElement& element, TankWalls& tank) {
+  element.expect({"size", "floor", "walls"});
+  tank.size = element.xyz_or("size", tank.size, {0.1, 100});
+  if (const auto floor = element.optional("floor")) tank.floor = read_material(*floor, tank.floor);
+  if (const auto walls = element.optional("walls")) tank.walls = read_material(*walls, tank.walls);
+}
+
+Vector3d read_direction(const SceneElement& element, const char* name) {
+  const Vector3d direction = element.xyz(name);
+  if (direction.norm() < 1e-6) element.child(name).fail(std::string("<") + name + ">: found 0 0 0, expected a direction");
+  return direction.normalized();
+}
+
+Lamp read_lamp(const SceneElement& element) {
+  element.expect({"name", "position", "direction", "intensity", "halfAngle", "color"});
+  Lamp lamp;
+  lamp.name = element.text("name");
+  lamp.position = element.xyz("position");
+  lamp.direction = read_direction(element, "direction");
+  lamp.candela = element.number("intensity", kNotNegative);
+  lamp.half_angle = element.number_or("halfAngle", lamp.half_angle, {0.01, 1.55});
+  lamp.colour = element.rgb_or("color", lamp.colour, {0, 10});
+  return lamp;
+}
+
+SceneObject read_object(const SceneElement& element) {
+  element.expect({"name", "file", "position", "orientation", "quaternion", "scaleFactor", "material", "target"}, {},
+                 {"physics"});
+  SceneObject object;
+  object.name = element.text("name");
+  const SceneElement file = element.child("file");
+  object.mesh = std::filesystem::absolute(element.file().parent_path() / file.text()).lexically_normal();
+  if (!std::filesystem::is_regular_file(object.mesh))
+    file.fail("<file>: found no file " + object.mesh.string() + ", expected a triangle mesh");
+  if (element.xyz_or("scaleFactor", Vector3d::Ones()) != Vector3d::Ones())
+    element.child("scaleFactor").fail("<scaleFactor>: found another scale than 1 1 1, expected a mesh file in metres");
+  object.wMo = element.pose();
+  if (const auto material = element.optional("material")) object.material = read_material(*material, object.material);
+  object.target = element.flag_or("target", false);
+  return object;
+}
+
+Sensor read_sensor(const SceneElement& element, Sensor sensor) {
+  element.expect({"model", "electronsPerLuxSecond", "fullWell", "readNoise", "prnu", "darkElectrons"});
+  if (const auto model = element.optional("model")) {
+    const std::string name = model->text();
+    if (name != "gaussian" && name != "emva1288")
+      model->fail("<model>: found '" + name + "', expected gaussian or emva1288");
+    sensor.model = name == "gaussian" ? Sensor::Model::kGaussian : Sensor::Model::kEmva1288;
+  }
+  sensor.electrons_per_lux_s = element.number("electronsPerLuxSecond", kPositive);
+  sensor.full_well_e = element.number_or("fullWell", sensor.full_well_e, {1, 1e9});
+  sensor.read_noise_e = element.number_or("readNoise", sensor.read_noise_e, kNotNegative);
+  sensor.prnu = element.number_or("prnu", sensor.prnu, kFraction);
+  sensor.dark_e = element.number_or("darkElectrons", sensor.dark_e, kNotNegative);
+  return sensor;
+}
+
+CameraModel read_model(const SceneElement& element) {
+  CameraModel model;
+  model.width = element.has("resw") ? element.integer("resw", {8, 8192}) : 160;
+  model.height = element.has("resh") ? element.integer("resh", {8, 8192}) : 120;
+  const double fovy = element.number_or("fovy", 50, {1, 170});
+  model.cx = (model.width - 1) / 2.0;
+  model.cy = (model.height - 1) / 2.0;
+  model.fx = model.fy = model.height / 2.0 / std::tan(fovy * kRadPerDeg / 2);
+  if (const auto parameters = element.optional("parameters")) {
+    if (const auto angle = element.optional("fovy"))
+      angle->fail("found <fovy> beside <parameters>, expected one of them");
+    parameters->expect({"fx", "fy", "x0", "y0"}, {}, {"f", "n", "k"});
+    model.fx = parameters->number("fx", {1, 1e6});
+    model.fy = parameters->number("fy", {1, 1e6});
+    model.cx = parameters->number("x0", {-1e5, 1e5});
+    model.cy = parameters->number("y0", {-1e5, 1e5});
+  }
+  if (const auto distortion = element.optional("distortion")) {
+    distortion->expect({"k1", "k2", "p1", "p2", "k3"});
+    model.k1 = distortion->number_or("k1", 0, {-10, 10});
+    model.k2 = distortion->number_or("k2", 0, {-10, 10});
+    model.p1 = distortion->number_or("p1", 0, {-1, 1});
+    model.p2 = distortion->number_or("p2", 0, {-1, 1});
+    model.k3 = distortion->number_or("k3", 0, {-10, 10});
+  }
+  return model;
+}
+
+Transform read_camera_pose(const SceneElement& element, const Scene& scene) {
+  const SceneElement reference = element.child("relativeTo");
+  const std::string name = reference.text();
+  const bool posed = element.has("position") || element.has("orientation") || element.has("quaternion");
+  const auto baseline = element.optional("baseline");
+  if (baseline && posed) baseline->warn("<baseline> is not used: the camera has a pose of its own");
+  if (name == "world" || name == "tank") return element.pose();
+  if (name == "kinematic_base") return scene.arm.wMb * element.pose();
+  for (const CameraSpec& camera : scene.cameras)
+    if (camera.name == name)
+      return camera.wMc * (baseline && !posed ? make_transform_rpy({baseline->number({-10, 10}), 0, 0}, Vector3d::Zero())
+                                              : element.pose());
+  reference.fail("<relativeTo>: found '" + name + "', expected world, tank, kinematic_base or an earlier camera");
+}
+
+CameraSpec read_camera(const SceneElement& element, const Scene& scene) {
+  element.expect({"name", "relativeTo", "resw", "resh", "position", "orientation", "quaternion", "baseline", "fovy",
+                  "parameters", "grayscale", "std", "distortion", "rate", "exposure", "psf", "sensor"},
+                 {}, {"frameId", "showpath"});
+  CameraSpec camera;
+  camera.name = element.text("name");
+  camera.model = read_model(element);
+  camera.wMc = read_camera_pose(element, scene);
+  camera.channels = element.flag_or("grayscale", false) ? 1 : 3;
+  camera.rate_hz = element.number_or("rate", camera.rate_hz, {0.01, 10000});
+  camera.exposure_s = element.number_or("exposure", camera.exposure_s, {1e-6, 10});
+  if (camera.exposure_s * camera.rate_hz > 1)
+    element.fail("<virtualCamera> '" + camera.name + "': found an exposure longer than the frame, expected at most 1 / rate");
+  camera.psf_sigma_px = element.number_or("psf", camera.psf_sigma_px, {0, 10});
+  camera.sensor = read_sensor(element.child("sensor"), camera.sensor);
+  camera.sensor.gaussian_sd = element.number_or("std", 0, kFraction);
+  return camera;
+}
+
+LaserLine read_laser(const SceneElement& element) {
+  element.expect({"name", "relativeTo", "fov", "laser", "position", "orientation", "quaternion", "luminousFlux", "halfWidth",
+                  "divergence", "speckleContrast", "color"},
+                 {}, {"image_name"});
+  LaserLine laser;
+  laser.name = element.text("name");
+  const SceneElement reference = element.child("relativeTo");
+  if (reference.text() != "end_effector")
+    reference.fail("<relativeTo>: found '" + reference.text() + "', expected end_effector");
+  if (!element.flag_or("laser", true)) element.child("laser").fail("<laser>: found 0, expected 1 (a line, not an image)");
+  laser.eMl = element.pose();
+  laser.fan = element.number("fov", {1, 170}) * kRadPerDeg;
+  laser.power_lm = element.number_or("luminousFlux", laser.power_lm, kNotNegative);
+  laser.half_width = element.number_or("halfWidth", laser.half_width, {1e-6, 0.1});
+  laser.divergence = element.number_or("divergence", laser.divergence, {0, 0.5});
+  laser.speckle_contrast = element.number_or("speckleContrast", laser.speckle_contrast, kFraction);
+  laser.colour = element.rgb_or("color", laser.colour, kFraction);
+  return laser;
+}
+
+void read_arm(const SceneElement& element, ArmSpec& arm) {
+  arm.name = element.text("name");
+  arm.wMb = element.pose();
+  if (const auto parameters = element.optional("armParameters")) {
+    parameters->expect({}, {"link"});
+    const auto links = parameters->children("link");
+    if (links.size() != arm.model.dh.size())
+      parameters->fail("<armParameters>: found " + std::to_string(links.size()) + " links, expected 4");
+    for (std::size_t i = 0; i < links.size(); ++i) {
+      links[i].expect({"a", "alpha", "d", "theta0"});
+      arm.model.dh[i] = {links[i].number("a", {-5, 5}), links[i].number("alpha", {-7, 7}), links[i].number("d", {-5, 5}),
+                         links[i].number("theta0", {-7, 7})};
+    }
+  }
+  if (const auto values = element.optional("jointValues")) {
+    values->expect({}, {"joint"});
+    const auto joints = values->children("joint");
+    if (joints.size() != kJoints)
+      values->fail("<jointValues>: found " + std::to_string(joints.size()) + " joints, expected 5");
+    for (int i = 0; i < kJoints; ++i) arm.q[i] = joints[i].number({arm.model.limits[i].lower, arm.model.limits[i].upper});
+  }
+  arm.albedo = element.rgb_or("albedo", arm.albedo, kFraction);
+  arm.link_radius = element.number_or("linkRadius", arm.link_radius, {0.001, 0.5});
+}
+
+void read_vehicle(const SceneElement& element, Scene& scene) {
+  element.expect({"name", "jointValues", "position", "orientation", "quaternion", "structuredLightProjector", "armParameters",
+                  "albedo", "linkRadius"},
+                 {"virtualCamera"},
+                 {"file", "scaleFactor", "virtualRangeImage", "rangeSensor", "imu", "pressureSensor", "gpsSensor", "dvlSensor",
+                  "multibeamSensor", "objectPicker", "ForceSensor", "forceSensor", "DredgeTool", "LedArray",
+                  "simulatedDynamics", "acousticCommsDevice", "customCommsDevice"});
+  read_arm(element, scene.arm);
+  scene.laser = read_laser(element.child("structuredLightProjector"));
+  for (const SceneElement& camera : element.children("virtualCamera")) {
+    const CameraSpec spec = read_camera(camera, scene);
+    for (const CameraSpec& other : scene.cameras)
+      if (other.name == spec.name)
+        camera.child("name").fail("found a second camera called '" + spec.name + "', expected another name");
+    scene.cameras.push_back(spec);
+  }
+}
+
+template <class Item, class Read>
+std::vector<Item> read_named(const SceneElement& root, const char* kind, Read read) {
+  std::vector<Item> items;
+  for (const SceneElement& element : root.children(kind)) {
+    items.push_back(read(element));
+    for (std::size_t i = 0; i + 1 < items.size(); ++i)
+      if (items[i].name == items.back().name)
+        element.child("name").fail("found a second " + std::string(kind) + " called '" + items[i].name +
+                                   "', expected another name");
+  }
+  return items;
+}
+
+void choose_target(const SceneElement& root, std::vector<SceneObject>& objects) {
+  if (objects.size() == 1) objects.front().target = true;
+  const auto count = std::count_if(objects.begin(), objects.end(), [](const SceneObject& o) { return o.target; });
+  if (!objects.empty() && count != 1)
+    root.fail("found " + std::to_string(count) + " objects with <target>1</target>, expected one");
+}
+
+}  // namespace
+
+Scene read_scene(const std::filesystem::path& file) {
+  const SceneElement root = SceneElement::load(file, "UWSimScene");
+  root.expect({"oceanState", "simParams", "tank", "water", "luxMeter", "vehicle"}, {"lamp", "object"},
+              {"camera", "nedOrigin", "netTracingScript", "CustomCommsChannel", "AcousticCommsChannel", "customCommsChannel",
+               "acousticCommsChannel", "rosInterfaces"});
+  Scene scene;
+  scene.file = file;
+  if (const auto ocean = root.optional("oceanState")) read_ocean(*ocean, scene.water);
+  if (const auto simulation = root.optional("simParams")) read_simulation(*simulation, scene);
+  if (const auto tank = root.optional("tank")) read_tank(*tank, scene.tank);
+  if (const auto water = root.optional("water")) read_water(*water, scene);
+  if (scene.tank.water_depth > scene.tank.size.z())
+    root.fail("found water deeper than the tank is high, expected <water><depth> at most <tank><size><z>");
+  scene.lamps = read_named<Lamp>(root, "lamp", read_lamp);
+  scene.objects = read_named<SceneObject>(root, "object", read_object);
+  choose_target(root, scene.objects);
+  const SceneElement meter = root.child("luxMeter");
+  meter.expect({"position", "normal"});
+  scene.lux_meter.position = meter.xyz("position");
+  if (meter.has("normal")) scene.lux_meter.normal = read_direction(meter, "normal");
+  read_vehicle(root.child("vehicle"), scene);
+  scene.warnings = root.warnings();
+  return scene;
+}
+
+}  // namespace tankrig::sim

@@ -1,0 +1,113 @@
+// Value noise, lettering, stripes and scratches.
+#include "sim_backends/world/surface_texture.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+namespace tankrig::sim {
+namespace {
+
+std::uint32_t lattice_hash(int x, int y, int z) {
+  std::uint32_t h = static_cast<std::uint32_t>(x) * 0x8da6b343u ^ static_cast<std::uint32_t>(y) * 0xd8163841u ^
+                    static_cast<std::uint32_t>(z) * 0xcb1ab31fu;
+  h = (h ^ (h >> 15)) * 0x2c1b3c6du;
+  h = (h ^ (h >> 12)) * 0x297a2d39u;
+  return h ^ (h >> 15);
+}
+
+float lattice_value(int x, int y, int z) { return static_cast<float>(lattice_hash(x, y, z) >> 8) * 0x1p-24f; }
+
+int floor_int(float x) {
+  const int i = static_cast<int>(x);
+  return i - (x < static_cast<float>(i) ? 1 : 0);
+}
+
+float smooth(float t) { return t * t * (3 - 2 * t); }
+
+/// Value noise in [-1, 1] on a unit lattice.
+float value_noise(float x, float y, float z) {
+  const int ix = floor_int(x), iy = floor_int(y), iz = floor_int(z);
+  const float fx = smooth(x - static_cast<float>(ix)), fy = smooth(y - static_cast<float>(iy)),
+              fz = smooth(z - static_cast<float>(iz));
+  const auto along_x = [&](int j, int k) {
+    const float a = lattice_value(ix, iy + j, iz + k), b = lattice_value(ix + 1, iy + j, iz + k);
+    return a + fx * (b - a);
+  };
+  const float a = along_x(0, 0) + fy * (along_x(1, 0) - along_x(0, 0));
+  const float b = along_x(0, 1) + fy * (along_x(1, 1) - along_x(0, 1));
+  return 2 * (a + fz * (b - a)) - 1;
+}
+
+/// Octaves of value noise at grain sizes scale, scale / 2, ...; about [-1, 1].
+float grain(const Eigen::Vector3f& p, float scale, int octaves) {
+  float sum = 0, frequency = 1 / scale, amplitude = 1;
+  for (int i = 0; i < octaves; ++i) {
+    const float shift = 17.3f * static_cast<float>(i + 1);
+    sum += amplitude * value_noise(p.x() * frequency + shift, p.y() * frequency - shift, p.z() * frequency + shift);
+    frequency *= 2;
+    amplitude *= 0.75f;
+  }
+  return sum * 0.75f;
+}
+
+float wrap(float x, float period) { return x - period * static_cast<float>(floor_int(x / period)); }
+
+/// 1 on the strokes of rows of seven-segment-like letters, 0 beside them.
+float lettering(float u, float v, int face) {
+  constexpr float kLine = 0.034f, kLetter = 0.013f, kWide = 0.009f, kHigh = 0.020f, kStroke = 0.0026f;
+  const int row = floor_int(v / kLine), column = floor_int(u / kLetter);
+  const float x = u - kLetter * static_cast<float>(column), y = v - kLine * static_cast<float>(row);
+  if (x > kWide || y > kHigh) return 0;
+  const std::uint32_t letter = lattice_hash(column, row, 101 + face);
+  if ((letter & 7) == 0) return 0;
+  const auto near = [&](float distance) { return std::abs(distance) < kStroke / 2; };
+  const float mid = kHigh / 2;
+  if ((letter & 8) && near(y - kStroke / 2)) return 1;
+  if ((letter & 16) && near(y - mid)) return 1;
+  if ((letter & 32) && near(y - kHigh + kStroke / 2)) return 1;
+  if ((letter & 64) && near(x - kStroke / 2)) return 1;
+  if (((letter & 128) || !(letter & 64)) && near(x - kWide + kStroke / 2)) return 1;
+  return 0;
+}
+
+/// Thin bright lines at random places and angles, one per cell at most.
+float scratches(float u, float v, int face) {
+  constexpr float kCell = 0.045f;
+  const int i = floor_int(u / kCell), j = floor_int(v / kCell);
+  const std::uint32_t h = lattice_hash(i, j, 211 + face);
+  if (h & 1) return 0;
+  const float x = u / kCell - static_cast<float>(i) - 0.5f, y = v / kCell - static_cast<float>(j) - 0.5f;
+  const float angle = static_cast<float>((h >> 1) & 1023) * (3.14159265f / 1024);
+  const float offset = (static_cast<float>((h >> 11) & 255) / 255 - 0.5f) * 0.6f;
+  const float across = x * std::cos(angle) + y * std::sin(angle) - offset;
+  return std::abs(across) < 0.016f ? 1.0f : 0.0f;
+}
+
+/// Relative brightness of the mock-up box: grain everywhere, labels and wear on each face, in [-1, 1.5] or so.
+float labels(const Eigen::Vector3f& p, const Eigen::Vector3f& n, float scale) {
+  const Eigen::Vector3f a = n.cwiseAbs();
+  const int axis = a.x() > a.y() ? (a.x() > a.z() ? 0 : 2) : (a.y() > a.z() ? 1 : 2);
+  const int face = 2 * axis + (n[axis] > 0 ? 1 : 0);
+  const float u = axis == 0 ? p.y() : p.x(), v = axis == 2 ? p.y() : p.z();
+  float value = 0.75f * grain(p, scale, 3) - 0.12f;
+  const float panel = wrap(v + 0.011f * static_cast<float>(face), 0.102f);
+  if (panel < 0.060f)
+    value += 1.1f * lettering(u, v, face);
+  else if (panel > 0.078f && panel < 0.092f)
+    value += wrap(u + v, 0.030f) < 0.015f ? 0.7f : -0.3f;
+  return value + 0.6f * scratches(u, v, face);
+}
+
+}  // namespace
+
+Rgb texture_albedo(const Material& material, const Eigen::Vector3f& p, const Eigen::Vector3f& normal) {
+  const auto scale = static_cast<float>(material.scale);
+  float relative = 0;
+  if (material.texture == Material::Texture::kSpeckle) relative = grain(p, scale, 3);
+  if (material.texture == Material::Texture::kLabels) relative = labels(p, normal, scale);
+  const float factor = std::clamp(1 + material.contrast * relative, 0.15f, 2.5f);
+  return (material.albedo * factor).min(0.95f);
+}
+
+}  // namespace tankrig::sim

@@ -1,0 +1,198 @@
+// Puts one frame together: static light, the laser's glow and stripe, particles, arm, sensor.
+//
+// Simplifications: light is scattered at most once; the arm throws no shadow in the lamps' light (it does in the
+// laser's); the laser does not light the arm.
+#include "sim_backends/world/tank_world.hpp"
+
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <mutex>
+#include <sstream>
+
+#include "core/input_error.hpp"
+#include "sim_backends/world/arm_layer.hpp"
+#include "sim_backends/world/external_view.hpp"
+#include "sim_backends/world/hash_noise.hpp"
+#include "sim_backends/world/laser_layer.hpp"
+#include "sim_backends/world/particles.hpp"
+#include "sim_backends/world/scene.hpp"
+#include "sim_backends/world/sensor_noise.hpp"
+
+namespace tankrig::sim {
+namespace {
+
+static_assert(Exposure::kSamples == ExposedSheet::kSamples);
+
+double in_range(const char* name, double value, double upper) {
+  if (value >= 0 && value <= upper) return value;
+  std::ostringstream text;
+  text << name << ": found " << value << ", expected 0 .. " << upper;
+  throw InputError(text.str());
+}
+
+Scene apply(Scene scene, const WorldOptions& options) {
+  if (options.light) scene.light = in_range("light", *options.light, 1);
+  if (options.particles_per_m3)
+    scene.water.particles_per_m3 = in_range("particles_per_m3", *options.particles_per_m3, 1e6);
+  for (CameraSpec& camera : scene.cameras) {
+    if (options.noise) camera.sensor.gaussian_sd = in_range("noise", *options.noise, 1);
+    if (!options.sensor) continue;
+    if (*options.sensor != "gaussian" && *options.sensor != "emva1288")
+      throw InputError("sensor: found " + *options.sensor + ", expected gaussian or emva1288");
+    camera.sensor.model = *options.sensor == "gaussian" ? Sensor::Model::kGaussian : Sensor::Model::kEmva1288;
+  }
+  return scene;
+}
+
+/// A camera and what is computed for it at its first frame.
+struct CameraStation {
+  CameraSpec spec;
+  SensorNoise noise;
+  std::uint64_t speckle_key;
+  mutable std::once_flag once{};
+  mutable std::unique_ptr<const CameraView> view{};
+
+  CameraStation(const CameraSpec& camera, std::uint64_t seed)
+      : spec(camera), noise(camera, seed), speckle_key(mix(mix(seed, hash_text("speckle")), hash_text(camera.name))) {}
+};
+
+}  // namespace
+
+struct TankWorld::Impl {
+  Scene scene;
+  RenderGeometry geometry;
+  Radiometry radiometry;
+  LaserSheet sheet;
+  ParticleField particles;
+  std::vector<std::unique_ptr<CameraStation>> stations;
+  std::vector<SceneCamera> cameras;
+
+  Impl(Scene s, const WorldOptions& options)
+      : scene(apply(std::move(s), options)),
+        geometry(scene),
+        radiometry(scene, geometry),
+        sheet(scene.laser, radiometry.laser_attenuation()),
+        particles(scene, options.seed) {
+    for (const CameraSpec& c : scene.cameras) {
+      stations.push_back(std::make_unique<CameraStation>(c, options.seed));
+      cameras.push_back({c.name, c.model, c.wMc, c.channels, c.rate_hz, c.exposure_s});
+    }
+  }
+
+  const CameraStation& station(const std::string& name) const {
+    for (const auto& s : stations)
+      if (s->spec.name == name) return *s;
+    std::string known;
+    for (const auto& s : stations) known += (known.empty() ? "" : ", ") + s->spec.name;
+    throw InputError(scene.file, "found no camera called " + name + ", expected one of: " + known);
+  }
+
+  const CameraView& view(const CameraStation& s) const {
+    // Isolated, so that a thread that waits inside takes no other frame's work and comes back here.
+    std::call_once(s.once, [&] {
+      tbb::this_task_arena::isolate([&] { s.view = std::make_unique<CameraView>(s.spec, geometry, radiometry); });
+    });
+    return *s.view;
+  }
+
+  ExposedSheet exposed_sheet(const Exposure& exposure, const std::vector<Capsule>& bodies) const {
+    ExposedSheet sheet_now;
+    for (int k = 0; k < Exposure::kSamples; ++k) {
+      sheet_now.pose[k] = SheetPose(scene.arm.wMb * scene.arm.model.bMe(exposure.q[k]) * scene.laser.eMl);
+      sheet_now.power[k] = static_cast<float>(exposure.laser[k]) / Exposure::kSamples;
+    }
+    sheet_now.blockers = bodies_in_sheet(bodies, sheet_now.pose[Exposure::kSamples / 2]);
+    return sheet_now;
+  }
+
+  cv::Mat render(const CameraStation& s, const Exposure& exposure) const {
+    const CameraView& v = view(s);
+    const int width = v.width(), height = v.height(), channels = v.channels();
+    const auto light = static_cast<float>(scene.light);
+    const auto bodies = arm_bodies(scene.arm, scene.laser, exposure.q[Exposure::kSamples / 2]);
+    const ExposedSheet sheet_now = exposed_sheet(exposure, bodies);
+    const ParticleLayer floating(particles, exposure.mid, v, radiometry, light, sheet, sheet_now, scene.laser.colour,
+                                 geometry);
+    const ArmLayer arm(bodies, v);
+    const LaserLayer laser(v, sheet, sheet_now, geometry, scene.water.laser_scattering);
+    const auto colour = v.response(scene.laser.colour);
+    const auto contrast = static_cast<float>(scene.laser.speckle_contrast);
+    const std::uint64_t speckle_key = mix(s.speckle_key, exposure.index);
+
+    cv::Mat image(height, width, channels == 1 ? CV_8UC1 : CV_8UC3);
+    constexpr int kRows = LaserLayer::kTile;
+    tbb::parallel_for(0, (height + kRows - 1) / kRows, [&](int strip) {
+      thread_local std::vector<float> rows;
+      const int first = strip * kRows, count = std::min(kRows, height - first);
+      const std::size_t row_size = static_cast<std::size_t>(width) * channels;
+      rows.resize(row_size * kRows);
+      const float* unlit = v.radiance_row(first);
+      for (std::size_t i = 0; i < row_size * count; ++i) rows[i] = light * unlit[i];
+      laser.add_glow(strip, rows.data(), colour);
+      laser.add_stripe(strip, rows.data(), colour, contrast, speckle_key);
+      floating.blend(first, count, rows.data());
+      if (arm.in_view()) arm.cover(first, count, rows.data(), radiometry, light);
+      for (int r = 0; r < count; ++r)
+        s.noise.digitise(exposure.index, first + r, rows.data() + r * row_size, image.ptr(first + r));
+    });
+    return image;
+  }
+};
+
+TankWorld::TankWorld(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+TankWorld::~TankWorld() = default;
+TankWorld::TankWorld(TankWorld&&) noexcept = default;
+TankWorld& TankWorld::operator=(TankWorld&&) noexcept = default;
+
+TankWorld TankWorld::load(const std::filesystem::path& scene, const WorldOptions& options) {
+  return from_scene(read_scene(scene), options);
+}
+
+TankWorld TankWorld::from_scene(Scene scene, const WorldOptions& options) {
+  return TankWorld(std::make_unique<Impl>(std::move(scene), options));
+}
+
+const std::vector<std::string>& TankWorld::warnings() const { return impl_->scene.warnings; }
+const std::vector<SceneCamera>& TankWorld::cameras() const { return impl_->cameras; }
+const ArmModel& TankWorld::arm() const { return impl_->scene.arm.model; }
+Transform TankWorld::wMb() const { return impl_->scene.arm.wMb; }
+Transform TankWorld::eMl() const { return impl_->scene.laser.eMl; }
+double TankWorld::light() const { return impl_->scene.light; }
+
+namespace {
+const SceneObject& target(const Scene& scene) {
+  for (const SceneObject& object : scene.objects)
+    if (object.target) return object;
+  throw InputError(scene.file, "found no object marked as target, expected one");
+}
+}  // namespace
+
+Transform TankWorld::wMo() const { return target(impl_->scene).wMo; }
+std::filesystem::path TankWorld::object_mesh() const { return target(impl_->scene).mesh; }
+
+std::string TankWorld::noise_description() const {
+  std::vector<std::string> each;
+  for (const CameraSpec& camera : impl_->scene.cameras) each.push_back(describe(camera.sensor));
+  if (std::equal(each.begin() + (each.empty() ? 0 : 1), each.end(), each.begin())) return each.empty() ? "" : each[0];
+  std::string text;
+  for (std::size_t i = 0; i < each.size(); ++i) text += (i ? "; " : "") + impl_->scene.cameras[i].name + ": " + each[i];
+  return text;
+}
+
+cv::Mat TankWorld::render(const std::string& name, const Exposure& exposure) const {
+  return impl_->render(impl_->station(name), exposure);
+}
+
+cv::Mat TankWorld::render_external(const JointVector& q, bool laser_on, int width, int height) const {
+  return external_view(impl_->scene, impl_->geometry, q, laser_on, width, height);
+}
+
+double TankWorld::lux() const {
+  const LuxMeterSpec& meter = impl_->scene.lux_meter;
+  const Vector3f p = meter.position.cast<float>(), n = meter.normal.normalized().cast<float>();
+  return impl_->scene.light * photopic(impl_->radiometry.direct(p, n) + impl_->radiometry.ambient(p, n, 32));
+}
+
+}  // namespace tankrig::sim

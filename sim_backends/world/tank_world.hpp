@@ -1,0 +1,87 @@
+// The simulated tank: scene, arm, laser and water, seen by its cameras and its lux meter.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <opencv2/core.hpp>
+
+#include "core/arm_model.hpp"
+#include "core/camera_model.hpp"
+#include "core/frames.hpp"
+#include "core/time.hpp"
+
+namespace tankrig::sim {
+
+struct Scene;
+
+/// What a run changes of the scene file without editing it.
+struct WorldOptions {
+  std::optional<double> light;        ///< ambient light, 0 darkness .. 1 the reference (simParams/lightRate)
+  std::optional<double> noise;        ///< additive Gaussian sd, 0 .. 0.10 of full scale, every camera
+  std::optional<std::string> sensor;  ///< "gaussian" | "emva1288"
+  std::optional<double> particles_per_m3;
+  std::uint64_t seed = 1;
+};
+
+/// What is true of the rig while one frame is exposed.
+struct Exposure {
+  static constexpr int kSamples = 3;           ///< times in the exposure interval, evenly spaced, mid-interval rule
+  std::array<JointVector, kSamples> q{};       ///< joints at those times
+  std::array<double, kSamples> laser{};        ///< emitted power at those times, 0 .. 1 of the projector's
+  Stamp mid{};                                 ///< moves the floating particles
+  std::uint64_t index = 0;                     ///< with seed and camera name: seeds noise and speckle
+};
+
+struct SceneCamera {
+  std::string name;
+  CameraModel model;
+  Transform wMc = Transform::Identity();
+  int channels = 3;
+  double rate_hz = 25;
+  double exposure_s = 0.01;
+};
+
+/// A scene file made visible. Everything is const after load: one world serves many threads.
+/// Frames: w, b, e, c, l, o of core/frames.hpp. Bit-reproducible for a seed on one instruction set, whatever the thread count.
+class TankWorld {
+ public:
+  /// Errors: InputError with file and line. Elements known but not simulated are returned by warnings().
+  static TankWorld load(const std::filesystem::path& scene, const WorldOptions& options);
+  /// The same of a scene made in code.
+  static TankWorld from_scene(Scene scene, const WorldOptions& options);
+  ~TankWorld();
+  TankWorld(TankWorld&&) noexcept;
+  TankWorld& operator=(TankWorld&&) noexcept;
+
+  const std::vector<std::string>& warnings() const;
+  const std::vector<SceneCamera>& cameras() const;
+  const ArmModel& arm() const;
+  Transform wMb() const;
+  Transform wMo() const;             ///< the object's mesh frame in the tank
+  Transform eMl() const;             ///< the projector on the end effector (sheet: x_l = 0, light along +z_l)
+  std::filesystem::path object_mesh() const;
+  double light() const;
+  std::string noise_description() const;  ///< for the session: model and its parameters
+
+  /// 8-bit image, 1 or 3 (BGR) channels, of the camera called `name`.  Errors: InputError if there is none.
+  cv::Mat render(const std::string& name, const Exposure& exposure) const;
+
+  /// Picture of the whole rig from outside (the paper's Figure 3), BGR, without noise and with the water thinned.
+  cv::Mat render_external(const JointVector& q, bool laser_on, int width, int height) const;
+
+  /// Illuminance at the lux meter's pose by radiometry (laser off) [lux].
+  double lux() const;
+
+ private:
+  struct Impl;
+  explicit TankWorld(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace tankrig::sim

@@ -1,0 +1,54 @@
+// Frames a second of the simulated tank: laser on, noise on, the static light cached.
+#include <benchmark/benchmark.h>
+
+#include "tests/world/render_scene.hpp"
+
+namespace tankrig::sim {
+namespace {
+
+const TankWorld& world() {
+  static const TankWorld instance = [] {
+    Scene scene = testing::full_scene();
+    WorldOptions options;
+    options.noise = 0.02;
+    return TankWorld::from_scene(scene, options);
+  }();
+  return instance;
+}
+
+void render(benchmark::State& state, const char* camera) {
+  Exposure exposure;
+  exposure.laser.fill(1);
+  const auto expose = [&] {
+    for (JointVector& q : exposure.q) q << 0, 0.12, 1.6 + 0.004 * static_cast<double>(exposure.index % 100), 0, 0;
+    exposure.mid.ns += 40'000'000;
+    ++exposure.index;
+    benchmark::DoNotOptimize(world().render(camera, exposure));
+  };
+  expose();
+  for (auto _ : state) expose();
+  state.SetItemsProcessed(state.iterations());
+}
+
+/// First frame: the static light of one camera.
+void prepare(benchmark::State& state, const char* camera) {
+  const Scene scene = testing::full_scene();
+  for (auto _ : state)
+    benchmark::DoNotOptimize(TankWorld::from_scene(scene, {}).render(camera, testing::still(scene, 0)));
+}
+
+void external(benchmark::State& state) {
+  const Scene scene = testing::full_scene();
+  for (auto _ : state) benchmark::DoNotOptimize(world().render_external(scene.arm.q, true, 1000, 750));
+}
+
+BENCHMARK_CAPTURE(render, mono_720x576x3, "mono")->UseRealTime()->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(render, left_640x480x3, "left")->UseRealTime()->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(prepare, mono_720x576x3, "mono")->UseRealTime()->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(prepare, left_640x480x3, "left")->UseRealTime()->Unit(benchmark::kMillisecond);
+BENCHMARK(external)->UseRealTime()->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace tankrig::sim
+
+BENCHMARK_MAIN();

@@ -1,0 +1,169 @@
+// Rig files: read, refused with file and line, and written back as they were used.
+#include "rig/config/rig_config.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/input_error.hpp"
+#include "tests/config/small_rig.hpp"
+#include "tests/session/temporary_folder.hpp"
+
+namespace tankrig {
+namespace {
+
+using testing::HasSubstr;
+
+std::string changed(std::string text, const std::string& find, const std::string& replace) {
+  const std::size_t at = text.find(find);
+  EXPECT_NE(at, std::string::npos) << find;
+  return text.replace(at, find.size(), replace);
+}
+
+TEST(RigConfig, ReadsEverySection) {
+  const TemporaryFolder folder;
+  const RigConfig rig = load_rig(folder.write("rig.yaml", kSmallRig));
+  EXPECT_EQ(rig.name, "small");
+  EXPECT_EQ(rig.scene, folder.path() / "scenes/tank.xml");
+  EXPECT_EQ(rig.arm.dh[2].a, -0.083);
+  EXPECT_EQ(rig.arm.limits[kSlew].lower, -1.5708);
+  EXPECT_EQ(rig.arm.actuators[kElbow].sign, -1);
+  EXPECT_EQ(rig.arm.actuators[kJawRotate].rad_per_tick, 0.0031415927);
+  EXPECT_EQ(rig.motion_limits.angle_margin, 0.01);
+  EXPECT_EQ(rig.scan.park[kElbow], 1.9);
+  EXPECT_EQ(rig.scan.posture[kShoulder], 0.12);
+  EXPECT_EQ(rig.scan.sweep_from, 1.3);
+  EXPECT_EQ(rig.scan.sweep_to, 2.1);
+  EXPECT_EQ(rig.scan.dark_frames, 8);
+  EXPECT_EQ(rig.scan.position_gain, 1.5);
+  EXPECT_EQ(rig.scan.following_error_limit, ScanSettings{}.following_error_limit)
+      << "what is not said keeps its default";
+  EXPECT_EQ(rig.scan.frame_period, 0.08) << "of the camera that records the sweep";
+  EXPECT_EQ(rig.scan.laser_warm_up, 2);
+  EXPECT_TRUE(rig.read_lux);
+  ASSERT_EQ(rig.cameras.size(), 3u);
+  EXPECT_EQ(rig.cameras[0].model.fy, 682.78);
+  EXPECT_EQ(rig.cameras[1].record, RecordWhen::kDark);
+  EXPECT_EQ(rig.find_camera(CameraRole::kRight)->bMc.translation().x(), 0.088);
+  EXPECT_EQ(rig.laser.ePl.normal, Vector3d(1, 0, 0)) << "a normal is scaled to length one";
+  EXPECT_EQ(rig.object.mesh, folder.path() / "objects/box.obj");
+  EXPECT_EQ(rig.obstacles.carried.size(), 1u);
+  ASSERT_TRUE(rig.section("reconstruction"));
+  EXPECT_EQ(rig.section("reconstruction")->child("laser").number("min_snr"), 5);
+  EXPECT_FALSE(rig.section("mock"));
+}
+
+TEST(RigConfig, AppliesAPresetToItsScanOnly) {
+  const TemporaryFolder folder;
+  const auto file = folder.write("rig.yaml", kSmallRig);
+  EXPECT_THAT(rig_presets(file), testing::ElementsAre("fine"));
+  const RigConfig rig = load_rig(file, "fine");
+  EXPECT_EQ(rig.scan.passes, 3);
+  EXPECT_EQ(rig.scan.sweep_velocity, 0.0625);
+  EXPECT_EQ(rig.scan.sweep_to, 2.1);
+  EXPECT_FALSE(rig.read_lux);
+  EXPECT_THAT(message_of<InputError>([&] { load_rig(file, "finer"); }),
+              HasSubstr("presets: found no 'finer', expected one of: fine"));
+}
+
+TEST(RigConfig, WrittenAsUsedLoadsAgainToTheSame) {
+  const TemporaryFolder folder;
+  RigConfig rig = load_rig(folder.write("rig.yaml", kSmallRig), "fine");
+  rig.scan.dark_frames = 3;
+  rig.scan.sweep_velocity = 1.0 / 7;
+  const std::string text = resolved_rig_yaml(rig, "box.obj");
+  const RigConfig again = load_rig(folder.write("session/rig.yaml", text));
+  EXPECT_EQ(again.scene, rig.scene);
+  EXPECT_EQ(again.object.mesh, folder.path() / "session/box.obj");
+  EXPECT_EQ(again.scan.sweep_velocity, 1.0 / 7);
+  EXPECT_EQ(again.scan.dark_frames, 3);
+  EXPECT_EQ(again.scan.passes, 3);
+  EXPECT_EQ(again.preset, "fine");
+  EXPECT_EQ(again.cameras[0].model.k1, rig.cameras[0].model.k1);
+  EXPECT_EQ(again.section("reconstruction")->child("laser").texts("names"), (std::vector<std::string>{"a", "b: c"}));
+  EXPECT_EQ(resolved_rig_yaml(again, "box.obj"), text) << "nothing is lost or invented on the way";
+}
+
+TEST(RigConfig, DescribesItselfToASession) {
+  const TemporaryFolder folder;
+  SessionInfo info;
+  load_rig(folder.write("rig.yaml", kSmallRig)).describe(info);
+  EXPECT_EQ(info.rig, "small");
+  EXPECT_EQ(info.cameras.size(), 3u);
+  EXPECT_EQ(info.cameras[2].role, CameraRole::kRight);
+  EXPECT_EQ(info.calibration.ePl->offset, 0.09796 / 2 * 2);
+  EXPECT_EQ(info.object->mesh, "box.obj");
+}
+
+TEST(RigConfig, MovesToAnotherFolderWithItsCommentsAndAbsolutePaths) {
+  const TemporaryFolder folder;
+  const auto file = folder.write("rig.yaml", std::string("# the scene: and mesh: of a comment\n") + kSmallRig);
+  const std::string text = rig_file_for_elsewhere(file);
+  const RigConfig moved = load_rig(folder.write("far/away/rig.yaml", text));
+  EXPECT_EQ(moved.scene, folder.path() / "scenes/tank.xml");
+  EXPECT_EQ(moved.object.mesh, folder.path() / "objects/box.obj");
+  EXPECT_TRUE(text.starts_with("# the scene: and mesh: of a comment\n"));
+}
+
+struct Damage {
+  const char *find, *replace, *message;
+};
+
+TEST(RigConfig, NamesFileLineAndKeyOfBadInput) {
+  const Damage damages[] = {
+      {"name: small", "nome: small", "rig.yaml:1: nome: unknown key, expected one of: name, description"},
+      {"backend: mock", "backend: real", "rig.yaml:3: backend: found 'real', expected mock"},
+      {"scene: scenes/tank.xml\n", "", "scene: found nothing, expected a text"},
+      {"  dh:\n    - {a_m: 0.08052, alpha_rad: 1.5707963267948966, d_m: 0, theta0_rad: 0}\n", "  dh:\n",
+       "arm.dh: found 3 links, expected 4"},
+      {"{a_m: 0.44278,", "{a_m: long,", "rig.yaml:8: arm.dh[1].a_m: found 'long', expected a number"},
+      {"{a_m: 0.44278,", "{a_m: 0.44278, b_m: 1,", "rig.yaml:8: arm.dh[1].b_m: unknown key"},
+      {"elbow: [0, 2.15294]", "elbow: [0]",
+       "rig.yaml:14: arm.limits_rad.elbow: found a list of 1, expected a list of 2 numbers"},
+      {"elbow: [0, 2.15294]", "elbow: [3, 2.15294]", "arm.limits_rad.elbow: found a range that is empty"},
+      {"elbow: [0, 2.15294]", "wrist: [0, 2.15294]", "arm.limits_rad.elbow: found nothing"},
+      {"sign: -1", "sign: 0", "sign: found '0', expected 1 or -1"},
+      {"angle_margin_rad: 0.01", "margin: 0.01", "arm.motion_limits.margin: unknown key"},
+      {"park_rad: [0, 0.3, 1.9, 0, 0.1]", "park_rad: [0, 0.3, 1.9, 0]",
+       "rig.yaml:25: scan.park_rad: found a list of 4, expected a list of 5 numbers"},
+      {"park_rad: [0, 0.3, 1.9", "park_rad: [0, 0.3, 2.9",
+       "rig.yaml:25: scan.park_rad: found elbow at 2.9 rad, expected 0 to 2.15294 as in arm.limits_rad"},
+      {"to_rad: 2.1", "to_rad: 2.2", "scan.sweep.to_rad: found elbow at 2.2 rad"},
+      {"to_rad: 2.1", "to_rad: 1.3", "scan.sweep.to_rad: found the same angle as from_rad"},
+      {"velocity_rad_s: 0.1,", "velocity_rad_s: -0.1,",
+       "scan.sweep.velocity_rad_s: found '-0.1', expected a number from 0.001 to 2"},
+      {"velocity_rad_s: 0.1,", "speed: 0.1,", "scan.sweep.velocity_rad_s: found nothing"},
+      {"passes: 1}", "passes: 1.5}", "scan.sweep.passes: found '1.5', expected a whole number"},
+      {"dark_frames: 8", "dark_frames: 8\n  laser_pairs: true",
+       "scan.laser_pairs: found true, expected false unless laser.switches_per_frame is true"},
+      {"passes: 3,", "passes: 0,", "presets.fine.sweep.passes: found '0'"},
+      {"read_lux: false", "red_lux: false", "presets.fine.red_lux: unknown key"},
+      {"name: left", "name: mono", "name: found 'mono' for the second time"},
+      {"name: left", "name: ../left", "name: found '../left', expected a name that can be a folder's"},
+      {"role: left", "role: middle", "role: found 'middle', expected one of: mono, left, right"},
+      {"role: left", "role: mono", "role: found 'mono' for the second time"},
+      {"record: all", "record: dark", "cameras: found no mono camera that records the sweep"},
+      {"record: all", "record: often", "record: found 'often', expected one of: all, dark, sweep"},
+      {"width_px: 720", "width_px: -720", "cameras[0].model.width_px: found '-720'"},
+      {"[0.5, 0.5, 0.5, 0.5]", "[0.5, 0.5, 0.5, 0.9]", "quaternion has norm"},
+      {"normal: [2, 0, 0]", "normal: [0, 0, 0]", "laser.ePl.normal: found length 0"},
+      {"origin_e_m: [-0.09796", "origin_e_m: [-0.2", "laser.origin_e_m: found a point"},
+      {"direction_e: [0, 0, 1]", "direction_e: [1, 0, 1]", "laser.direction_e: found a direction out of the sheet"},
+      {"mesh: objects/box.obj\n", "mush: 1\n", "object.mesh: found nothing"},
+      {"tank_size_m: [2, 2, 1.5]", "tank_size_m: [2, 2, 0]",
+       "obstacles.tank_size_m: found a side that is not positive"},
+      {"  margin_m: 0.02", "  margin_m: 0.02\n  margin_m: 0.03", "obstacles.margin_m: stands twice"},
+      {"backend: mock", "backend: [mock", "expected valid YAML"},
+  };
+  for (const Damage& damage : damages) {
+    const TemporaryFolder folder;
+    const auto file = folder.write("rig.yaml", changed(kSmallRig, damage.find, damage.replace));
+    const std::string error = message_of<InputError>([&] { load_rig(file); });
+    EXPECT_THAT(error, HasSubstr(damage.message)) << damage.replace;
+    EXPECT_EQ(error.find('\n'), std::string::npos) << "one line";
+  }
+  EXPECT_THAT(message_of<InputError>([] { load_rig("/no/such/rig.yaml"); }),
+              HasSubstr("/no/such/rig.yaml: cannot be read"));
+}
+
+}  // namespace
+}  // namespace tankrig

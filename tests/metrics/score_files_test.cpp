@@ -1,0 +1,173 @@
+// Mesh files in, JSON and coloured clouds out.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "bench/metrics/metrics_json.hpp"
+#include "bench/metrics/verdict_cloud.hpp"
+#include "core/input_error.hpp"
+#include "tests/metrics/shapes.hpp"
+
+namespace tankrig {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+std::filesystem::path file_with(const std::string& name, const std::string& text) {
+  const auto file = std::filesystem::path(testing::TempDir()) / ("tankrig_metrics_" + name);
+  std::ofstream(file, std::ios::binary) << text;
+  return file;
+}
+
+std::string error_of(const std::filesystem::path& file) {
+  try {
+    read_mesh(file);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+const char* kCubeOfQuads =
+    "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n"
+    "f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+
+TEST(ReadMesh, CutsQuadsIntoTrianglesAndWeldsThem) {
+  const TriangleMesh mesh = read_mesh(file_with("cube.obj", kCubeOfQuads));
+  EXPECT_EQ(mesh.triangles.size(), 12u);
+  EXPECT_EQ(mesh.vertices.size(), 8u);
+  EXPECT_NEAR(mesh.area(), 6.0, 1e-12);
+  EXPECT_NEAR(mesh.signed_volume(), 1.0, 1e-12);
+  EXPECT_TRUE(topology(mesh).outward);
+  EXPECT_EQ(mesh.bounds().min(), Vector3d(0, 0, 0));
+  EXPECT_EQ(mesh.bounds().max(), Vector3d(1, 1, 1));
+}
+
+TEST(ReadMesh, TurnsInwardNormalsOut) {
+  std::string inward = kCubeOfQuads;
+  inward = inward.substr(0, inward.find("f ")) + "f 1 2 3 4\nf 8 7 6 5\nf 5 6 2 1\nf 6 7 3 2\nf 7 8 4 3\nf 8 5 1 4\n";
+  EXPECT_NEAR(read_mesh(file_with("inward.obj", inward)).signed_volume(), 1.0, 1e-12);
+}
+
+TEST(ReadMesh, AppliesTheNodesOfAScene) {
+  // One triangle in glTF, its node scaled by 2 in a node moved by (10, 0, 0); the buffer holds three float corners.
+  const char* gltf = R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],
+    "nodes":[{"children":[1],"translation":[10,0,0]},{"mesh":0,"scale":[2,2,2]}],
+    "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
+    "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}],
+    "bufferViews":[{"buffer":0,"byteLength":36}],
+    "buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]})";
+  const TriangleMesh mesh = read_mesh(file_with("node.gltf", gltf));
+  EXPECT_NEAR(mesh.area(), 2.0, 1e-6);
+  EXPECT_TRUE(mesh.bounds().min().isApprox(Vector3d(10, 0, 0), 1e-6)) << mesh.bounds().min().transpose();
+  EXPECT_FALSE(topology(mesh).closed);
+}
+
+TEST(ReadMesh, ReadsPlyAndStl) {
+  const char* ply =
+      "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+      "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+  EXPECT_NEAR(read_mesh(file_with("one.ply", ply)).area(), 0.5, 1e-12);
+  const char* stl =
+      "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid "
+      "s\n";
+  EXPECT_NEAR(read_mesh(file_with("one.stl", stl)).area(), 0.5, 1e-12);
+}
+
+TEST(ReadMesh, SaysInOneLineWhatIsWrong) {
+  EXPECT_THAT(error_of("/nonexistent/box.ply"), HasSubstr("/nonexistent/box.ply: not found, expected"));
+  EXPECT_THAT(error_of(file_with("bad.ply", "this is no mesh\n")), HasSubstr("expected"));
+  EXPECT_THAT(error_of(file_with("bad.xyzzy", "this is no mesh\n")), HasSubstr("expected"));
+  const char* points =
+      "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\nend_header\n"
+      "0 0 0\n1 0 0\n";
+  EXPECT_THAT(error_of(file_with("points.ply", points)), HasSubstr("expected"));
+  EXPECT_THAT(error_of(file_with("flat.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n")), HasSubstr("expected"));
+  for (const char* name : {"bad.ply", "bad.xyzzy", "points.ply", "flat.obj"})
+    EXPECT_THAT(error_of(std::filesystem::path(testing::TempDir()) / (std::string("tankrig_metrics_") + name)),
+                Not(HasSubstr("\n")));
+}
+
+TEST(Topology, KnowsOpenAndTornMeshes) {
+  EXPECT_TRUE(topology(shapes::tank_box()).outward);
+  EXPECT_TRUE(topology(shapes::icosphere(1, 2)).outward);
+  EXPECT_FALSE(topology(shapes::square(1)).closed);
+  TriangleMesh torn = shapes::tank_box();
+  std::swap(torn.triangles[3][0], torn.triangles[3][1]);
+  EXPECT_FALSE(topology(torn).closed) << "one face is turned over";
+}
+
+TEST(MetricsJson, HasEveryKeyAndNullWhereNothingIsDefined) {
+  const ObjectSurface box(shapes::tank_box(), 20'000);
+  const nlohmann::json j = to_json(evaluate(PointCloud{}, box, MetricThresholds{}));
+  for (const char* key : {"mean_error_m", "stddev_m", "median_m", "rms_m", "p95_m", "bias_m", "outliers", "rejected",
+                          "coverage_ceiling", "coverage_of_ceiling"})
+    EXPECT_TRUE(j.at(key).is_null()) << key;
+  for (const char* key : {"points", "ground_points", "outlier_count", "coverage"}) EXPECT_EQ(j.at(key), 0) << key;
+  for (const char* key : {"0.002", "0.005", "0.010"}) {
+    EXPECT_EQ(j.at("coverage_at").at(key), 0.0);
+    EXPECT_TRUE(j.at("coverage_of_ceiling_at").at(key).is_null());
+  }
+  for (const char* key : {"inlier_m", "outlier_m", "coverage_m", "coverage_headline_m", "ground_band_m",
+                          "max_incidence_deg", "ground_plane", "surface_samples"})
+    EXPECT_TRUE(j.at("thresholds").contains(key)) << key;
+  EXPECT_NEAR(j.at("thresholds").at("max_incidence_deg"), 75.0, 1e-9);
+}
+
+TEST(MetricsJson, GivesTheFiguresOfACloud) {
+  const ObjectSurface box(shapes::tank_box(), 20'000);
+  Ceiling ceiling;
+  ceiling.reachable.assign(box.samples().size(), 1);
+  ceiling.share = 1;
+  const auto cloud = shapes::cloud_of({{0, 0, 0.001}, {0, 0, 0.003}, {0, 0, 0.5}});
+  const nlohmann::json j = to_json(evaluate(cloud, box, MetricThresholds{}, &ceiling));
+  EXPECT_NEAR(j.at("mean_error_m"), 0.002, 1e-12);
+  EXPECT_NEAR(j.at("bias_m"), 0.002, 1e-12);
+  EXPECT_NEAR(j.at("outliers"), 1.0 / 3, 1e-12);
+  EXPECT_EQ(j.at("coverage"), j.at("coverage_at").at("0.010"));
+  EXPECT_EQ(j.at("coverage_of_ceiling"), j.at("coverage"));
+  EXPECT_EQ(j.at("coverage_ceiling"), 1.0);
+}
+
+TEST(MetricsJson, OfTheReferenceNamesItsOdditiesAndItsThresholds) {
+  const nlohmann::json j = to_json(uwsim_metrics(shapes::cloud_of({{0, 0, 0.001}}), shapes::tank_box()));
+  EXPECT_EQ(j.at("definition"), "uwsim");
+  EXPECT_TRUE(j.at("error_variance_m2").is_null());
+  EXPECT_EQ(j.at("thresholds").at("outlier_m"), 0.15);
+  EXPECT_GE(j.at("oddities").size(), 8u);
+  EXPECT_EQ(j.at("lattice").at("nodes"), nlohmann::json({15, 30, 17}));
+}
+
+TEST(VerdictCloud, IsGroundBlackObjectGreenOutliersBlue) {
+  PointCloud cloud = shapes::cloud_of({{1, 2, 3}, {0, 0, 0}, {-1, 0, 0.5}, {NAN, 0, 0}});
+  const auto file = std::filesystem::path(testing::TempDir()) / "tankrig_metrics_verdicts.ply";
+  write_verdict_cloud(file, cloud,
+                      {PointVerdict::kGround, PointVerdict::kObject, PointVerdict::kOutlier, PointVerdict::kRejected});
+  std::ifstream in(file, std::ios::binary);
+  std::stringstream all;
+  all << in.rdbuf();
+  const std::string text = all.str();
+  const std::size_t body = text.find("end_header\n") + 11;
+  EXPECT_THAT(text.substr(0, body), HasSubstr("element vertex 3\n"));
+  ASSERT_EQ(text.size() - body, 45u);
+  const auto colour = [&](int i) { return text.substr(body + 15 * i + 12, 3); };
+  EXPECT_EQ(colour(0), std::string("\0\0\0", 3));
+  EXPECT_EQ(colour(1), std::string("\0\xC8\0", 3));
+  EXPECT_EQ(colour(2), std::string("\0\0\xFF", 3));
+  float x;
+  std::memcpy(&x, text.data() + body, 4);
+  EXPECT_EQ(x, 1.0F);
+}
+
+TEST(VerdictCloud, LeavesNothingBehindWhereItCannotWrite) {
+  EXPECT_THROW(write_verdict_cloud("/nonexistent/folder/cloud.ply", PointCloud{}, {}), InputError);
+  EXPECT_THROW(write_verdict_cloud("cloud.ply", PointCloud{}, {PointVerdict::kGround}), InputError);
+}
+
+}  // namespace
+}  // namespace tankrig

@@ -1,0 +1,125 @@
+// Camera files as OpenCV and ROS write them.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/camera_model.hpp"
+#include "core/input_error.hpp"
+#include "tests/session/temporary_folder.hpp"
+
+namespace tankrig {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr const char* kOpenCv = R"(%YAML:1.0
+---
+calibration_Time: "Tue 02 May 2017"
+image_width: 640
+image_height: 480
+Camera_Matrix: !!opencv-matrix
+   rows: 3
+   cols: 3
+   dt: d
+   data: [ 5.14e+02, 0., 3.29e+02, 0., 685.5, 237., 0., 0., 1. ]
+Distortion_Coefficients: !!opencv-matrix
+   rows: 5
+   cols: 1
+   dt: d
+   data: [ -0.35, 0.158, 7.3e-04, -2.31e-04, .01 ]
+)";
+
+constexpr const char* kRos = R"(image_width: 640
+image_height: 480
+camera_name: head
+camera_matrix:
+  rows: 3
+  cols: 3
+  data: [765.4, 0, 315.7, 0, 762.9, 236.8, 0, 0, 1]
+distortion_model: plumb_bob
+distortion_coefficients:
+  rows: 1
+  cols: 5
+  data: [-0.3745, 0.1606, 0.00096, -6e-6, 0]
+)";
+
+std::string changed(std::string text, const std::string& find, const std::string& replace) {
+  const std::size_t at = text.find(find);
+  EXPECT_NE(at, std::string::npos) << find;
+  return text.replace(at, find.size(), replace);
+}
+
+TEST(CameraFile, ReadsOpenCvCalibrations) {
+  const TemporaryFolder folder;
+  const CameraModel c = read_camera_file(folder.write("c.yaml", kOpenCv));
+  EXPECT_EQ(c.width, 640);
+  EXPECT_EQ(c.height, 480);
+  EXPECT_EQ(c.fx, 514);
+  EXPECT_EQ(c.fy, 685.5);
+  EXPECT_EQ(c.cx, 329);
+  EXPECT_EQ(c.cy, 237);
+  EXPECT_EQ(c.k1, -0.35);
+  EXPECT_EQ(c.k2, 0.158);
+  EXPECT_EQ(c.p1, 7.3e-4);
+  EXPECT_EQ(c.p2, -2.31e-4);
+  EXPECT_EQ(c.k3, 0.01);
+}
+
+TEST(CameraFile, KnowsTheNamesPeopleUse) {
+  const TemporaryFolder folder;
+  for (const char* name : {"camera_matrix", "cameraMatrix", "K"})
+    EXPECT_EQ(read_camera_file(folder.write("c.yaml", changed(kOpenCv, "Camera_Matrix", name))).fy, 685.5);
+  for (const char* name : {"distortion_coefficients", "D"})
+    EXPECT_EQ(read_camera_file(folder.write("c.yaml", changed(kOpenCv, "Distortion_Coefficients", name))).k2, 0.158);
+  EXPECT_EQ(read_camera_file(
+                folder.write("c.yaml", "image_size: [6, 5]\nK: [[1, 0, 2], [0, 3, 4], [0, 0, 1]]\nD: [0, 0, 0, 1]\n"))
+                .p2,
+            1);
+}
+
+TEST(CameraFile, ReadsRosCameraInfo) {
+  const TemporaryFolder folder;
+  EXPECT_EQ(read_camera_file(folder.write("c.yaml", kRos)).k1, -0.3745);
+  const std::string rational = changed(changed(kRos, "plumb_bob", "rational_polynomial"), "cols: 5", "cols: 8");
+  EXPECT_EQ(read_camera_file(folder.write("c.yaml", changed(rational, "-6e-6, 0]", "-6e-6, 0, 0, 0, 0]"))).k1, -0.3745);
+  EXPECT_THAT(message_of<InputError>([&] {
+                read_camera_file(folder.write("c.yaml", changed(rational, "-6e-6, 0]", "-6e-6, 0, 1, 0, 0]")));
+              }),
+              HasSubstr("c.yaml:10: distortion_coefficients: found a coefficient beyond k3"));
+}
+
+TEST(CameraFile, ReadsBackExactlyWhatItWrites) {
+  const TemporaryFolder folder;
+  const CameraModel a{720, 576, 626.08 / 3, 682.78, 368.93, 284.83, -0.37, 0.174, -0.0016, 0.0029, 1e-17};
+  write_camera_file(folder.path() / "c.yaml", a, "mono");
+  const CameraModel b = read_camera_file(folder.path() / "c.yaml");
+  EXPECT_EQ(std::memcmp(&a, &b, sizeof a), 0);
+  EXPECT_THAT(message_of<InputError>([&] { write_camera_file(folder.path() / "no/c.yaml", a, "mono"); }),
+              HasSubstr("cannot be written"));
+}
+
+TEST(CameraFile, NamesFileLineAndFieldOfBadInput) {
+  const TemporaryFolder folder;
+  const auto error = [&](const std::string& text) {
+    return message_of<InputError>([&] { read_camera_file(folder.write("c.yaml", text)); });
+  };
+  EXPECT_THAT(message_of<InputError>([&] { read_camera_file(folder.path() / "none.yaml"); }),
+              HasSubstr("none.yaml: cannot be read"));
+  EXPECT_THAT(error(changed(kOpenCv, "image_width: 640\n", "")),
+              HasSubstr("c.yaml: image_width: missing, expected the size of the calibrated image [px]"));
+  EXPECT_THAT(error(changed(kOpenCv, "640", "wide")),
+              HasSubstr("c.yaml:4: image_width: found 'wide', expected a number"));
+  EXPECT_THAT(error(changed(kOpenCv, "640", "640.5")), HasSubstr("expected a whole number of pixels"));
+  EXPECT_THAT(error(changed(kOpenCv, "Camera_Matrix", "Kamera")), HasSubstr("c.yaml: camera_matrix: missing"));
+  EXPECT_THAT(error(changed(kOpenCv, "Distortion_", "")), HasSubstr("c.yaml: distortion_coefficients: missing"));
+  EXPECT_THAT(error(changed(kOpenCv, "0., 0., 1. ]", "0., 1. ]")),
+              HasSubstr("c.yaml:10: Camera_Matrix.data: found 8 numbers, expected rows x cols = 9"));
+  EXPECT_THAT(error(changed(kOpenCv, "685.5", "-685.5")), HasSubstr("expected fx > 0 and fy > 0"));
+  EXPECT_THAT(error(changed(kOpenCv, "5.14e+02, 0.", "5.14e+02, 2.")), HasSubstr("found skew"));
+  EXPECT_THAT(error(changed(kRos, "plumb_bob", "equidistant")),
+              HasSubstr("c.yaml:8: distortion_model: found 'equidistant', expected plumb_bob"));
+  EXPECT_THAT(error("a: [1\nb: 2\n"), HasSubstr("expected valid YAML"));
+  EXPECT_THAT(error("just text"), HasSubstr("found no mapping"));
+}
+
+}  // namespace
+}  // namespace tankrig

@@ -1,0 +1,59 @@
+// SHA-256 against the vectors NIST publishes, and the seal on a session.
+#include "rig/session/sha256.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/input_error.hpp"
+#include "rig/session/checksums.hpp"
+#include "tests/session/temporary_folder.hpp"
+
+namespace tankrig {
+namespace {
+
+TEST(Sha256, AgreesWithTheVectorsOfNist) {
+  EXPECT_EQ(sha256_of_text(""), "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
+  EXPECT_EQ(sha256_of_text("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+  EXPECT_EQ(sha256_of_text("abcdbcdecdefdefgefghfghighijhijkijkljklmklmnlmnomnopnopq"),
+            "248d6a61d20638b8e5c026930c3e6039a33ce45964ff2167f6ecedd419db06c1");
+  EXPECT_EQ(sha256_of_text(std::string(1000000, 'a')),
+            "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0");
+}
+
+TEST(Sha256, DoesNotCareHowTheBytesArriveInPieces) {
+  std::string text;
+  for (int i = 0; i < 300; ++i) text += static_cast<char>(i * 7);
+  for (std::size_t piece = 1; piece < 140; ++piece) {
+    Sha256 sha;
+    for (std::size_t at = 0; at < text.size(); at += piece) sha.update(std::string_view(text).substr(at, piece));
+    ASSERT_EQ(sha.hex(), sha256_of_text(text)) << "pieces of " << piece;
+  }
+}
+
+TEST(Checksums, ListEveryFileOnceInOrderAndFindWhatChanged) {
+  const TemporaryFolder folder;
+  folder.write("b.txt", "abc");
+  folder.write("a/z.txt", "");
+  folder.write("a.txt", "x");
+  write_checksums(folder.path());
+  const std::string sums = folder.read("SHA256SUMS");
+  EXPECT_NE(sums.find("ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad  b.txt\n"), std::string::npos);
+  EXPECT_LT(sums.find("a.txt"), sums.find("a/z.txt"));
+  EXPECT_TRUE(check_checksums(folder.path()).empty());
+
+  folder.write("b.txt", "abd");
+  folder.write("new.txt", "");
+  std::filesystem::remove(folder.path() / "a.txt");
+  const std::vector<std::string> expected{"b.txt: changed", "new.txt: not listed", "a.txt: missing"};
+  EXPECT_EQ(check_checksums(folder.path()), expected);
+}
+
+TEST(Checksums, RefuseAMalformedListWithItsLine) {
+  const TemporaryFolder folder;
+  folder.write("SHA256SUMS", "hello\n");
+  EXPECT_THAT(message_of<InputError>([&] { check_checksums(folder.path()); }),
+              testing::HasSubstr("SHA256SUMS:1: found 'hello', expected 64 hexadecimal digits"));
+}
+
+}  // namespace
+}  // namespace tankrig

@@ -1,0 +1,139 @@
+// Scene files: what they mean, and what each kind of mistake is told.
+#include "sim_backends/world/scene.hpp"
+
+#include <algorithm>
+#include <array>
+#include <fstream>
+#include <map>
+#include <sstream>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/input_error.hpp"
+#include "sim_backends/world/tank_world.hpp"
+
+namespace tankrig::sim {
+namespace {
+
+const std::filesystem::path kEtc = std::filesystem::path(TANKRIG_SOURCE_DIR) / "etc";
+
+std::string default_text() {
+  std::ifstream in(kEtc / "scenes/tank.xml");
+  std::ostringstream text;
+  text << in.rdbuf();
+  std::string s = text.str();
+  s.replace(s.find("../objects"), 10, (kEtc / "objects").string());
+  return s;
+}
+
+std::string replaced(const std::string& from, const std::string& to) {
+  std::string s = default_text();
+  const auto at = s.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return at == std::string::npos ? s : s.replace(at, from.size(), to);
+}
+
+Scene read(const std::string& text) {
+  const auto file = std::filesystem::path(::testing::TempDir()) / "scene_test.xml";
+  std::ofstream(file, std::ios::binary) << text;
+  return read_scene(file);
+}
+
+int line_of(const std::string& text, const std::string& part) {
+  return 1 + static_cast<int>(std::count(text.begin(), text.begin() + static_cast<long>(text.find(part)), '\n'));
+}
+
+/// The default scene with `from` changed to `to` is refused at the line of `at`, in words that hold `words`.
+void expect_refused(const std::string& from, const std::string& to, const std::string& at, const std::string& words) {
+  const std::string text = replaced(from, to);
+  try {
+    read(text);
+    ADD_FAILURE() << "accepted " << to;
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), ::testing::HasSubstr("scene_test.xml:" + std::to_string(line_of(text, at)) + ": "));
+    EXPECT_THAT(error.what(), ::testing::HasSubstr(words));
+    EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
+  }
+}
+
+TEST(SceneFile, DefaultSceneReadsWithoutWarning) {
+  const Scene scene = read_scene(kEtc / "scenes/tank.xml");
+  EXPECT_TRUE(scene.warnings.empty());
+  ASSERT_EQ(scene.cameras.size(), 3u);
+  EXPECT_EQ(scene.cameras[0].model.width, 720);
+  EXPECT_DOUBLE_EQ(scene.cameras[0].model.k1, -0.370);
+  EXPECT_TRUE((scene.cameras[1].wMc.inverse() * scene.cameras[2].wMc).isApprox(Transform(Eigen::Translation3d(0.088, 0, 0))));
+  EXPECT_TRUE(scene.laser.eMl.isApprox(Transform(Eigen::Translation3d(-0.09796, 0, -0.188))));
+  EXPECT_NEAR(scene.laser.fan, 0.9, 1e-5);
+  EXPECT_TRUE(scene.objects.at(0).target);
+  EXPECT_EQ(scene.water.particles_per_m3, 300);
+}
+
+TEST(SceneFile, LightOneGivesThePapersBrightConditionAtTheLuxMeter) {
+  EXPECT_NEAR(TankWorld::load(kEtc / "scenes/tank.xml", {}).lux(), 207, 3);
+}
+
+TEST(SceneFile, CameraAtAKnownPoseSeesAKnownPointAtItsPixel) {
+  const Scene scene = read(replaced("<x>0.2</x><y>0.044</y><z>0</z></position>\n      <quaternion><x>0.190919777</x><y>-0.190919777</y>"
+                                    "<z>-0.680844798</z><w>0.680844798</w></quaternion>",
+                                    "<x>-0.3</x><y>0</y><z>0.25</z></position>"));
+  // b is (0.55, 0, 1.25) with z down, so c is at w (0.25, 0, 1.0), looks straight down, its y along -y of w.
+  const auto pixel = scene.cameras[1].model.project(scene.cameras[1].wMc.inverse() * Vector3d(0.35, -0.2, 0.5));
+  ASSERT_TRUE(pixel);
+  EXPECT_NEAR(pixel->x(), 315.7 + 765.4 * 0.1 / 0.5, 1e-6);
+  EXPECT_NEAR(pixel->y(), 236.8 + 762.9 * 0.2 / 0.5, 1e-6);
+}
+
+TEST(SceneFile, MistakesAreToldWithTheirLine) {
+  expect_refused("<lightRate>1.0<", "<lightRate>bright<", "<lightRate>", "found 'bright', expected a number in [0, 1]");
+  expect_refused("<lightRate>1.0<", "<lightRate>1.5<", "<lightRate>", "found '1.5'");
+  expect_refused("<halfAngle>1.0</halfAngle>", "<halfAngel>1</halfAngel>", "<halfAngel>", "nearest: <halfAngle>");
+  expect_refused("<intensity>377</intensity>", "", "<lamp>", "found no <intensity>");
+  expect_refused("<name>left</name>", "<name>mono</name> <!--2-->", "<!--2-->", "second camera called 'mono'");
+}
+
+TEST(SceneFile, DuplicateNamesMissingMeshesAndBrokenXmlAreRefused) {
+  expect_refused("<name>starboard</name>", "<name>port</name> <!--2-->", "<!--2-->", "second lamp called 'port'");
+  expect_refused("black_box.obj", "no_box.obj", "no_box.obj", "found no file");
+  expect_refused("<depth>1.4</depth>", "<depth>1.4</depth><depth>1</depth>", "<depth>1.4", "second <depth>");
+  expect_refused("<depth>1.4</depth>", "<depth>1.4</dept>", "</dept>", "does not parse");
+}
+
+TEST(SceneFile, WhatUwsimKnowsAndWeDoNotSimulateIsAWarningWithItsLine) {
+  const std::string text = replaced("<oceanState>", "<oceanState>\n    <windx>0.04</windx>");
+  const Scene scene = read(text);
+  ASSERT_EQ(scene.warnings.size(), 1u);
+  EXPECT_THAT(scene.warnings[0], ::testing::HasSubstr(":" + std::to_string(line_of(text, "<windx>")) + ": <windx>"));
+}
+
+TEST(BlackBoxMesh, IsClosedOutwardAndHasItsOriginAtTheCentreOfTheTopFace) {
+  std::ifstream in(kEtc / "objects/black_box.obj");
+  std::vector<Vector3d> v;
+  std::map<std::pair<int, int>, int> edges;
+  double volume = 0;
+  for (std::string line; std::getline(in, line);) {
+    std::istringstream s(line);
+    std::string kind;
+    s >> kind;
+    if (kind == "v") s >> v.emplace_back().x() >> v.back().y() >> v.back().z();
+    if (kind != "f") continue;
+    std::array<int, 3> f{};
+    s >> f[0] >> f[1] >> f[2];
+    for (int k = 0; k < 3; ++k) ++edges[{f[k], f[(k + 1) % 3]}];
+    volume += v[f[0] - 1].dot(v[f[1] - 1].cross(v[f[2] - 1])) / 6;
+  }
+  for (const auto& [edge, count] : edges) {
+    EXPECT_EQ(count, 1);
+    EXPECT_EQ((edges.count({edge.second, edge.first})), 1u);
+  }
+  EXPECT_NEAR(volume, 0.14 * 0.30 * 0.16, 1e-12);
+  for (const Vector3d& p : v) {
+    EXPECT_DOUBLE_EQ(std::abs(p.x()), 0.07);
+    EXPECT_DOUBLE_EQ(std::abs(p.y()), 0.15);
+    EXPECT_TRUE(p.z() == 0 || p.z() == -0.16);
+  }
+}
+
+}  // namespace
+}  // namespace tankrig::sim
