@@ -1,6 +1,6 @@
 #include "apps/tankrig/pictures.hpp"
 
-#include <algorithm>
+#include <limits>
 
 #include <opencv2/imgcodecs.hpp>
 
@@ -40,35 +40,30 @@ class Album {
   std::vector<ReportPicture> pictures_;
 };
 
-/// The frame of the sweep in which the most stripe points were found.
-const FrameRecord* richest_frame(const Session& session, const std::vector<StripeRow>& rows) {
-  std::map<int, int> points;
-  for (const StripeRow& row : rows) ++points[row.frame];
-  const auto best = std::max_element(points.begin(), points.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
-  const SessionCamera* camera = session.find_camera(CameraRole::kMono);
-  for (const FrameRecord& frame : session.frames)
-    if (best != points.end() && camera && frame.camera == camera->name && frame.index == best->first) return &frame;
-  return nullptr;
+/// The frame of the sweep whose sheet passes nearest to the object's origin; null if no frame has laser and joints.
+const FrameRecord* frame_over_object(const Session& session) {
+  const FrameRecord* best = nullptr;
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const FrameRecord& frame : session.frames) {
+    if (!frame.laser_on || !frame.q) continue;
+    const Plane sheet_b = session.info.calibration.arm->bMe(*frame.q) * *session.info.calibration.ePl;
+    const double distance = std::abs(sheet_b.distance(session.info.object->bMo.translation()));
+    if (distance < nearest) nearest = distance, best = &frame;
+  }
+  return best;
 }
 
 /// Outside view at the moment the sheet is over the object's origin.
 void add_rig_picture(const Session& session, const sim::TankWorld* world, Album& album) {
   const char* caption = "The rig from outside: arm, projector and sheet, cameras, black box (the paper's Figure 3)";
   if (!world) return album.keep("rig", caption);
-  const FrameRecord* over_object = nullptr;
-  double nearest = 1e9;
-  for (const FrameRecord& frame : session.frames) {
-    if (!frame.laser_on || !frame.q) continue;
-    const Plane sheet_b = session.info.calibration.arm->bMe(*frame.q) * *session.info.calibration.ePl;
-    const double distance = std::abs(sheet_b.distance(session.info.object->bMo.translation()));
-    if (distance < nearest) nearest = distance, over_object = &frame;
-  }
+  const FrameRecord* over_object = frame_over_object(session);
   const JointVector q = over_object ? *over_object->q : JointVector::Zero();
   album.add("rig", caption, world->render_external(q, over_object != nullptr, 1280, 860));
 }
 
 void add_stripe_picture(const Session& session, const MethodOutcome& outcome, Album& album) {
-  const FrameRecord* frame = richest_frame(session, outcome.rows);
+  const FrameRecord* frame = frame_over_object(session);
   if (!frame) return;
   std::vector<Vector2d> stripe;
   for (const StripeRow& row : outcome.rows)

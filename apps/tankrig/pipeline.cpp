@@ -58,10 +58,10 @@ void reconstruct_laser(const Session& session, const ReconstructionParameters& p
     return;
   }
   StripeReconstructionParameters job;
+  if (scan) job.workspace = parameters.workspace;
   cv::Mat background;
   if (outcome.method == "laser") {
     job.detector = parameters.laser;
-    job.workspace = scan ? parameters.workspace : std::nullopt;
     const std::vector<const FrameRecord*> dark_frames = frames_of(session, camera, dark);
     if (!dark_frames.empty()) background = median_background(images_of(session, dark_frames));
   } else {
@@ -105,11 +105,10 @@ void reconstruct_stereo(const Session& session, const ReconstructionParameters& 
   StereoResult result = outcome.method == "stereo" ? tankrig::reconstruct(pairs, calibration, parameters.stereo)
                                                    : reconstruct_paper(pairs.front(), calibration, parameters.stereo_paper);
   outcome.cloud.frame = "b";
-  const std::optional<WorkspaceBox> gate = outcome.method == "stereo" ? parameters.workspace : std::nullopt;
   std::size_t outside = 0;
   for (CloudPoint point : result.cloud.points) {
     point.p = left.bMc * point.p;
-    if (gate && !contains(*gate, point.p)) {
+    if (parameters.workspace && !contains(*parameters.workspace, point.p)) {
       ++outside;
       continue;
     }

@@ -28,7 +28,7 @@ struct ReconstructionParameters {
   PaperStripeParameters laser_paper;
   StereoParameters stereo;
   PaperStereoParameters stereo_paper;
-  std::optional<WorkspaceBox> workspace;   ///< in b; our methods reject and count points outside
+  std::optional<WorkspaceBox> workspace;   ///< in b; points outside are left out of every cloud, and counted
   MetricThresholds thresholds;
 };
 
