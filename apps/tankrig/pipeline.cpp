@@ -160,7 +160,6 @@ void score_outcome(const Session& session, const ReconstructionParameters& param
   outcome.score = to_json(*outcome.metrics);
   outcome.score["reconstruction_rejected"] = outcome.rejected;
   outcome.score["reconstruction_rejected_by_reason"] = outcome.rejections;
-  outcome.score["reconstruction_s"] = outcome.seconds;
   if (!outcome.reason.empty()) outcome.score["reason"] = outcome.reason;
 }
 

@@ -12,7 +12,7 @@ namespace tankrig {
 struct TriangulationParameters {
   double plane_angle_sigma =
       0;                    ///< uncertainty of the laser plane's direction [rad], about its point nearest the camera
-  double min_angle = 0.05;  ///< smallest angle between viewing ray and laser plane [rad]
+  double min_angle = 0.02;  ///< smallest angle between viewing ray and laser plane [rad]
 };
 
 /// Meets the ray of every peak with the laser plane and appends the points to `points`.

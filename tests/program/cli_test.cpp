@@ -1,0 +1,201 @@
+// The command line: help, plans, bad input and interruption, as a user meets them.
+#include <csignal>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "rig/session/session.hpp"
+#include "tests/program/program.hpp"
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+using testing::Not;
+
+namespace tankrig::test {
+namespace {
+
+/// One line on standard error, exit code 1, nothing at `forbidden`.
+void expect_refusal(const ProgramRun& run, const std::vector<std::string>& words, const fs::path& forbidden = {}) {
+  EXPECT_EQ(run.exit_code, 1) << run.err;
+  EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
+  for (const std::string& word : words) EXPECT_THAT(run.err, HasSubstr(word));
+  if (!forbidden.empty()) EXPECT_FALSE(fs::exists(forbidden)) << forbidden;
+}
+
+TEST(Help, EveryCommandExplainsItselfWithAnExample) {
+  for (const std::vector<std::string>& command : std::vector<std::vector<std::string>>{
+           {}, {"scan"}, {"reconstruct"}, {"evaluate"}, {"session"}, {"session", "import"}, {"session", "info"}, {"report"}, {"init"}}) {
+    std::vector<std::string> arguments = command;
+    arguments.push_back("--help");
+    const ProgramRun run = run_tankrig(arguments);
+    EXPECT_EQ(run.exit_code, 0);
+    EXPECT_THAT(run.out, HasSubstr("Example: tankrig"));
+  }
+}
+
+TEST(Usage, WrongWordsAreExitCodeTwo) {
+  EXPECT_EQ(run_tankrig({}).exit_code, 2);
+  EXPECT_EQ(run_tankrig({"sacn"}).exit_code, 2);
+  EXPECT_EQ(run_tankrig({"scan", "--light", "7"}).exit_code, 2);
+  EXPECT_EQ(run_tankrig({"reconstruct", "x", "--method", "magic"}).exit_code, 2);
+}
+
+TEST(DryRun, PrintsPathClearanceDurationDiskAndTheFacesInView) {
+  const ProgramRun run = run_tankrig({"scan", "--dry-run", "--json"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const auto plan = run.json();
+  EXPECT_GT(plan.at("duration_s").get<double>(), 10);
+  EXPECT_GT(plan.at("clearance_m").get<double>(), 0.02);
+  EXPECT_GT(plan.at("disk_bytes").get<double>(), 1e6);
+  int good = 0;
+  for (const auto& face : plan.at("faces"))
+    good += face.at("seen") > 0.99 && face.at("lit") > 0.99 && face.at("camera_incidence_deg") <= 70 && face.at("laser_incidence_deg") <= 70;
+  EXPECT_EQ(good, 3) << plan.at("faces").dump(1);
+}
+
+TEST(DryRun, EveryShippedRigHasASafePlan) {
+  for (const auto& rig : fs::directory_iterator(fs::path(TANKRIG_SOURCE_DIR) / "etc/rigs")) {
+    const ProgramRun run = run_tankrig({"scan", "--rig", rig.path().filename().string(), "--dry-run"});
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    EXPECT_THAT(run.out, HasSubstr("clearance"));
+  }
+}
+
+TEST(BadInput, ARigThatIsNotThereNamesThoseThatAre) {
+  expect_refusal(run_tankrig({"scan", "--rig", "atlantis"}), {"atlantis", "tank-sim"});
+}
+
+TEST(BadInput, AnUnknownKeyIsNamedWithFileAndLine) {
+  const fs::path rig = edited_rig(scratch_folder() / "rig", "\nbackend: mock", "\nbackand: mock");
+  expect_refusal(run_tankrig({"scan", "--rig", rig.string()}), {"rig.yaml:", "backand"});
+}
+
+TEST(BadInput, AValueOutOfRangeIsNamedWithWhatWasExpected) {
+  const fs::path rig = edited_rig(scratch_folder() / "rig", "cycle_hz: 200", "cycle_hz: -5");
+  expect_refusal(run_tankrig({"scan", "--rig", rig.string()}), {"rig.yaml:", "cycle_hz", "'-5'", "expected a number"});
+}
+
+TEST(BadInput, AnUnknownReconstructionKeyStopsTheScanBeforeItBegins) {
+  const fs::path rig = edited_rig(scratch_folder() / "rig", "value_min: 148", "value_mni: 148");
+  const fs::path out = scratch_folder() / "session";
+  expect_refusal(run_tankrig({"scan", "--rig", rig.string(), "--out", out.string()}), {"rig.yaml:", "value_mni"}, out);
+}
+
+TEST(BadInput, ABrokenSceneIsNamedWithItsLine) {
+  const fs::path rig = edited_rig(scratch_folder() / "rig", "backend: mock", "backend: mock");
+  const fs::path scene = rig.parent_path() / "tank.xml";
+  std::string text = read_text(scene);
+  text.replace(text.find("<lightRate>1.0"), 14, "<lightRate>one");
+  write_text(scene, text);
+  const fs::path out = scratch_folder() / "session";
+  expect_refusal(run_tankrig({"scan", "--rig", rig.string(), "--out", out.string()}), {"tank.xml:", "lightRate", "one"}, out);
+}
+
+TEST(BadInput, AMissingMeshIsNamed) {
+  const fs::path rig = edited_rig(scratch_folder() / "rig", "mesh: black_box.obj", "mesh: white_box.obj");
+  const fs::path out = scratch_folder() / "session";
+  expect_refusal(run_tankrig({"scan", "--rig", rig.string(), "--out", out.string()}), {"white_box.obj"}, out);
+}
+
+TEST(BadInput, AMotionBeyondALimitIsRefusedBeforeAnythingMoves) {
+  const fs::path rig = edited_rig(scratch_folder() / "rig", "to_rad: 2.1", "to_rad: 2.15");
+  const fs::path out = scratch_folder() / "session";
+  expect_refusal(run_tankrig({"scan", "--rig", rig.string(), "--out", out.string()}), {"elbow"}, out);
+}
+
+TEST(BadInput, AMotionThroughTheBoxIsRefusedBeforeAnythingMoves) {
+  const fs::path rig = edited_rig(scratch_folder() / "rig", "bMo: {translation_m: [-0.26, 0.025, 1.02]", "bMo: {translation_m: [0.45, 0.0, 0.6]");
+  const fs::path out = scratch_folder() / "session";
+  expect_refusal(run_tankrig({"scan", "--rig", rig.string(), "--out", out.string()}), {"object", "comes within"}, out);
+}
+
+TEST(BadInput, ASessionDirectoryInUseIsLeftAlone) {
+  const fs::path out = scratch_folder() / "session";
+  fs::create_directories(out);
+  write_text(out / "diary.txt", "mine");
+  const ProgramRun run = run_tankrig({"scan", "--out", out.string()});
+  EXPECT_EQ(run.exit_code, 1);
+  EXPECT_THAT(run.err, HasSubstr("exists already"));
+  EXPECT_EQ(read_text(out / "diary.txt"), "mine");
+}
+
+TEST(BadInput, LuxThatIsNoNumberIsRefused) {
+  expect_refusal(run_tankrig({"scan", "--lux", "bright"}), {"--lux", "bright", "auto"});
+}
+
+TEST(BadInput, ACloudThatIsCutShortIsNamedWithItsCounts) {
+  const fs::path folder = scratch_folder();
+  write_text(folder / "cloud.ply", "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nend_header\n0 0 0\n1 1 1\n");
+  write_text(folder / "pose.yaml", "translation_m: [0, 0, 0]\nquaternion_xyzw: [0, 0, 0, 1]\n");
+  const std::string mesh = (fs::path(TANKRIG_SOURCE_DIR) / "etc/objects/black_box.obj").string();
+  expect_refusal(run_tankrig({"evaluate", (folder / "cloud.ply").string(), "--object", mesh, "--pose", (folder / "pose.yaml").string()}), {"cloud.ply", "2", "3"});
+}
+
+TEST(BadInput, APoseWithoutAQuaternionIsNamedWithItsField) {
+  const fs::path folder = scratch_folder();
+  write_text(folder / "cloud.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n0 0 0\n");
+  write_text(folder / "pose.yaml", "translation_m: [0, 0, 0]\n");
+  const std::string mesh = (fs::path(TANKRIG_SOURCE_DIR) / "etc/objects/black_box.obj").string();
+  expect_refusal(run_tankrig({"evaluate", (folder / "cloud.ply").string(), "--object", mesh, "--pose", (folder / "pose.yaml").string()}), {"pose.yaml", "quaternion_xyzw"});
+}
+
+TEST(BadInput, ASessionThatIsNotThereIsNamed) {
+  expect_refusal(run_tankrig({"reconstruct", "/nonexistent/session"}), {"/nonexistent/session"});
+  expect_refusal(run_tankrig({"session", "info", "/nonexistent/session"}), {"/nonexistent/session"});
+}
+
+TEST(BadInput, ImportNeedsOneKindOfPlaneAndLeavesNothingBehind) {
+  const fs::path out = scratch_folder() / "imported";
+  expect_refusal(run_tankrig({"session", "import", "--images", "/nonexistent", "--camera", "x.yaml", "--out", out.string()}), {"--plane", "--planes"}, out);
+}
+
+TEST(Evaluate, APerfectTopFaceScoresItsShareOfTheSurface) {
+  const fs::path folder = scratch_folder();
+  std::string points;
+  int count = 0;
+  for (double x = -0.07; x <= 0.0701; x += 0.002)
+    for (double y = -0.15; y <= 0.1501; y += 0.002, ++count) points += std::to_string(x) + " " + std::to_string(y) + " 1.5\n";
+  write_text(folder / "cloud.ply", "ply\nformat ascii 1.0\nelement vertex " + std::to_string(count) + "\nproperty float x\nproperty float y\nproperty float z\nend_header\n" + points);
+  write_text(folder / "pose.yaml", "translation_m: [0, 0, 1.5]\nquaternion_xyzw: [0, 0, 0, 1]\n");
+  const std::string mesh = (fs::path(TANKRIG_SOURCE_DIR) / "etc/objects/black_box.obj").string();
+  const ProgramRun run = run_tankrig({"evaluate", (folder / "cloud.ply").string(), "--object", mesh, "--pose", (folder / "pose.yaml").string(), "--json",
+                                      "--verdict", (folder / "verdict.ply").string()});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const auto score = run.json();
+  EXPECT_NEAR(score.at("mean_error_m").get<double>(), 0, 1e-7);
+  const double top_and_rims = (0.14 * 0.30 + 2 * 0.002 * (0.14 + 0.30)) / 0.2248;  // 2 mm of each side are that near to the top
+  EXPECT_NEAR(score.at("coverage_at").at("0.002").get<double>(), top_and_rims, 0.003);
+  EXPECT_TRUE(fs::exists(folder / "verdict.ply"));
+}
+
+TEST(Evaluate, TheReferenceModulesArithmeticNamesItsOddities) {
+  const fs::path folder = scratch_folder();
+  write_text(folder / "cloud.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n0 0 0\n");
+  write_text(folder / "pose.yaml", "translation_m: [0, 0, 0]\nquaternion_xyzw: [0, 0, 0, 1]\n");
+  const std::string mesh = (fs::path(TANKRIG_SOURCE_DIR) / "etc/objects/black_box.obj").string();
+  const ProgramRun run = run_tankrig({"evaluate", (folder / "cloud.ply").string(), "--object", mesh, "--pose", (folder / "pose.yaml").string(), "--definition", "uwsim", "--json"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(run.json().at("definition"), "uwsim");
+  EXPECT_FALSE(run.json().at("oddities").empty());
+}
+
+TEST(Interruption, CtrlCLeavesTheLaserOffTheArmAtRestAndTheSessionReadable) {
+  const fs::path out = scratch_folder() / "session";
+  bool sent = false;
+  const ProgramRun run = run_tankrig({"scan", "--out", out.string()}, [&](const std::string& line, int pid) {
+    if (!sent && line.find("sweep") != std::string::npos && line.find("move") == std::string::npos) sent = kill(pid, SIGINT) == 0;
+  });
+  ASSERT_TRUE(sent) << run.err;
+  EXPECT_EQ(run.exit_code, 3) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("laser off, arm at rest"));
+  const Session session = Session::open(out);
+  EXPECT_THAT(session.info.status, testing::StartsWith("stopped"));
+  EXPECT_FALSE(session.frames.empty());
+  const std::string events = read_text(out / "events.csv");
+  const std::size_t laser_off = events.find("laser,off"), stop = events.find("stop");
+  EXPECT_NE(laser_off, std::string::npos) << events;
+  EXPECT_NE(stop, std::string::npos) << events;
+}
+
+}  // namespace
+}  // namespace tankrig::test

@@ -1,0 +1,75 @@
+// Runs the tankrig program and keeps what it said.
+#include "tests/program/program.hpp"
+
+#include <fstream>
+#include <sstream>
+
+#include <fcntl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <gtest/gtest.h>
+
+namespace fs = std::filesystem;
+
+namespace tankrig::test {
+
+ProgramRun run_tankrig(const std::vector<std::string>& arguments, const std::function<void(const std::string&, int)>& on_error_line) {
+  const fs::path out_file = scratch_folder() / "stdout.txt";
+  int error_pipe[2];
+  if (pipe(error_pipe) != 0) throw std::runtime_error("pipe failed");
+  const pid_t pid = fork();
+  if (pid == 0) {
+    std::vector<char*> argv{const_cast<char*>(TANKRIG_PROGRAM)};
+    for (const std::string& a : arguments) argv.push_back(const_cast<char*>(a.c_str()));
+    argv.push_back(nullptr);
+    dup2(error_pipe[1], STDERR_FILENO);
+    dup2(open(out_file.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644), STDOUT_FILENO);
+    close(error_pipe[0]);
+    close(error_pipe[1]);
+    if (chdir(TANKRIG_SOURCE_DIR) != 0) _exit(126);
+    execv(TANKRIG_PROGRAM, argv.data());
+    _exit(127);
+  }
+  close(error_pipe[1]);
+  ProgramRun run;
+  FILE* errors = fdopen(error_pipe[0], "r");
+  char line[4096];
+  while (std::fgets(line, sizeof line, errors)) {
+    run.err += line;
+    if (on_error_line) on_error_line(line, pid);
+  }
+  std::fclose(errors);
+  int status = 0;
+  waitpid(pid, &status, 0);
+  run.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  run.out = read_text(out_file);
+  return run;
+}
+
+fs::path scratch_folder() {
+  const auto* test = testing::UnitTest::GetInstance()->current_test_info();
+  const fs::path folder = fs::path(testing::TempDir()) / ("tankrig-" + std::to_string(getpid())) / (test ? test->name() : "suite");
+  fs::create_directories(folder);
+  return folder;
+}
+
+void write_text(const fs::path& file, const std::string& text) { std::ofstream(file, std::ios::binary) << text; }
+
+std::string read_text(const fs::path& file) {
+  std::ostringstream text;
+  text << std::ifstream(file, std::ios::binary).rdbuf();
+  return text.str();
+}
+
+fs::path edited_rig(const fs::path& folder, const std::string& from, const std::string& to) {
+  EXPECT_EQ(run_tankrig({"init", folder.string()}).exit_code, 0);
+  std::string text = read_text(folder / "rig.yaml");
+  const std::size_t at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << "the default rig no longer says: " << from;
+  if (at != std::string::npos) text.replace(at, from.size(), to);
+  write_text(folder / "rig.yaml", text);
+  return folder / "rig.yaml";
+}
+
+}  // namespace tankrig::test
