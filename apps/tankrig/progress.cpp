@@ -3,11 +3,16 @@
 #include <algorithm>
 #include <cstdio>
 
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
 #include <unistd.h>
 
 namespace tankrig::app {
 
-Progress::Progress() : terminal_(isatty(STDERR_FILENO) != 0) {}
+Progress::Progress() : terminal_(isatty(STDERR_FILENO) != 0) {
+  if (!spdlog::get("tankrig")) spdlog::set_default_logger(spdlog::stderr_color_mt("tankrig"));
+  spdlog::set_pattern("tankrig: %^%l%$: %v");
+}
 
 Progress::~Progress() { finish_line(); }
 
@@ -38,7 +43,12 @@ void Progress::update(const std::string& stage, double fraction) {
 
 void Progress::note(const std::string& text) {
   finish_line();
-  std::fprintf(stderr, "%s\n", text.c_str());
+  spdlog::info(text);
+}
+
+void Progress::warn(const std::string& text) {
+  finish_line();
+  spdlog::warn(text);
 }
 
 }  // namespace tankrig::app

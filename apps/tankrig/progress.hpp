@@ -16,12 +16,13 @@ class Progress {
 
   /// `fraction` of `stage` is done, in [0, 1].
   void update(const std::string& stage, double fraction);
-  /// A line of its own, e.g. a warning.
+  /// Lines of their own.
   void note(const std::string& text);
-
- private:
+  void warn(const std::string& text);
+  /// Ends the moving line: something else is about to be printed.
   void finish_line();
 
+ private:
   bool terminal_;
   bool line_open_ = false;
   std::string stage_;

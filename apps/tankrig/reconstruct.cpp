@@ -33,7 +33,7 @@ int reconstruct(const ReconstructOptions& options) {
     if (!outcome.reason.empty()) out["reason"] = outcome.reason;
     std::printf("%s\n", out.dump(2).c_str());
   } else {
-    progress.note("");
+    progress.finish_line();
     std::printf("%zu points in %s (frame %s), %.2f s\n", outcome.cloud.points.size(), written.c_str(), outcome.cloud.frame.c_str(), outcome.seconds);
     if (!outcome.reason.empty()) std::printf("%s\n", outcome.reason.c_str());
   }
@@ -57,7 +57,7 @@ int report(const ReportOptions& options) {
   if (options.json) {
     std::printf("%s\n", out.dump(2).c_str());
   } else {
-    progress.note("");
+    progress.finish_line();
     std::printf("%slook at %s\n", score_table(scores).c_str(), (session.path / "report.html").c_str());
   }
   return kOk;

@@ -146,7 +146,7 @@ int scan(const ScanOptions& options) {
   sim::WorldOptions world_options{options.light, options.noise, options.sensor, options.particles, options.seed};
   const std::unique_ptr<Backend> backend = make_backend(rig, world_options);
   if (backend->world())
-    for (const std::string& warning : backend->world()->warnings()) progress.note("warning: " + warning);
+    for (const std::string& warning : backend->world()->warnings()) progress.warn(warning);
 
   const JointVector posture = read_posture(backend->arm(), backend->clock(), std::chrono::seconds(2));
   const ScanPlan plan = make_scan_plan(rig.scan, posture);
@@ -194,7 +194,7 @@ int scan(const ScanOptions& options) {
   writer.close(result.status);
   if (!result.complete()) {
     write_checksums(path);
-    progress.note("scan " + result.status + "; laser off, arm at rest, session kept in " + path.string());
+    progress.warn("scan " + result.status + "; laser off, arm at rest, session kept in " + path.string());
     return kPartial;
   }
 
@@ -220,7 +220,7 @@ int scan(const ScanOptions& options) {
   if (options.json) {
     std::printf("%s\n", out.dump(2).c_str());
   } else {
-    progress.note("");
+    progress.finish_line();
     std::printf("%s", score_table(scores).c_str());
     std::printf("%zu frames, %.1f s simulated in %.1f s\nlook at %s\n", session.frames.size(), result.simulated_s, wall, (path / "report.html").c_str());
   }

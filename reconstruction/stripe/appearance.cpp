@@ -5,7 +5,6 @@
 #include <cmath>
 #include <vector>
 
-#include "reconstruction/stripe/profile_fit.hpp"
 #include "reconstruction/stripe/ridge_filter.hpp"
 
 namespace tankrig {
@@ -15,6 +14,7 @@ constexpr int kSampledColumns = 32;
 constexpr int kLevels = 4;             ///< columns binned 1, 2, 4, 8 rows at a time
 constexpr double kFilterSigma = 1.6;   ///< [binned px]
 constexpr double kQuantisation = 0.3;  ///< sd of rounding to whole DN
+constexpr double kMaxContrast = 0.6;   ///< of speckle averaged over a pixel
 
 using Profile = std::array<std::vector<float>, 3>;  ///< one column, per channel
 
@@ -181,34 +181,65 @@ double measure_noise(const std::vector<Profile>& profiles, const std::array<floa
   return std::max(robust_sd(sample), kQuantisation);
 }
 
-/// The profile's sd from the clearest third of the columns.
-double measure_width(const std::vector<Profile>& profiles, const LevelResult& level, int binning,
-                     const StripeAppearance& appearance, int channels) {
-  const double limit = [&] {
+/// The clearest third of the columns, where shape is measured.
+class ClearColumns {
+ public:
+  ClearColumns(const std::vector<Profile>& profiles, const LevelResult& level, int binning,
+               const std::array<float, 3>& weights, int channels) {
     std::vector<double> snr = level.snr;
     std::sort(snr.begin(), snr.end(), std::greater<>());
-    return snr[snr.size() / 3];
-  }();
-  std::vector<std::vector<float>> clear(profiles.size());
-  for (std::size_t i = 0; i < profiles.size(); ++i)
-    if (level.snr[i] >= limit) clear[i] = projected(profiles[i], appearance.profile, channels);
+    const double limit = snr[snr.size() / 3];
+    for (std::size_t i = 0; i < profiles.size(); ++i)
+      if (level.snr[i] >= limit)
+        columns_.push_back({projected(profiles[i], weights, channels), (level.peak_row[i] + 0.5) * binning - 0.5});
+  }
+
+  /// Median of a property of the fits, or `otherwise` if there are too few.
+  template <class Property>
+  double median(const ProfileFitter& fitter, const ValueNoise& noise, double otherwise, Property property) const {
+    std::vector<double> found;
+    for (const Column& column : columns_) {
+      const ProfileFit fit =
+          fitter.fit(column.values.data(), static_cast<int>(column.values.size()), column.row, noise);
+      if (fit.ok) found.push_back(property(fit));
+    }
+    return found.size() < 3 ? otherwise : component_median(found);
+  }
+
+ private:
+  struct Column {
+    std::vector<float> values;
+    double row;
+  };
+  std::vector<Column> columns_;
+};
+
+/// The profile's sd.
+double measure_width(const ClearColumns& columns, int binning, const ValueNoise& noise) {
   double sd = kFilterSigma * binning * 0.7;
   for (int round = 0; round < 5; ++round) {
-    const ProfileFitter fitter(sd, true);
-    std::vector<double> ratios;
-    for (std::size_t i = 0; i < profiles.size(); ++i) {
-      if (clear[i].empty()) continue;
-      const std::vector<float>& values = clear[i];
-      const double row = (level.peak_row[i] + 0.5) * binning - 0.5;
-      const ProfileFit fit = fitter.fit(values.data(), static_cast<int>(values.size()), row, appearance.noise);
-      if (fit.ok) ratios.push_back(fit.width_ratio);
-    }
-    if (ratios.size() < 3) break;
-    const double ratio = std::clamp(component_median(ratios), 0.6, 1.6);
+    const double ratio = std::clamp(
+        columns.median(ProfileFitter(sd, true), noise, 1.0, [](const ProfileFit& fit) { return fit.width_ratio; }), 0.6,
+        1.6);
     sd = std::clamp(sd * ratio, 0.6, 16.0);
     if (std::abs(ratio - 1) < 0.02) break;
   }
   return sd;
+}
+
+/// The contrast at which the profiles' residuals are as large as the noise lets expect.
+double measure_contrast(const ClearColumns& columns, double sd, double additive) {
+  const ProfileFitter fitter(sd, true);
+  const auto misfit = [&](double contrast) {
+    return columns.median(fitter, {additive, contrast}, 0.0, [](const ProfileFit& fit) { return fit.misfit; });
+  };
+  if (misfit(0) <= 1) return 0;
+  double low = 0, high = kMaxContrast;
+  for (int round = 0; round < 5; ++round) {
+    const double middle = 0.5 * (low + high);
+    (misfit(middle) > 1 ? low : high) = middle;
+  }
+  return 0.5 * (low + high);
 }
 
 }  // namespace
@@ -242,8 +273,10 @@ StripeAppearance measure_appearance(const cv::Mat& image, const cv::Mat& backgro
     appearance.detection[c] = static_cast<float>(norm > 0 ? best.weights[c] / norm : 0.577);
     appearance.profile[c] = static_cast<float>(profile[c]);
   }
-  appearance.noise = measure_noise(profiles, appearance.profile, channels);
-  appearance.sd_px = measure_width(profiles, best, binning, appearance, channels);
+  appearance.noise.additive = measure_noise(profiles, appearance.profile, channels);
+  const ClearColumns clear(profiles, best, binning, appearance.profile, channels);
+  appearance.sd_px = measure_width(clear, binning, appearance.noise);
+  appearance.noise.contrast = measure_contrast(clear, appearance.sd_px, appearance.noise.additive);
   return appearance;
 }
 

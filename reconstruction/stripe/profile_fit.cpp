@@ -10,7 +10,15 @@ namespace {
 /// Weight of the noise expected beforehand against the residuals, in degrees of freedom.
 constexpr double kPriorFreedom = 8;
 
+/// Share of the amplitude by which a real profile is off a Gauss anywhere: the faint tails are not trusted beyond it.
+constexpr double kModelError = 0.03;
+
 }  // namespace
+
+struct ProfileFitter::Window {
+  const float* values;
+  int first, last;
+};
 
 struct ProfileFitter::LinearFit {
   Eigen::Vector4d value = Eigen::Vector4d::Zero();  ///< amplitude, shift * amplitude / sd, background, slope * sd
@@ -75,29 +83,33 @@ class GaussWalk {
 
 }  // namespace
 
-ProfileFitter::LinearFit ProfileFitter::solve(const float* values, int first, int last, double centre) const {
-  double gg = 0, gt = 0, g1 = 0, tt = 0, t1 = 0, t2 = 0, s1 = 0, s2 = 0;
+ProfileFitter::LinearFit ProfileFitter::solve(const Window& window, double centre, double contrast) const {
+  const auto [values, first, last] = window;
+  const double contrast2 = contrast * contrast;
+  double n = 0, gg = 0, gt = 0, g1 = 0, tt = 0, t1 = 0, t2 = 0, s1 = 0, s2 = 0;
   double yg = 0, yq = 0, y1 = 0, yt = 0;
   GaussWalk walk((first - centre) / sd_, 1 / sd_);
   for (int i = first; i <= last; ++i, walk.advance()) {
-    const double t = walk.t(), g = walk.g(), q = g * t, y = values[i];
-    gg += g * g;
-    gt += g * q;
-    g1 += g;
-    tt += q * q;
-    t1 += q;
-    t2 += q * t;
-    s1 += t;
-    s2 += t * t;
-    yg += y * g;
-    yq += y * q;
-    y1 += y;
-    yt += y * t;
+    const double t = walk.t(), g = walk.g(), y = values[i];
+    const double w = 1 / (1 + contrast2 * g * g), wg = w * g, wq = wg * t;
+    n += w;
+    gg += wg * g;
+    gt += wg * g * t;
+    g1 += wg;
+    tt += wq * g * t;
+    t1 += wq;
+    t2 += wq * t;
+    s1 += w * t;
+    s2 += w * t * t;
+    yg += wg * y;
+    yq += wq * y;
+    y1 += w * y;
+    yt += w * y * t;
   }
   const double g2 = t1;  // the core against the slope: also a sum of g * t
   Eigen::Vector4d right{yg, yq, y1, yt};
   Eigen::Matrix4d normal;
-  normal << gg, gt, g1, g2, gt, tt, t1, t2, g1, t1, last - first + 1, s1, g2, t2, s1, s2;
+  normal << gg, gt, g1, g2, gt, tt, t1, t2, g1, t1, n, s1, g2, t2, s1, s2;
   if (!sloped_) {
     normal.row(3).setZero();
     normal.col(3).setZero();
@@ -113,15 +125,16 @@ ProfileFitter::LinearFit ProfileFitter::solve(const float* values, int first, in
   return fit;
 }
 
-ProfileFit ProfileFitter::fit(const float* values, int count, double start, double noise) const {
+ProfileFit ProfileFitter::fit(const float* values, int count, double start, const ValueNoise& noise) const {
   ProfileFit result;
   const int middle = static_cast<int>(std::lround(start));
   const int first = std::max(0, middle - half_window_), last = std::min(count - 1, middle + half_window_);
   if (last - first < 5) return result;
+  const Window window{values, first, last};
   double centre = start;
   LinearFit linear;
   for (int iteration = 0; iteration < 8; ++iteration) {
-    linear = solve(values, first, last, centre);
+    linear = solve(window, centre, 0);
     if (!linear.ok || linear.value[0] <= 0) return result;
     const double shift = std::clamp(sd_ * linear.value[1] / linear.value[0], -0.7 * sd_, 0.7 * sd_);
     centre += shift;
@@ -138,19 +151,49 @@ ProfileFit ProfileFitter::fit(const float* values, int count, double start, doub
     skew += residual * (g * (t * t * t - 3 * t) - skew_on_shift_ * g * t - skew_on_slope_ * t);
   }
   const int freedom = last - first + 1 - (sloped_ ? 4 : 3);
-  const double value_noise = std::sqrt((kPriorFreedom * noise * noise + squares) / (kPriorFreedom + freedom));
+  const double value_noise =
+      std::sqrt((kPriorFreedom * noise.additive * noise.additive + squares) / (kPriorFreedom + freedom));
   const double amplitude = linear.value[0];
-  const Eigen::Vector4d variance = linear.normal.inverse().diagonal();
   result.ok = true;
   result.position = centre;
   result.amplitude = amplitude;
-  result.sigma = value_noise * std::sqrt(variance[1]) * sd_ / amplitude;
-  result.amplitude_sigma = value_noise * std::sqrt(variance[0]);
+  result.amplitude_sigma = value_noise * std::sqrt(linear.normal.inverse()(0, 0));
   result.width_ratio = 1 + width / width_power_ / amplitude;
   result.width_sigma = value_noise / std::sqrt(width_power_) / amplitude;
   result.skewness = 6 * skew / skew_power_ / amplitude;
   result.skewness_sigma = 6 * value_noise / std::sqrt(skew_power_) / amplitude;
+  refine(window, noise, result);
   return result;
+}
+
+void ProfileFitter::refine(const Window& window, const ValueNoise& noise, ProfileFit& result) const {
+  const double base = std::hypot(noise.additive, noise.contrast > 0 ? kModelError * result.amplitude : 0);
+  const double contrast = noise.contrast * result.amplitude / base;
+  double centre = result.position;
+  LinearFit linear;
+  for (int iteration = 0; iteration < 4; ++iteration) {
+    const LinearFit next = solve(window, centre, contrast);
+    if (!next.ok || next.value[0] <= 0) break;
+    linear = next;
+    const double shift = sd_ * linear.value[1] / linear.value[0];
+    if (std::abs(centre + shift - result.position) > 0.7 * sd_) break;
+    centre += shift;
+    if (std::abs(shift) < 5e-3 * sd_) break;
+  }
+  if (!linear.ok) linear = solve(window, centre, 0);
+  double squares = 0;
+  GaussWalk walk((window.first - centre) / sd_, 1 / sd_);
+  for (int i = window.first; i <= window.last; ++i, walk.advance()) {
+    const double t = walk.t(), g = walk.g();
+    const double residual = window.values[i] - linear.value[0] * g - linear.value[2] - linear.value[3] * t;
+    squares += residual * residual / (1 + contrast * contrast * g * g);
+  }
+  const int freedom = window.last - window.first + 1 - (sloped_ ? 4 : 3);
+  result.misfit = squares / (base * base) / freedom;
+  const double value_noise =
+      std::sqrt((kPriorFreedom * base * base + squares) / (kPriorFreedom + freedom));
+  result.position = centre;
+  result.sigma = value_noise * std::sqrt(linear.normal.inverse()(1, 1)) * sd_ / linear.value[0];
 }
 
 }  // namespace tankrig

@@ -3,6 +3,13 @@
 
 namespace tankrig {
 
+/// What scatters a value about the profile: variance additive^2 + (contrast * light of the stripe)^2.
+/// Units: `additive` as the values, `contrast` a fraction: that of the speckle, where a laser's light is rough.
+struct ValueNoise {
+  double additive = 0;
+  double contrast = 0;
+};
+
 /// Units: pixels and the values' own unit.
 struct ProfileFit {
   bool ok = false;
@@ -14,9 +21,11 @@ struct ProfileFit {
   double width_sigma = 0;
   double skewness = 0;  ///< third standardised moment, to first order (Gram-Charlier)
   double skewness_sigma = 0;
+  double misfit = 0;  ///< mean squared residual over what the noise lets expect
 };
 
-/// Least squares with a fixed width.  Threads: const and safe.
+/// Least squares with a fixed width; the position then by least squares weighted with the noise of each value.
+/// Threads: const and safe.
 class ProfileFitter {
  public:
   /// `sd` of the profile [px]; `sloped`: the background is a line instead of a constant.
@@ -27,12 +36,15 @@ class ProfileFitter {
   /// Half of the window, in whole pixels.
   int half_window() const { return half_window_; }
 
-  /// Fits values[0, count) from `start` on; `noise` is the expected sd of a value, balanced against the residuals.
-  ProfileFit fit(const float* values, int count, double start, double noise) const;
+  /// Fits values[0, count) from `start` on; `noise` is balanced against the residuals.
+  ProfileFit fit(const float* values, int count, double start, const ValueNoise& noise) const;
 
  private:
+  struct Window;
   struct LinearFit;
-  LinearFit solve(const float* values, int first, int last, double centre) const;
+  /// `contrast`: of the stripe's light, over the noise that is the same for all values.
+  LinearFit solve(const Window& window, double centre, double contrast) const;
+  void refine(const Window& window, const ValueNoise& noise, ProfileFit& result) const;
 
   double sd_;
   bool sloped_;

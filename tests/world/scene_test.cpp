@@ -75,11 +75,10 @@ TEST(SceneFile, LightOneGivesThePapersBrightConditionAtTheLuxMeter) {
 }
 
 TEST(SceneFile, CameraAtAKnownPoseSeesAKnownPointAtItsPixel) {
-  const Scene scene = read(replaced("<x>0.2</x><y>0.044</y><z>0</z></position>\n      <quaternion><x>0.190919777</x><y>-0.190919777</y>"
-                                    "<z>-0.680844798</z><w>0.680844798</w></quaternion>",
+  const Scene scene = read(replaced("<x>0.575</x><y>0.215</y><z>0.57</z></position>\n      <quaternion><x>0.397810856</x><y>-0.280376899</y><z>-0.584590789</z><w>0.649144766</w></quaternion>",
                                     "<x>-0.3</x><y>0</y><z>0.25</z></position>"));
-  // b is (0.55, 0, 1.25) with z down, so c is at w (0.25, 0, 1.0), looks straight down, its y along -y of w.
-  const auto pixel = scene.cameras[1].model.project(scene.cameras[1].wMc.inverse() * Vector3d(0.35, -0.2, 0.5));
+  // b is (0.2, 0, 1.18) with z down, so c is at w (-0.1, 0, 0.93), looks straight down, its y along -y of w.
+  const auto pixel = scene.cameras[1].model.project(scene.cameras[1].wMc.inverse() * Vector3d(0.0, -0.2, 0.43));
   ASSERT_TRUE(pixel);
   EXPECT_NEAR(pixel->x(), 315.7 + 765.4 * 0.1 / 0.5, 1e-6);
   EXPECT_NEAR(pixel->y(), 236.8 + 762.9 * 0.2 / 0.5, 1e-6);
@@ -89,7 +88,7 @@ TEST(SceneFile, MistakesAreToldWithTheirLine) {
   expect_refused("<lightRate>1.0<", "<lightRate>bright<", "<lightRate>", "found 'bright', expected a number in [0, 1]");
   expect_refused("<lightRate>1.0<", "<lightRate>1.5<", "<lightRate>", "found '1.5'");
   expect_refused("<halfAngle>1.0</halfAngle>", "<halfAngel>1</halfAngel>", "<halfAngel>", "nearest: <halfAngle>");
-  expect_refused("<intensity>377</intensity>", "", "<lamp>", "found no <intensity>");
+  expect_refused("<intensity>388</intensity>", "", "<lamp>", "found no <intensity>");
   expect_refused("<name>left</name>", "<name>mono</name> <!--2-->", "<!--2-->", "second camera called 'mono'");
 }
 
