@@ -32,8 +32,8 @@ std::array<Transform, 4> ArmModel::link_frames(const JointVector& q) const {
   Transform m = Transform::Identity();
   for (int i = 0; i < 4; ++i) {
     const DhLink& link = dh[i];
-    m = m * Eigen::AngleAxisd(q[i] + link.theta0, Vector3d::UnitZ()) *
-        Eigen::Translation3d(link.a, 0, link.d) * Eigen::AngleAxisd(link.alpha, Vector3d::UnitX());
+    m = m * Eigen::AngleAxisd(q[i] + link.theta0, Vector3d::UnitZ()) * Eigen::Translation3d(link.a, 0, link.d) *
+        Eigen::AngleAxisd(link.alpha, Vector3d::UnitX());
     frames[i] = m;
   }
   return frames;
@@ -50,8 +50,10 @@ bool ArmModel::within_limits(const JointVector& q) const {
 ArmModel arm5e() {
   constexpr double half_pi = std::numbers::pi / 2;
   ArmModel m;
-  m.dh = {{{0.08052, half_pi, 0, 0}, {0.44278, 0, 0, 0.139277274}, {-0.083, half_pi, 0, 1.972222055}, {0, 0, 0.54938, 0}}};
-  m.limits = {{{-1.5708, 0.5488}, {0, 1.58665}, {0, 2.15294}, {-std::numbers::pi, std::numbers::pi}, {-0.05816, 1.337696}}};
+  m.dh = {
+      {{0.08052, half_pi, 0, 0}, {0.44278, 0, 0, 0.139277274}, {-0.083, half_pi, 0, 1.972222055}, {0, 0, 0.54938, 0}}};
+  m.limits = {
+      {{-1.5708, 0.5488}, {0, 1.58665}, {0, 2.15294}, {-std::numbers::pi, std::numbers::pi}, {-0.05816, 1.337696}}};
   m.actuators[kSlew] = {0.32285, 0.05816, 0.26813, 0.216 / 29568, 0.292535, -half_pi, 1, 0};
   m.actuators[kShoulder] = {0.07308, 0.5370, 0.4675, 0.008 / 1856, 0.292535, 0, 1, 0};
   m.actuators[kElbow] = {0.48902, 0.05386, 0.4370, 0.008 / 1456, 0.2475, 2.15294, -1, 0};

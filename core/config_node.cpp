@@ -1,12 +1,12 @@
 #include "core/config_node.hpp"
 
+#include <yaml-cpp/yaml.h>
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <set>
 #include <sstream>
-
-#include <yaml-cpp/yaml.h>
 
 #include "core/input_error.hpp"
 
@@ -59,10 +59,14 @@ std::optional<double> to_number(const YAML::Node& node) {
 std::string in_words(const ConfigNode::Range& range) {
   std::ostringstream out;
   const bool low = std::isfinite(range.lower), high = std::isfinite(range.upper);
-  if (low && high) out << "a number from " << range.lower << " to " << range.upper;
-  else if (low) out << "a number of at least " << range.lower;
-  else if (high) out << "a number of at most " << range.upper;
-  else out << "a number";
+  if (low && high)
+    out << "a number from " << range.lower << " to " << range.upper;
+  else if (low)
+    out << "a number of at least " << range.lower;
+  else if (high)
+    out << "a number of at most " << range.upper;
+  else
+    out << "a number";
   return out.str();
 }
 
@@ -151,7 +155,8 @@ std::string ConfigNode::choice(std::string_view key, const std::vector<std::stri
 
 std::vector<double> ConfigNode::numbers(std::string_view key, std::size_t count) const {
   const YAML::Node value = node_->find(key);
-  const std::string expected = "expected a list of " + (count ? std::to_string(count) + " " : std::string()) + "numbers";
+  const std::string expected =
+      "expected a list of " + (count ? std::to_string(count) + " " : std::string()) + "numbers";
   if (!value.IsDefined() || !value.IsSequence() || (count && value.size() != count))
     fail(key, "found " + shown(value) + ", " + expected);
   std::vector<double> out;
@@ -241,7 +246,8 @@ void ConfigNode::finish() const {
   for (const auto& entry : node_->yaml) {
     const std::string key = entry.first.Scalar();
     if (!node_->taken.contains(key))
-      throw InputError(node_->file, entry.first.Mark().line + 1, node_->full(key) + ": unknown key, expected one of those in docs/formats.md");
+      throw InputError(node_->file, entry.first.Mark().line + 1,
+                       node_->full(key) + ": unknown key, expected one of those in docs/formats.md");
   }
   for (const auto& child : node_->children) ConfigNode(child).finish();
 }

@@ -4,14 +4,22 @@ namespace tankrig {
 
 const char* to_string(ErrorCode code) noexcept {
   switch (code) {
-    case ErrorCode::kTimeout: return "timed out";
-    case ErrorCode::kDisconnected: return "disconnected";
-    case ErrorCode::kProtocol: return "protocol error";
-    case ErrorCode::kOutOfRange: return "out of range";
-    case ErrorCode::kNotReady: return "not ready";
-    case ErrorCode::kRefused: return "refused";
-    case ErrorCode::kIo: return "input/output error";
-    case ErrorCode::kInternal: return "internal error";
+    case ErrorCode::kTimeout:
+      return "timed out";
+    case ErrorCode::kDisconnected:
+      return "disconnected";
+    case ErrorCode::kProtocol:
+      return "protocol error";
+    case ErrorCode::kOutOfRange:
+      return "out of range";
+    case ErrorCode::kNotReady:
+      return "not ready";
+    case ErrorCode::kRefused:
+      return "refused";
+    case ErrorCode::kIo:
+      return "input/output error";
+    case ErrorCode::kInternal:
+      return "internal error";
   }
   return "unknown error";
 }

@@ -25,17 +25,17 @@ const char* to_string(ErrorCode code) noexcept;
 /// What went wrong on a device or in the cycle: trivially copyable, made without allocation.  RT: safe.
 struct Error {
   ErrorCode code = ErrorCode::kInternal;
-  int os_errno = 0;         ///< errno of the failed call, 0 if none
+  int os_errno = 0;  ///< errno of the failed call, 0 if none
   Stamp when{};
-  const char* where = "";   ///< string literal: device and action, e.g. "arm: read joints"
+  const char* where = "";  ///< string literal: device and action, e.g. "arm: read joints"
 };
 
 /// A T or an Error.
 template <class T>
 class [[nodiscard]] Result {
  public:
-  Result(T value) : state_(std::in_place_index<0>, std::move(value)) {}   // NOLINT(google-explicit-constructor)
-  Result(Error error) : state_(std::in_place_index<1>, error) {}          // NOLINT(google-explicit-constructor)
+  Result(T value) : state_(std::in_place_index<0>, std::move(value)) {}  // NOLINT(google-explicit-constructor)
+  Result(Error error) : state_(std::in_place_index<1>, error) {}         // NOLINT(google-explicit-constructor)
 
   bool ok() const noexcept { return state_.index() == 0; }
   explicit operator bool() const noexcept { return ok(); }

@@ -57,8 +57,8 @@ class MockBackend final : public Backend {
     sim::MockCameraParameters parameters = parameters_.camera;
     parameters.exposure = from_seconds(seen->exposure_s);
     return std::make_unique<sim::MockCamera>(
-        CameraInfo{camera.name, camera.model.width, camera.model.height, seen->channels, camera.rate_hz}, parameters, clock_,
-        arm_, laser_,
+        CameraInfo{camera.name, camera.model.width, camera.model.height, seen->channels, camera.rate_hz}, parameters,
+        clock_, arm_, laser_,
         [this](const std::string& name, const sim::Exposure& exposure) { return world_.render(name, exposure); });
   }
 

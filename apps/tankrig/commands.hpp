@@ -11,14 +11,14 @@ namespace tankrig::app {
 enum ExitCode : int { kOk = 0, kFailure = 1, kUsage = 2, kPartial = 3 };
 
 struct ScanOptions {
-  std::string rig = "tank-sim";                ///< name below etc/rigs, or a path to a rig.yaml
+  std::string rig = "tank-sim";  ///< name below etc/rigs, or a path to a rig.yaml
   std::string preset;
   std::optional<double> light, noise, particles;
   std::optional<std::string> sensor;
   std::uint64_t seed = 1;
-  std::string lux = "auto";                    ///< "auto" reads the lux meter, or a value by hand
+  std::string lux = "auto";  ///< "auto" reads the lux meter, or a value by hand
   std::string operator_name, notes;
-  std::filesystem::path out;                   ///< session directory; empty: sessions/<rig>-<UTC>
+  std::filesystem::path out;  ///< session directory; empty: sessions/<rig>-<UTC>
   bool json = false, dry_run = false;
 };
 int scan(const ScanOptions& options);
@@ -26,15 +26,15 @@ int scan(const ScanOptions& options);
 struct ReconstructOptions {
   std::filesystem::path session;
   std::string method = "laser";
-  std::filesystem::path rig;                   ///< reconstruction parameters; empty: the session's own
-  std::filesystem::path out;                   ///< empty: SESSION/clouds/METHOD.ply
+  std::filesystem::path rig;  ///< reconstruction parameters; empty: the session's own
+  std::filesystem::path out;  ///< empty: SESSION/clouds/METHOD.ply
   bool json = false;
 };
 int reconstruct(const ReconstructOptions& options);
 
 struct EvaluateOptions {
   std::filesystem::path cloud, object, pose;
-  std::filesystem::path verdict;               ///< coloured cloud to write; empty: none
+  std::filesystem::path verdict;  ///< coloured cloud to write; empty: none
   std::string definition = "paper";
   std::optional<double> inlier_m, outlier_m, ground_m;
   bool json = false;

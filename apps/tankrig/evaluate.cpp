@@ -1,6 +1,5 @@
 // `tankrig evaluate`: any cloud against any triangle mesh.
 #include <cstdio>
-
 #include <nlohmann/json.hpp>
 
 #include "apps/tankrig/commands.hpp"
@@ -33,7 +32,8 @@ int evaluate(const EvaluateOptions& options) {
 
   nlohmann::json result;
   if (options.definition == "uwsim") {
-    if (!options.verdict.empty()) throw InputError("evaluate: --verdict colours by the paper's words, expected --definition paper");
+    if (!options.verdict.empty())
+      throw InputError("evaluate: --verdict colours by the paper's words, expected --definition paper");
     result = to_json(uwsim_metrics(cloud, mesh));
   } else {
     MetricThresholds thresholds;

@@ -1,8 +1,7 @@
 // tankrig: the command line. What each command does is in its own file.
+#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
-
-#include <CLI/CLI.hpp>
 
 #include "apps/tankrig/commands.hpp"
 #include "core/input_error.hpp"
@@ -16,12 +15,15 @@ void add_scan(CLI::App& app, ScanOptions& o) {
   c->footer("Example: tankrig scan --rig tank-sim --light 0.5 --noise 0.02 --json");
   c->add_option("--rig", o.rig, "Rig name below etc/rigs, or a rig.yaml")->capture_default_str();
   c->add_option("--preset", o.preset, "Preset of the rig file, e.g. fine");
-  c->add_option("--light", o.light, "Simulated ambient light, 0 darkness .. 1 the reference")->check(CLI::Range(0.0, 1.0));
-  c->add_option("--noise", o.noise, "Simulated camera noise, standard deviation 0 .. 0.10 of full scale")->check(CLI::Range(0.0, 0.1));
+  c->add_option("--light", o.light, "Simulated ambient light, 0 darkness .. 1 the reference")
+      ->check(CLI::Range(0.0, 1.0));
+  c->add_option("--noise", o.noise, "Simulated camera noise, standard deviation 0 .. 0.10 of full scale")
+      ->check(CLI::Range(0.0, 0.1));
   c->add_option("--sensor", o.sensor, "Simulated sensor model")->check(CLI::IsMember({"gaussian", "emva1288"}));
   c->add_option("--particles", o.particles, "Floating particles per cubic metre")->check(CLI::Range(0.0, 1e5));
   c->add_option("--seed", o.seed, "Seed of every random number")->capture_default_str();
-  c->add_option("--lux", o.lux, "'auto' reads the lux meter before and after the sweep; or a value by hand [lx]")->capture_default_str();
+  c->add_option("--lux", o.lux, "'auto' reads the lux meter before and after the sweep; or a value by hand [lx]")
+      ->capture_default_str();
   c->add_option("--operator", o.operator_name, "Who runs the experiment");
   c->add_option("--notes", o.notes, "Free text kept in the session");
   c->add_option("--out", o.out, "Session directory, which must not exist (default: sessions/RIG-DATE)");
@@ -33,7 +35,9 @@ void add_reconstruct(CLI::App& app, ReconstructOptions& o) {
   CLI::App* c = app.add_subcommand("reconstruct", "Make a point cloud from a session");
   c->footer("Example: tankrig reconstruct sessions/monday --method laser --json");
   c->add_option("session", o.session, "Session directory")->required();
-  c->add_option("--method", o.method, "Method")->check(CLI::IsMember({"laser", "laser_paper", "stereo", "stereo_paper"}))->capture_default_str();
+  c->add_option("--method", o.method, "Method")
+      ->check(CLI::IsMember({"laser", "laser_paper", "stereo", "stereo_paper"}))
+      ->capture_default_str();
   c->add_option("--rig", o.rig, "Take reconstruction parameters from this rig file instead of the session's");
   c->add_option("--out", o.out, "Cloud to write, .ply or .pcd (default: both, in SESSION/clouds)");
   c->add_flag("--json", o.json, "Print one JSON object on standard output");
@@ -44,11 +48,16 @@ void add_evaluate(CLI::App& app, EvaluateOptions& o) {
   c->footer("Example: tankrig evaluate cloud.ply --object box.obj --pose pose.yaml --json");
   c->add_option("cloud", o.cloud, "Cloud, .ply or .pcd, metres")->required();
   c->add_option("--object", o.object, "Triangle mesh of the object, metres")->required();
-  c->add_option("--pose", o.pose, "YAML with translation_m and quaternion_xyzw of the mesh's frame in the cloud's")->required();
-  c->add_option("--definition", o.definition, "'paper': the paper's words; 'uwsim': the reference module's arithmetic")->check(CLI::IsMember({"paper", "uwsim"}))->capture_default_str();
+  c->add_option("--pose", o.pose, "YAML with translation_m and quaternion_xyzw of the mesh's frame in the cloud's")
+      ->required();
+  c->add_option("--definition", o.definition, "'paper': the paper's words; 'uwsim': the reference module's arithmetic")
+      ->check(CLI::IsMember({"paper", "uwsim"}))
+      ->capture_default_str();
   c->add_option("--inlier", o.inlier_m, "Inlier threshold [m] (default 0.010)")->check(CLI::PositiveNumber);
   c->add_option("--outlier", o.outlier_m, "Outlier threshold [m] (default 0.010)")->check(CLI::PositiveNumber);
-  c->add_option("--ground", o.ground_m, "Half height of the ground filter about the mesh's lowest point [m] (default 0.010)")->check(CLI::NonNegativeNumber);
+  c->add_option("--ground", o.ground_m,
+                "Half height of the ground filter about the mesh's lowest point [m] (default 0.010)")
+      ->check(CLI::NonNegativeNumber);
   c->add_option("--verdict", o.verdict, "Write the cloud coloured: ground black, object green, outliers blue (.ply)");
   c->add_flag("--json", o.json, "Print one JSON object on standard output");
 }
@@ -57,11 +66,15 @@ void add_session(CLI::App& app, ImportOptions& import, SessionInfoOptions& info)
   CLI::App* session = app.add_subcommand("session", "Look into sessions, and make them from other scanners' images");
   session->require_subcommand(1);
   session->footer("Example: tankrig session info sessions/monday");
-  CLI::App* c = session->add_subcommand("import", "Make a session from a folder of stripe images, a camera file and the laser plane");
-  c->footer("Example: tankrig session import --images photos --camera camera.yaml --plane 0.99989,0.01415,0.00503,0.03952 --out sessions/imported");
+  CLI::App* c = session->add_subcommand(
+      "import", "Make a session from a folder of stripe images, a camera file and the laser plane");
+  c->footer(
+      "Example: tankrig session import --images photos --camera camera.yaml --plane 0.99989,0.01415,0.00503,0.03952 "
+      "--out sessions/imported");
   c->add_option("--images", import.images, "Folder of images, taken in the order of their names")->required();
   c->add_option("--camera", import.camera, "OpenCV calibration or ROS camera_info YAML")->required();
-  CLI::Option* plane = c->add_option("--plane", import.plane, "Laser plane a,b,c,d: ax + by + cz + d = 0, camera frame, metres");
+  CLI::Option* plane =
+      c->add_option("--plane", import.plane, "Laser plane a,b,c,d: ax + by + cz + d = 0, camera frame, metres");
   c->add_option("--planes", import.planes, "CSV file,a,b,c,d: one plane per image")->excludes(plane);
   c->add_option("--dark", import.dark, "Folder of images without laser");
   c->add_option("--notes", import.notes, "Free text kept in the session");
@@ -74,7 +87,8 @@ void add_session(CLI::App& app, ImportOptions& import, SessionInfoOptions& info)
 }
 
 void add_report(CLI::App& app, ReportOptions& o) {
-  CLI::App* c = app.add_subcommand("report", "Reconstruct and score a session again, and write its pictures and report.html");
+  CLI::App* c =
+      app.add_subcommand("report", "Reconstruct and score a session again, and write its pictures and report.html");
   c->footer("Example: tankrig report sessions/monday");
   c->add_option("session", o.session, "Session directory")->required();
   c->add_flag("--json", o.json, "Print one JSON object on standard output");

@@ -1,7 +1,6 @@
 #include "apps/tankrig/pictures.hpp"
 
 #include <limits>
-
 #include <opencv2/imgcodecs.hpp>
 
 #include "bench/metrics/verdict_cloud.hpp"
@@ -21,7 +20,9 @@ namespace {
 /// Pictures of one session: each is saved as PNG and listed for the report.
 class Album {
  public:
-  explicit Album(const Session& session) : session_(session), folder_(session.path / "pictures") { fs::create_directories(folder_); }
+  explicit Album(const Session& session) : session_(session), folder_(session.path / "pictures") {
+    fs::create_directories(folder_);
+  }
 
   void add(const std::string& name, const std::string& caption, const cv::Mat& image) {
     const fs::path file = folder_ / (name + ".png");
@@ -70,11 +71,14 @@ void add_stripe_picture(const Session& session, const MethodOutcome& outcome, Al
     if (row.frame == frame->index)
       stripe.push_back(outcome.orientation == StripeOrientation::kRows ? Vector2d(row.peak.position, row.peak.column)
                                                                        : Vector2d(row.peak.column, row.peak.position));
-  album.add(outcome.method + "_frame", outcome.method + ": frame " + std::to_string(frame->index) + " of " + frame->camera + " with its detected stripe",
-            draw_stripe_frame(session.image(*frame), stripe));
+  album.add(
+      outcome.method + "_frame",
+      outcome.method + ": frame " + std::to_string(frame->index) + " of " + frame->camera + " with its detected stripe",
+      draw_stripe_frame(session.image(*frame), stripe));
 }
 
-void add_method_pictures(const Session& session, const ObjectSurface& object, const MethodOutcome& outcome, Album& album) {
+void add_method_pictures(const Session& session, const ObjectSurface& object, const MethodOutcome& outcome,
+                         Album& album) {
   const PointCloud cloud = cloud_in_object(session, outcome);
   write_verdict_cloud(session.path / "clouds" / (outcome.method + "_verdict.ply"), cloud, outcome.metrics->verdicts);
   for (const auto& [name, view] : {std::pair{"front", front_view()}, std::pair{"back", back_view()}}) {
@@ -85,15 +89,17 @@ void add_method_pictures(const Session& session, const ObjectSurface& object, co
               draw_cloud_over_object(cloud, outcome.metrics->verdicts, object.mesh(), options));
   }
   const double threshold = outcome.metrics->thresholds.coverage_headline_m;
-  album.add(outcome.method + "_coverage", outcome.method + ": coverage at " + millimetres(threshold) + " on the unfolded object",
-            draw_coverage_map(object.mesh(), object.samples(), covered_samples(object.samples(), cloud, outcome.metrics->verdicts, threshold),
+  album.add(outcome.method + "_coverage",
+            outcome.method + ": coverage at " + millimetres(threshold) + " on the unfolded object",
+            draw_coverage_map(object.mesh(), object.samples(),
+                              covered_samples(object.samples(), cloud, outcome.metrics->verdicts, threshold),
                               outcome.ceiling->reachable, outcome.method));
 }
 
 }  // namespace
 
-void write_pictures_and_report(const Session& session, const ObjectSurface& object, const std::vector<MethodOutcome>& outcomes,
-                               const sim::TankWorld* world) {
+void write_pictures_and_report(const Session& session, const ObjectSurface& object,
+                               const std::vector<MethodOutcome>& outcomes, const sim::TankWorld* world) {
   Album album(session);
   add_rig_picture(session, world, album);
   for (const MethodOutcome& outcome : outcomes)

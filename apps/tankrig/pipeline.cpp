@@ -34,7 +34,8 @@ WorkspaceBox workspace_from(const ConfigNode& node) {
 
 bool dark(const FrameRecord& frame) { return frame.phase == Phase::kDarkBefore || frame.phase == Phase::kDarkAfter; }
 
-std::vector<const FrameRecord*> frames_of(const Session& session, const SessionCamera& camera, bool (*wanted)(const FrameRecord&)) {
+std::vector<const FrameRecord*> frames_of(const Session& session, const SessionCamera& camera,
+                                          bool (*wanted)(const FrameRecord&)) {
   std::vector<const FrameRecord*> out;
   for (const FrameRecord& frame : session.frames)
     if (frame.camera == camera.name && wanted(frame)) out.push_back(&frame);
@@ -47,12 +48,14 @@ std::vector<cv::Mat> images_of(const Session& session, const std::vector<const F
   return out;
 }
 
-void reconstruct_laser(const Session& session, const ReconstructionParameters& parameters, Progress& progress, MethodOutcome& outcome) {
+void reconstruct_laser(const Session& session, const ReconstructionParameters& parameters, Progress& progress,
+                       MethodOutcome& outcome) {
   const SessionCamera& camera = session.camera(CameraRole::kMono);
   const bool scan = session.info.kind == "scan";
   std::vector<StripeFrame> frames;
   for (const FrameRecord* record : frames_of(session, camera, [](const FrameRecord& f) { return f.laser_on; }))
-    frames.push_back({[&session, record] { return session.image(*record); }, session.laser_plane(*record), record->index, camera.bMc});
+    frames.push_back({[&session, record] { return session.image(*record); }, session.laser_plane(*record),
+                      record->index, camera.bMc});
   if (frames.empty()) {
     outcome.reason = "no frame with the laser on";
     return;
@@ -69,8 +72,9 @@ void reconstruct_laser(const Session& session, const ReconstructionParameters& p
     job.particle_run = 0;
   }
   StripeResult result = reconstruct_stripe(
-      frames, camera.model, background, job, scan ? "b" : "c",
-      [&](std::size_t done, std::size_t total) { progress.update("reconstruct: " + outcome.method, static_cast<double>(done) / total); });
+      frames, camera.model, background, job, scan ? "b" : "c", [&](std::size_t done, std::size_t total) {
+        progress.update("reconstruct: " + outcome.method, static_cast<double>(done) / total);
+      });
   outcome.cloud = std::move(result.cloud);
   outcome.rows = std::move(result.rows);
   outcome.orientation = result.orientation;
@@ -92,7 +96,8 @@ std::vector<StereoPair> stereo_pairs(const Session& session, const SessionCamera
   return pairs;
 }
 
-void reconstruct_stereo(const Session& session, const ReconstructionParameters& parameters, Progress& progress, MethodOutcome& outcome) {
+void reconstruct_stereo(const Session& session, const ReconstructionParameters& parameters, Progress& progress,
+                        MethodOutcome& outcome) {
   const SessionCamera& left = session.camera(CameraRole::kLeft);
   const SessionCamera& right = session.camera(CameraRole::kRight);
   progress.update("reconstruct: " + outcome.method, 0);
@@ -102,8 +107,9 @@ void reconstruct_stereo(const Session& session, const ReconstructionParameters& 
     return;
   }
   const StereoCalibration calibration{left.model, right.model, right.bMc.inverse() * left.bMc};
-  StereoResult result = outcome.method == "stereo" ? tankrig::reconstruct(pairs, calibration, parameters.stereo)
-                                                   : reconstruct_paper(pairs.front(), calibration, parameters.stereo_paper);
+  StereoResult result = outcome.method == "stereo"
+                            ? tankrig::reconstruct(pairs, calibration, parameters.stereo)
+                            : reconstruct_paper(pairs.front(), calibration, parameters.stereo_paper);
   outcome.cloud.frame = "b";
   std::size_t outside = 0;
   for (CloudPoint point : result.cloud.points) {
@@ -128,16 +134,19 @@ std::vector<LaserPass> laser_passes(const Session& session, const SessionCamera&
   const SessionCalibration& c = session.info.calibration;
   std::vector<LaserPass> passes;
   int pass = -1;
-  for (const FrameRecord* frame : frames_of(session, camera, [](const FrameRecord& f) { return f.laser_on && f.q.has_value(); })) {
+  for (const FrameRecord* frame :
+       frames_of(session, camera, [](const FrameRecord& f) { return f.laser_on && f.q.has_value(); })) {
     if (frame->pass != pass) passes.emplace_back();
     pass = frame->pass;
     const Transform oMe = oMb * c.arm->bMe(*frame->q);
-    passes.back().push_back({oMe * *c.ePl, oMe * c.laser_origin_e, oMe.linear() * c.laser_direction_e, c.laser_fan / 2});
+    passes.back().push_back(
+        {oMe * *c.ePl, oMe * c.laser_origin_e, oMe.linear() * c.laser_direction_e, c.laser_fan / 2});
   }
   return passes;
 }
 
-Ceiling ceiling_of(const Session& session, const ObjectSurface& object, const std::string& method, const MetricThresholds& thresholds) {
+Ceiling ceiling_of(const Session& session, const ObjectSurface& object, const std::string& method,
+                   const MetricThresholds& thresholds) {
   const Transform oMb = session.info.object->bMo.inverse();
   CeilingViews views;
   views.max_incidence = thresholds.max_incidence;
@@ -153,7 +162,8 @@ Ceiling ceiling_of(const Session& session, const ObjectSurface& object, const st
   return surface_ceiling(object.mesh(), object.samples(), views);
 }
 
-void score_outcome(const Session& session, const ReconstructionParameters& parameters, const ObjectSurface& object, MethodOutcome& outcome) {
+void score_outcome(const Session& session, const ReconstructionParameters& parameters, const ObjectSurface& object,
+                   MethodOutcome& outcome) {
   const PointCloud cloud = cloud_in_object(session, outcome);
   outcome.ceiling = ceiling_of(session, object, outcome.method, parameters.thresholds);
   outcome.metrics = tankrig::evaluate(cloud, object, parameters.thresholds, &*outcome.ceiling);
@@ -190,7 +200,8 @@ ReconstructionParameters reconstruction_parameters(const Session& session) {
   return reconstruction_parameters(ConfigNode::load(rig_file));
 }
 
-MethodOutcome reconstruct_session(const Session& session, const ReconstructionParameters& parameters, const std::string& method, Progress& progress) {
+MethodOutcome reconstruct_session(const Session& session, const ReconstructionParameters& parameters,
+                                  const std::string& method, Progress& progress) {
   const auto began = std::chrono::steady_clock::now();
   MethodOutcome outcome;
   outcome.method = method;
@@ -208,7 +219,8 @@ void write_clouds(const Session& session, const MethodOutcome& outcome) {
   fs::create_directories(clouds);
   write_cloud(clouds / (outcome.method + ".ply"), outcome.cloud);
   write_cloud(clouds / (outcome.method + ".pcd"), outcome.cloud);
-  if (outcome.method.starts_with("laser")) write_stripe_csv(clouds / (outcome.method + "_stripe.csv"), outcome.rows, outcome.orientation);
+  if (outcome.method.starts_with("laser"))
+    write_stripe_csv(clouds / (outcome.method + "_stripe.csv"), outcome.rows, outcome.orientation);
 }
 
 ObjectSurface object_of(const Session& session, const MetricThresholds& thresholds) {
@@ -224,8 +236,8 @@ PointCloud cloud_in_object(const Session& session, const MethodOutcome& outcome)
   return cloud;
 }
 
-std::vector<MethodOutcome> reconstruct_and_score(const Session& session, const ReconstructionParameters& parameters, const ObjectSurface& object,
-                                                 Progress& progress) {
+std::vector<MethodOutcome> reconstruct_and_score(const Session& session, const ReconstructionParameters& parameters,
+                                                 const ObjectSurface& object, Progress& progress) {
   std::vector<MethodOutcome> outcomes;
   fs::create_directories(session.path / "results");
   for (const std::string& method : kMethods) {

@@ -2,11 +2,10 @@
 #pragma once
 
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
-
-#include <nlohmann/json.hpp>
 
 #include "apps/tankrig/progress.hpp"
 #include "bench/metrics/metrics.hpp"
@@ -28,7 +27,7 @@ struct ReconstructionParameters {
   PaperStripeParameters laser_paper;
   StereoParameters stereo;
   PaperStereoParameters stereo_paper;
-  std::optional<WorkspaceBox> workspace;   ///< in b; points outside are left out of every cloud, and counted
+  std::optional<WorkspaceBox> workspace;  ///< in b; points outside are left out of every cloud, and counted
   MetricThresholds thresholds;
 };
 
@@ -40,16 +39,16 @@ ReconstructionParameters reconstruction_parameters(const Session& session);
 
 struct MethodOutcome {
   std::string method;
-  PointCloud cloud;                        ///< in b for a scan, in c for an imported session
-  std::vector<StripeRow> rows;             ///< laser methods: every stripe point
+  PointCloud cloud;             ///< in b for a scan, in c for an imported session
+  std::vector<StripeRow> rows;  ///< laser methods: every stripe point
   StripeOrientation orientation = StripeOrientation::kColumns;
-  std::size_t rejected = 0;                ///< candidate points turned down by the method
-  nlohmann::json rejections;               ///< by reason
-  std::string reason;                      ///< why the cloud is empty
+  std::size_t rejected = 0;   ///< candidate points turned down by the method
+  nlohmann::json rejections;  ///< by reason
+  std::string reason;         ///< why the cloud is empty
   double seconds = 0;
-  std::optional<Metrics> metrics;          ///< none without an object
+  std::optional<Metrics> metrics;  ///< none without an object
   std::optional<Ceiling> ceiling;
-  nlohmann::json score;                    ///< what is printed and stored in results/
+  nlohmann::json score;  ///< what is printed and stored in results/
 };
 
 /// The session's object, prepared for scoring.  Errors: InputError if the session has none.
@@ -59,14 +58,14 @@ ObjectSurface object_of(const Session& session, const MetricThresholds& threshol
 PointCloud cloud_in_object(const Session& session, const MethodOutcome& outcome);
 
 /// Reconstructs; writes nothing.  Errors: InputError if the session lacks what the method needs.
-MethodOutcome reconstruct_session(const Session& session, const ReconstructionParameters& parameters, const std::string& method,
-                                  Progress& progress);
+MethodOutcome reconstruct_session(const Session& session, const ReconstructionParameters& parameters,
+                                  const std::string& method, Progress& progress);
 
 /// Writes clouds/METHOD.ply and .pcd, and for the laser methods clouds/METHOD_stripe.csv.
 void write_clouds(const Session& session, const MethodOutcome& outcome);
 
 /// All methods: clouds written, scored against `object`, results/METHOD.json written.
-std::vector<MethodOutcome> reconstruct_and_score(const Session& session, const ReconstructionParameters& parameters, const ObjectSurface& object,
-                                                 Progress& progress);
+std::vector<MethodOutcome> reconstruct_and_score(const Session& session, const ReconstructionParameters& parameters,
+                                                 const ObjectSurface& object, Progress& progress);
 
 }  // namespace tankrig::app

@@ -1,11 +1,11 @@
 #include "apps/tankrig/progress.hpp"
 
-#include <algorithm>
-#include <cstdio>
-
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
 
 namespace tankrig::app {
 

@@ -1,6 +1,5 @@
 // `tankrig reconstruct` and `tankrig report`: a recorded session again, without the rig.
 #include <cstdio>
-
 #include <nlohmann/json.hpp>
 
 #include "apps/tankrig/commands.hpp"
@@ -15,8 +14,9 @@ namespace tankrig::app {
 int reconstruct(const ReconstructOptions& options) {
   Progress progress;
   const Session session = Session::open(options.session);
-  const ReconstructionParameters parameters =
-      options.rig.empty() ? reconstruction_parameters(session) : reconstruction_parameters(ConfigNode::load(options.rig));
+  const ReconstructionParameters parameters = options.rig.empty()
+                                                  ? reconstruction_parameters(session)
+                                                  : reconstruction_parameters(ConfigNode::load(options.rig));
   const MethodOutcome outcome = reconstruct_session(session, parameters, options.method, progress);
   std::filesystem::path written = options.out;
   if (options.out.empty()) {
@@ -27,14 +27,16 @@ int reconstruct(const ReconstructOptions& options) {
     write_cloud(options.out, outcome.cloud);
   }
   if (options.json) {
-    nlohmann::ordered_json out{{"method", outcome.method}, {"points", outcome.cloud.points.size()}, {"frame", outcome.cloud.frame},
-                               {"cloud", written.string()}, {"rejected", outcome.rejected}, {"rejected_by_reason", outcome.rejections},
+    nlohmann::ordered_json out{{"method", outcome.method},     {"points", outcome.cloud.points.size()},
+                               {"frame", outcome.cloud.frame}, {"cloud", written.string()},
+                               {"rejected", outcome.rejected}, {"rejected_by_reason", outcome.rejections},
                                {"seconds", outcome.seconds}};
     if (!outcome.reason.empty()) out["reason"] = outcome.reason;
     std::printf("%s\n", out.dump(2).c_str());
   } else {
     progress.finish_line();
-    std::printf("%zu points in %s (frame %s), %.2f s\n", outcome.cloud.points.size(), written.c_str(), outcome.cloud.frame.c_str(), outcome.seconds);
+    std::printf("%zu points in %s (frame %s), %.2f s\n", outcome.cloud.points.size(), written.c_str(),
+                outcome.cloud.frame.c_str(), outcome.seconds);
     if (!outcome.reason.empty()) std::printf("%s\n", outcome.reason.c_str());
   }
   return kOk;

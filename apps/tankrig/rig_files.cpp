@@ -9,7 +9,8 @@ namespace fs = std::filesystem;
 namespace tankrig::app {
 namespace {
 
-/// Folders that hold rigs, nearest first: of the working directory, of the source tree around the build, of the installation.
+/// Folders that hold rigs, nearest first: of the working directory, of the source tree around the build, of the
+/// installation.
 std::vector<fs::path> rig_folders() {
   std::error_code ignored;
   const fs::path program = fs::read_symlink("/proc/self/exe", ignored).parent_path();

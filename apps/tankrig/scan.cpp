@@ -1,10 +1,11 @@
 // `tankrig scan`: the whole road, from the rig file to the report.
+#include "rig/executive/scan.hpp"
+
 #include <atomic>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <ctime>
-
 #include <nlohmann/json.hpp>
 
 #include "apps/tankrig/backend.hpp"
@@ -18,7 +19,6 @@
 #include "bench/metrics/triangle_mesh.hpp"
 #include "core/input_error.hpp"
 #include "rig/executive/motion_check.hpp"
-#include "rig/executive/scan.hpp"
 #include "rig/session/checksums.hpp"
 #include "rig/session/session_writer.hpp"
 
@@ -35,7 +35,7 @@ extern "C" void request_stop(int) { stop_requested.store(true); }
 class StopOnSignal {
  public:
   StopOnSignal() {
-    struct sigaction action{};
+    struct sigaction action {};
     action.sa_handler = request_stop;
     action.sa_flags = static_cast<int>(SA_RESETHAND);
     for (int s : {SIGINT, SIGTERM, SIGHUP}) sigaction(s, &action, nullptr);
@@ -91,15 +91,21 @@ int expected_frames(const ScanPlan& plan, const RigConfig& rig) {
 double disk_need(const ScanPlan& plan, const RigConfig& rig) {
   double bytes = 0;
   for (const RigCamera& camera : rig.cameras)
-    bytes += 3.0 * camera.model.width * camera.model.height * plan.expected_frames(camera.record, 1 / camera.rate_hz, rig.scan.dark_frames);
+    bytes += 3.0 * camera.model.width * camera.model.height *
+             plan.expected_frames(camera.record, 1 / camera.rate_hz, rig.scan.dark_frames);
   return bytes;
 }
 
-void print_plan(const RigConfig& rig, const ScanPlan& plan, const MotionCheck& check, const SurfaceView& view, bool json) {
+void print_plan(const RigConfig& rig, const ScanPlan& plan, const MotionCheck& check, const SurfaceView& view,
+                bool json) {
   if (json) {
     nlohmann::ordered_json out;
     for (const Segment& s : plan.segments())
-      out["path"].push_back({{"segment", s.name}, {"begin_s", s.begin}, {"duration_s", s.duration}, {"laser", s.laser}, {"elbow_to_rad", plan.at(s.end()).q[kElbow]}});
+      out["path"].push_back({{"segment", s.name},
+                             {"begin_s", s.begin},
+                             {"duration_s", s.duration},
+                             {"laser", s.laser},
+                             {"elbow_to_rad", plan.at(s.end()).q[kElbow]}});
     out["clearance_m"] = check.min_clearance;
     out["nearest"] = check.nearest;
     out["duration_s"] = plan.duration();
@@ -111,16 +117,21 @@ void print_plan(const RigConfig& rig, const ScanPlan& plan, const MotionCheck& c
   }
   std::printf("%-26s %8s %9s  %-5s  %s\n", "segment", "begin", "duration", "laser", "elbow at its end");
   for (const Segment& s : plan.segments())
-    std::printf("%-26s %6.2f s %7.2f s  %-5s  %.3f rad\n", s.name.c_str(), s.begin, s.duration, s.laser ? "on" : "off", plan.at(s.end()).q[kElbow]);
-  std::printf("clearance  %.0f mm, %s, during %s\n", 1e3 * check.min_clearance, check.nearest.c_str(), check.where.c_str());
-  std::printf("duration   %.1f s\nframes     %d\ndisk need  at most %.0f MB\n", plan.duration(), expected_frames(plan, rig), disk_need(plan, rig) / 1e6);
+    std::printf("%-26s %6.2f s %7.2f s  %-5s  %.3f rad\n", s.name.c_str(), s.begin, s.duration, s.laser ? "on" : "off",
+                plan.at(s.end()).q[kElbow]);
+  std::printf("clearance  %.0f mm, %s, during %s\n", 1e3 * check.min_clearance, check.nearest.c_str(),
+              check.where.c_str());
+  std::printf("duration   %.1f s\nframes     %d\ndisk need  at most %.0f MB\n", plan.duration(),
+              expected_frames(plan, rig), disk_need(plan, rig) / 1e6);
   std::printf("%s", view.table().c_str());
 }
 
 double read_lux(const ScanOptions& options, Backend& backend) {
   if (options.lux != "auto") return std::stod(options.lux);
   const auto reading = backend.lux_meter().read(std::chrono::seconds(2));
-  if (!reading) throw InputError(std::string("lux meter: ") + reading.error().where + ": " + to_string(reading.error().code) + ", expected a reading (or give --lux VALUE)");
+  if (!reading)
+    throw InputError(std::string("lux meter: ") + reading.error().where + ": " + to_string(reading.error().code) +
+                     ", expected a reading (or give --lux VALUE)");
   return reading.value().lux;
 }
 
@@ -132,7 +143,8 @@ void check_lux(const std::string& lux) {
     value = std::stod(lux, &used);
   } catch (const std::exception&) {
   }
-  if (used != lux.size() || !(value >= 0)) throw InputError("--lux: found '" + lux + "', expected auto or a number of at least 0");
+  if (used != lux.size() || !(value >= 0))
+    throw InputError("--lux: found '" + lux + "', expected auto or a number of at least 0");
 }
 
 }  // namespace
@@ -150,7 +162,9 @@ int scan(const ScanOptions& options) {
 
   const JointVector posture = read_posture(backend->arm(), backend->clock(), std::chrono::seconds(2));
   const ScanPlan plan = make_scan_plan(rig.scan, posture);
-  const MotionCheck clearance = check_motion(plan, rig.arm, obstacles_of(rig), {rig.motion_limits.angle_margin, rig.motion_limits.max_velocity, rig.motion_limits.max_ticks_per_s});
+  const MotionCheck clearance =
+      check_motion(plan, rig.arm, obstacles_of(rig),
+                   {rig.motion_limits.angle_margin, rig.motion_limits.max_velocity, rig.motion_limits.max_ticks_per_s});
   if (options.dry_run) {
     print_plan(rig, plan, clearance, surface_view(rig, plan), options.json);
     return kOk;
@@ -184,7 +198,14 @@ int scan(const ScanOptions& options) {
   ScanResult result;
   {
     const StopOnSignal stop_on_signal;
-    ScanJob job{plan, rig.scan, backend->clock(), backend->arm(), backend->laser(), cameras, sink, stop_requested,
+    ScanJob job{plan,
+                rig.scan,
+                backend->clock(),
+                backend->arm(),
+                backend->laser(),
+                cameras,
+                sink,
+                stop_requested,
                 [&](const ScanProgress& p) { progress.update("scan: " + p.segment, p.fraction); }};
     result = run_scan(job);
   }
@@ -222,7 +243,8 @@ int scan(const ScanOptions& options) {
   } else {
     progress.finish_line();
     std::printf("%s", score_table(scores).c_str());
-    std::printf("%zu frames, %.1f s simulated in %.1f s\nlook at %s\n", session.frames.size(), result.simulated_s, wall, (path / "report.html").c_str());
+    std::printf("%zu frames, %.1f s simulated in %.1f s\nlook at %s\n", session.frames.size(), result.simulated_s, wall,
+                (path / "report.html").c_str());
   }
   return kOk;
 }

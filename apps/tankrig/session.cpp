@@ -1,6 +1,5 @@
 // `tankrig session`: sessions out of other scanners' images, and what a session holds.
 #include <cstdio>
-
 #include <nlohmann/json.hpp>
 
 #include "apps/tankrig/commands.hpp"

@@ -25,7 +25,8 @@ std::string row(const char* format, const Texts&... texts) {
 std::string score_table(const std::vector<std::pair<std::string, nlohmann::json>>& scores) {
   using S = std::string;
   const char* format = "%-13s %9s %9s %9s %9s %10s %11s %9s";
-  S table = row(format, S("method"), S("points"), S("mean"), S("stddev"), S("coverage"), S("ceiling"), S("of ceiling"), S("outliers"));
+  S table = row(format, S("method"), S("points"), S("mean"), S("stddev"), S("coverage"), S("ceiling"), S("of ceiling"),
+                S("outliers"));
   S reasons;
   for (const auto& [name, score] : scores) {
     table += row(format, name, std::to_string(score.at("points").get<std::size_t>()),
@@ -36,8 +37,9 @@ std::string score_table(const std::vector<std::pair<std::string, nlohmann::json>
   }
   if (!scores.empty()) {
     const nlohmann::json& t = scores.front().second.at("thresholds");
-    table += "thresholds: inlier " + cell(t.at("inlier_m"), 1e3, "%g mm") + ", outlier " + cell(t.at("outlier_m"), 1e3, "%g mm") +
-             ", coverage " + cell(t.at("coverage_headline_m"), 1e3, "%g mm") + "; coverage is of the whole surface, the ceiling what could be seen\n";
+    table += "thresholds: inlier " + cell(t.at("inlier_m"), 1e3, "%g mm") + ", outlier " +
+             cell(t.at("outlier_m"), 1e3, "%g mm") + ", coverage " + cell(t.at("coverage_headline_m"), 1e3, "%g mm") +
+             "; coverage is of the whole surface, the ceiling what could be seen\n";
   }
   return table + reasons;
 }

@@ -1,11 +1,10 @@
 // Scores as people read them in a terminal.
 #pragma once
 
+#include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
 #include <vector>
-
-#include <nlohmann/json.hpp>
 
 namespace tankrig::app {
 

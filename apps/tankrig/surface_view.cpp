@@ -62,8 +62,10 @@ SurfaceView surface_view(const RigConfig& rig, const ScanPlan& plan) {
   const TriangleMesh mesh = read_mesh(rig.object.mesh);
   for (const SurfaceSample& sample : sample_surface(mesh, 4000)) {
     const Eigen::Vector3i& t = mesh.triangles[sample.triangle];
-    const Vector3d normal = (mesh.vertices[t[1]] - mesh.vertices[t[0]]).cross(mesh.vertices[t[2]] - mesh.vertices[t[0]]).normalized();
-    auto face = std::find_if(view.faces.begin(), view.faces.end(), [&](const FaceView& f) { return f.normal_o.dot(normal) > 0.9999; });
+    const Vector3d normal =
+        (mesh.vertices[t[1]] - mesh.vertices[t[0]]).cross(mesh.vertices[t[2]] - mesh.vertices[t[0]]).normalized();
+    auto face = std::find_if(view.faces.begin(), view.faces.end(),
+                             [&](const FaceView& f) { return f.normal_o.dot(normal) > 0.9999; });
     if (face == view.faces.end()) face = view.faces.insert(view.faces.end(), FaceView{normal});
     face->area_share += sample.weight;
     const double seen_at = incidence(sample.p, normal, eye);
@@ -81,7 +83,8 @@ SurfaceView surface_view(const RigConfig& rig, const ScanPlan& plan) {
     face.lit /= face.area_share;
   }
   std::erase_if(view.faces, [](const FaceView& f) { return f.area_share < 0.02; });
-  std::sort(view.faces.begin(), view.faces.end(), [](const FaceView& a, const FaceView& b) { return a.area_share > b.area_share; });
+  std::sort(view.faces.begin(), view.faces.end(),
+            [](const FaceView& a, const FaceView& b) { return a.area_share > b.area_share; });
   return view;
 }
 
@@ -90,10 +93,12 @@ std::string SurfaceView::table() const {
   int good = 0;
   for (const FaceView& f : faces) {
     char line[160];
-    std::snprintf(line, sizeof line, "(%5.2f %5.2f %5.2f)     %5.1f %%   %5.1f %%  %5.1f %%   %5.1f deg  %5.1f deg\n", f.normal_o.x(), f.normal_o.y(),
-                  f.normal_o.z(), 100 * f.area_share, 100 * f.seen, 100 * f.lit, kDegrees * f.camera_incidence, kDegrees * f.laser_incidence);
+    std::snprintf(line, sizeof line, "(%5.2f %5.2f %5.2f)     %5.1f %%   %5.1f %%  %5.1f %%   %5.1f deg  %5.1f deg\n",
+                  f.normal_o.x(), f.normal_o.y(), f.normal_o.z(), 100 * f.area_share, 100 * f.seen, 100 * f.lit,
+                  kDegrees * f.camera_incidence, kDegrees * f.laser_incidence);
     out += line;
-    if (f.seen > 0.99 && f.lit > 0.99 && f.camera_incidence * kDegrees <= 70 && f.laser_incidence * kDegrees <= 70) ++good;
+    if (f.seen > 0.99 && f.lit > 0.99 && f.camera_incidence * kDegrees <= 70 && f.laser_incidence * kDegrees <= 70)
+      ++good;
   }
   return out + std::to_string(good) + " faces wholly seen and lit at no more than 70 degrees\n";
 }
@@ -101,8 +106,12 @@ std::string SurfaceView::table() const {
 nlohmann::json SurfaceView::json() const {
   nlohmann::json out = nlohmann::json::array();
   for (const FaceView& f : faces)
-    out.push_back({{"normal_o", {f.normal_o.x(), f.normal_o.y(), f.normal_o.z()}}, {"area_share", f.area_share}, {"seen", f.seen}, {"lit", f.lit},
-                   {"camera_incidence_deg", kDegrees * f.camera_incidence}, {"laser_incidence_deg", kDegrees * f.laser_incidence}});
+    out.push_back({{"normal_o", {f.normal_o.x(), f.normal_o.y(), f.normal_o.z()}},
+                   {"area_share", f.area_share},
+                   {"seen", f.seen},
+                   {"lit", f.lit},
+                   {"camera_incidence_deg", kDegrees * f.camera_incidence},
+                   {"laser_incidence_deg", kDegrees * f.laser_incidence}});
   return out;
 }
 

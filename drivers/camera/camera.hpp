@@ -2,10 +2,9 @@
 #pragma once
 
 #include <cstdint>
+#include <opencv2/core.hpp>
 #include <optional>
 #include <string>
-
-#include <opencv2/core.hpp>
 
 #include "core/camera_model.hpp"
 #include "core/result.hpp"
@@ -13,11 +12,11 @@
 namespace tankrig {
 
 struct Frame {
-  cv::Mat image;              ///< 8-bit, 1 channel or 3 (BGR); owned by the frame
-  Stamp stamp{};              ///< middle of the exposure
-  Duration stamp_sigma{};     ///< one standard deviation of `stamp`
+  cv::Mat image;           ///< 8-bit, 1 channel or 3 (BGR); owned by the frame
+  Stamp stamp{};           ///< middle of the exposure
+  Duration stamp_sigma{};  ///< one standard deviation of `stamp`
   Duration exposure{};
-  std::uint64_t sequence = 0; ///< the device's frame count; a gap is a frame the device or the wire lost
+  std::uint64_t sequence = 0;  ///< the device's frame count; a gap is a frame the device or the wire lost
 };
 
 struct CameraInfo {

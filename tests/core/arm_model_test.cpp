@@ -1,9 +1,9 @@
 // The arm's kinematics and actuators against published values and their own inverses.
 #include "core/arm_model.hpp"
 
-#include <random>
-
 #include <gtest/gtest.h>
+
+#include <random>
 
 namespace tankrig {
 namespace {

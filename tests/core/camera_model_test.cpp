@@ -1,16 +1,25 @@
 // The camera model against its own inverse and a hand-computed pixel.
 #include "core/camera_model.hpp"
 
-#include <random>
-
 #include <gtest/gtest.h>
+
+#include <random>
 
 namespace tankrig {
 namespace {
 
 CameraModel bowtech() {
-  return {.width = 720, .height = 576, .fx = 626.08, .fy = 682.78, .cx = 368.93, .cy = 284.83,
-          .k1 = -0.370, .k2 = 0.174, .p1 = -0.0016, .p2 = 0.0029, .k3 = 0};
+  return {.width = 720,
+          .height = 576,
+          .fx = 626.08,
+          .fy = 682.78,
+          .cx = 368.93,
+          .cy = 284.83,
+          .k1 = -0.370,
+          .k2 = 0.174,
+          .p1 = -0.0016,
+          .p2 = 0.0029,
+          .k3 = 0};
 }
 
 TEST(CameraModel, PutsTheOpticalAxisOnThePrincipalPoint) {

@@ -1,10 +1,10 @@
 // Strict YAML: what is wrong is named with its line.
 #include "core/config_node.hpp"
 
-#include <fstream>
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include <fstream>
 
 #include "core/input_error.hpp"
 
@@ -31,7 +31,9 @@ class ConfigNodeTest : public testing::Test {
 };
 
 TEST_F(ConfigNodeTest, ReadsEveryKindOfValue) {
-  const ConfigNode sut = load("a: 1.5\nb: 3\nc: true\nd: word\ne: [1, -2e-3, +3]\nf:\n  translation_m: [1, 2, 3]\n  quaternion_xyzw: [0, 0, 0, 1]\n");
+  const ConfigNode sut = load(
+      "a: 1.5\nb: 3\nc: true\nd: word\ne: [1, -2e-3, +3]\nf:\n  translation_m: [1, 2, 3]\n  quaternion_xyzw: [0, 0, 0, "
+      "1]\n");
   EXPECT_EQ(sut.number("a"), 1.5);
   EXPECT_EQ(sut.integer("b"), 3);
   EXPECT_TRUE(sut.flag("c"));
@@ -68,12 +70,14 @@ TEST_F(ConfigNodeTest, RefusesAKeyThatStandsTwice) {
 
 TEST_F(ConfigNodeTest, NamesTheLineOfBrokenYamlAndTheMissingFile) {
   EXPECT_THAT(message([&] { load("a: [1, 2\nb: 3\n"); }), testing::HasSubstr("expected valid YAML"));
-  EXPECT_THAT(message([] { ConfigNode::load("/nonexistent/rig.yaml"); }), testing::HasSubstr("/nonexistent/rig.yaml: cannot be read"));
+  EXPECT_THAT(message([] { ConfigNode::load("/nonexistent/rig.yaml"); }),
+              testing::HasSubstr("/nonexistent/rig.yaml: cannot be read"));
 }
 
 TEST_F(ConfigNodeTest, RefusesAQuaternionOfTheWrongLengthAtItsLine) {
   const ConfigNode sut = load("pose:\n  translation_m: [0, 0, 0]\n  quaternion_xyzw: [0, 0, 0, 2]\n");
-  EXPECT_THAT(message([&] { sut.transform("pose"); }), testing::HasSubstr(":3: pose.quaternion_xyzw: quaternion has norm 2"));
+  EXPECT_THAT(message([&] { sut.transform("pose"); }),
+              testing::HasSubstr(":3: pose.quaternion_xyzw: quaternion has norm 2"));
 }
 
 }  // namespace

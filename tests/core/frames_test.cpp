@@ -1,9 +1,9 @@
 // Transforms and planes keep the rule pa = aMb * pb.
 #include "core/frames.hpp"
 
-#include <random>
-
 #include <gtest/gtest.h>
+
+#include <random>
 
 #include "core/input_error.hpp"
 

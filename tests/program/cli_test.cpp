@@ -1,8 +1,8 @@
 // The command line: help, plans, bad input and interruption, as a user meets them.
-#include <csignal>
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include <csignal>
 
 #include "rig/session/session.hpp"
 #include "tests/program/program.hpp"
@@ -23,8 +23,15 @@ void expect_refusal(const ProgramRun& run, const std::vector<std::string>& words
 }
 
 TEST(Help, EveryCommandExplainsItselfWithAnExample) {
-  for (const std::vector<std::string>& command : std::vector<std::vector<std::string>>{
-           {}, {"scan"}, {"reconstruct"}, {"evaluate"}, {"session"}, {"session", "import"}, {"session", "info"}, {"report"}, {"init"}}) {
+  for (const std::vector<std::string>& command : std::vector<std::vector<std::string>>{{},
+                                                                                       {"scan"},
+                                                                                       {"reconstruct"},
+                                                                                       {"evaluate"},
+                                                                                       {"session"},
+                                                                                       {"session", "import"},
+                                                                                       {"session", "info"},
+                                                                                       {"report"},
+                                                                                       {"init"}}) {
     std::vector<std::string> arguments = command;
     arguments.push_back("--help");
     const ProgramRun run = run_tankrig(arguments);
@@ -49,7 +56,8 @@ TEST(DryRun, PrintsPathClearanceDurationDiskAndTheFacesInView) {
   EXPECT_GT(plan.at("disk_bytes").get<double>(), 1e6);
   int good = 0;
   for (const auto& face : plan.at("faces"))
-    good += face.at("seen") > 0.99 && face.at("lit") > 0.99 && face.at("camera_incidence_deg") <= 70 && face.at("laser_incidence_deg") <= 70;
+    good += face.at("seen") > 0.99 && face.at("lit") > 0.99 && face.at("camera_incidence_deg") <= 70 &&
+            face.at("laser_incidence_deg") <= 70;
   EXPECT_EQ(good, 3) << plan.at("faces").dump(1);
 }
 
@@ -88,7 +96,8 @@ TEST(BadInput, ABrokenSceneIsNamedWithItsLine) {
   text.replace(text.find("<lightRate>1.0"), 14, "<lightRate>one");
   write_text(scene, text);
   const fs::path out = scratch_folder() / "session";
-  expect_refusal(run_tankrig({"scan", "--rig", rig.string(), "--out", out.string()}), {"tank.xml:", "lightRate", "one"}, out);
+  expect_refusal(run_tankrig({"scan", "--rig", rig.string(), "--out", out.string()}), {"tank.xml:", "lightRate", "one"},
+                 out);
 }
 
 TEST(BadInput, AMissingMeshIsNamed) {
@@ -104,7 +113,8 @@ TEST(BadInput, AMotionBeyondALimitIsRefusedBeforeAnythingMoves) {
 }
 
 TEST(BadInput, AMotionThroughTheBoxIsRefusedBeforeAnythingMoves) {
-  const fs::path rig = edited_rig(scratch_folder() / "rig", "bMo: {translation_m: [-0.26, 0.025, 1.02]", "bMo: {translation_m: [0.45, 0.0, 0.6]");
+  const fs::path rig = edited_rig(scratch_folder() / "rig", "bMo: {translation_m: [-0.26, 0.025, 1.02]",
+                                  "bMo: {translation_m: [0.45, 0.0, 0.6]");
   const fs::path out = scratch_folder() / "session";
   expect_refusal(run_tankrig({"scan", "--rig", rig.string(), "--out", out.string()}), {"object", "comes within"}, out);
 }
@@ -125,18 +135,26 @@ TEST(BadInput, LuxThatIsNoNumberIsRefused) {
 
 TEST(BadInput, ACloudThatIsCutShortIsNamedWithItsCounts) {
   const fs::path folder = scratch_folder();
-  write_text(folder / "cloud.ply", "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\nend_header\n0 0 0\n1 1 1\n");
+  write_text(folder / "cloud.ply",
+             "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float "
+             "z\nend_header\n0 0 0\n1 1 1\n");
   write_text(folder / "pose.yaml", "translation_m: [0, 0, 0]\nquaternion_xyzw: [0, 0, 0, 1]\n");
   const std::string mesh = (fs::path(TANKRIG_SOURCE_DIR) / "etc/objects/black_box.obj").string();
-  expect_refusal(run_tankrig({"evaluate", (folder / "cloud.ply").string(), "--object", mesh, "--pose", (folder / "pose.yaml").string()}), {"cloud.ply", "2", "3"});
+  expect_refusal(run_tankrig({"evaluate", (folder / "cloud.ply").string(), "--object", mesh, "--pose",
+                              (folder / "pose.yaml").string()}),
+                 {"cloud.ply", "2", "3"});
 }
 
 TEST(BadInput, APoseWithoutAQuaternionIsNamedWithItsField) {
   const fs::path folder = scratch_folder();
-  write_text(folder / "cloud.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n0 0 0\n");
+  write_text(folder / "cloud.ply",
+             "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float "
+             "z\nend_header\n0 0 0\n");
   write_text(folder / "pose.yaml", "translation_m: [0, 0, 0]\n");
   const std::string mesh = (fs::path(TANKRIG_SOURCE_DIR) / "etc/objects/black_box.obj").string();
-  expect_refusal(run_tankrig({"evaluate", (folder / "cloud.ply").string(), "--object", mesh, "--pose", (folder / "pose.yaml").string()}), {"pose.yaml", "quaternion_xyzw"});
+  expect_refusal(run_tankrig({"evaluate", (folder / "cloud.ply").string(), "--object", mesh, "--pose",
+                              (folder / "pose.yaml").string()}),
+                 {"pose.yaml", "quaternion_xyzw"});
 }
 
 TEST(BadInput, ASessionThatIsNotThereIsNamed) {
@@ -146,7 +164,9 @@ TEST(BadInput, ASessionThatIsNotThereIsNamed) {
 
 TEST(BadInput, ImportNeedsOneKindOfPlaneAndLeavesNothingBehind) {
   const fs::path out = scratch_folder() / "imported";
-  expect_refusal(run_tankrig({"session", "import", "--images", "/nonexistent", "--camera", "x.yaml", "--out", out.string()}), {"--plane", "--planes"}, out);
+  expect_refusal(
+      run_tankrig({"session", "import", "--images", "/nonexistent", "--camera", "x.yaml", "--out", out.string()}),
+      {"--plane", "--planes"}, out);
 }
 
 TEST(Evaluate, APerfectTopFaceScoresItsShareOfTheSurface) {
@@ -154,26 +174,33 @@ TEST(Evaluate, APerfectTopFaceScoresItsShareOfTheSurface) {
   std::string points;
   int count = 0;
   for (double x = -0.07; x <= 0.0701; x += 0.002)
-    for (double y = -0.15; y <= 0.1501; y += 0.002, ++count) points += std::to_string(x) + " " + std::to_string(y) + " 1.5\n";
-  write_text(folder / "cloud.ply", "ply\nformat ascii 1.0\nelement vertex " + std::to_string(count) + "\nproperty float x\nproperty float y\nproperty float z\nend_header\n" + points);
+    for (double y = -0.15; y <= 0.1501; y += 0.002, ++count)
+      points += std::to_string(x) + " " + std::to_string(y) + " 1.5\n";
+  write_text(folder / "cloud.ply", "ply\nformat ascii 1.0\nelement vertex " + std::to_string(count) +
+                                       "\nproperty float x\nproperty float y\nproperty float z\nend_header\n" + points);
   write_text(folder / "pose.yaml", "translation_m: [0, 0, 1.5]\nquaternion_xyzw: [0, 0, 0, 1]\n");
   const std::string mesh = (fs::path(TANKRIG_SOURCE_DIR) / "etc/objects/black_box.obj").string();
-  const ProgramRun run = run_tankrig({"evaluate", (folder / "cloud.ply").string(), "--object", mesh, "--pose", (folder / "pose.yaml").string(), "--json",
-                                      "--verdict", (folder / "verdict.ply").string()});
+  const ProgramRun run =
+      run_tankrig({"evaluate", (folder / "cloud.ply").string(), "--object", mesh, "--pose",
+                   (folder / "pose.yaml").string(), "--json", "--verdict", (folder / "verdict.ply").string()});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const auto score = run.json();
   EXPECT_NEAR(score.at("mean_error_m").get<double>(), 0, 1e-7);
-  const double top_and_rims = (0.14 * 0.30 + 2 * 0.002 * (0.14 + 0.30)) / 0.2248;  // 2 mm of each side are that near to the top
+  const double top_and_rims =
+      (0.14 * 0.30 + 2 * 0.002 * (0.14 + 0.30)) / 0.2248;  // 2 mm of each side are that near to the top
   EXPECT_NEAR(score.at("coverage_at").at("0.002").get<double>(), top_and_rims, 0.003);
   EXPECT_TRUE(fs::exists(folder / "verdict.ply"));
 }
 
 TEST(Evaluate, TheReferenceModulesArithmeticNamesItsOddities) {
   const fs::path folder = scratch_folder();
-  write_text(folder / "cloud.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n0 0 0\n");
+  write_text(folder / "cloud.ply",
+             "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float "
+             "z\nend_header\n0 0 0\n");
   write_text(folder / "pose.yaml", "translation_m: [0, 0, 0]\nquaternion_xyzw: [0, 0, 0, 1]\n");
   const std::string mesh = (fs::path(TANKRIG_SOURCE_DIR) / "etc/objects/black_box.obj").string();
-  const ProgramRun run = run_tankrig({"evaluate", (folder / "cloud.ply").string(), "--object", mesh, "--pose", (folder / "pose.yaml").string(), "--definition", "uwsim", "--json"});
+  const ProgramRun run = run_tankrig({"evaluate", (folder / "cloud.ply").string(), "--object", mesh, "--pose",
+                                      (folder / "pose.yaml").string(), "--definition", "uwsim", "--json"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_EQ(run.json().at("definition"), "uwsim");
   EXPECT_FALSE(run.json().at("oddities").empty());
@@ -183,7 +210,8 @@ TEST(Interruption, CtrlCLeavesTheLaserOffTheArmAtRestAndTheSessionReadable) {
   const fs::path out = scratch_folder() / "session";
   bool sent = false;
   const ProgramRun run = run_tankrig({"scan", "--out", out.string()}, [&](const std::string& line, int pid) {
-    if (!sent && line.find("sweep") != std::string::npos && line.find("move") == std::string::npos) sent = kill(pid, SIGINT) == 0;
+    if (!sent && line.find("sweep") != std::string::npos && line.find("move") == std::string::npos)
+      sent = kill(pid, SIGINT) == 0;
   });
   ASSERT_TRUE(sent) << run.err;
   EXPECT_EQ(run.exit_code, 3) << run.err;

@@ -1,7 +1,8 @@
-// The figures this project promises on the simulated tank, each from a whole scan of the default rig with ideal calibration.
-#include <map>
-
+// The figures this project promises on the simulated tank, each from a whole scan of the default rig with ideal
+// calibration.
 #include <gtest/gtest.h>
+
+#include <map>
 
 #include "reconstruction/cloud/cloud_io.hpp"
 #include "rig/session/session.hpp"
@@ -28,17 +29,21 @@ const json& scan(const std::vector<std::string>& options, int run = 0) {
   return done[name] = scan.json();
 }
 
-double number(const json& score, const char* key) { return score.at(key).is_null() ? std::nan("") : score.at(key).get<double>(); }
+double number(const json& score, const char* key) {
+  return score.at(key).is_null() ? std::nan("") : score.at(key).get<double>();
+}
 
 constexpr const char* kMethods[] = {"laser", "laser_paper", "stereo", "stereo_paper"};
 
 TEST(DefaultScan, PrintsEveryFigureOfEveryMethod) {
   const json& result = scan({});
   for (const char* method : kMethods)
-    for (const char* key : {"points", "mean_error_m", "stddev_m", "coverage", "coverage_ceiling", "outliers", "rejected", "thresholds"})
+    for (const char* key :
+         {"points", "mean_error_m", "stddev_m", "coverage", "coverage_ceiling", "outliers", "rejected", "thresholds"})
       EXPECT_TRUE(result.at(method).contains(key)) << method << " " << key;
   for (const char* key : {"session", "wall_s", "simulated_s", "frames"}) EXPECT_TRUE(result.contains(key)) << key;
-  EXPECT_EQ(result.at("frames").get<std::size_t>(), Session::open(result.at("session").get<std::string>()).frames.size());
+  EXPECT_EQ(result.at("frames").get<std::size_t>(),
+            Session::open(result.at("session").get<std::string>()).frames.size());
 }
 
 TEST(DefaultScan, LaserIsWithinHalfAMillimetreAndCoversItsCeiling) {
@@ -76,8 +81,9 @@ TEST(DefaultScan, FramesAreJoinedToJointsWithinOneExchange) {
 
 TEST(DefaultScan, LeavesPicturesReportAndChecksums) {
   const fs::path session = scan({}).at("session").get<std::string>();
-  for (const char* file : {"pictures/rig.png", "pictures/laser_frame.png", "pictures/laser_front.png", "pictures/laser_back.png",
-                           "pictures/laser_coverage.png", "report.html", "SHA256SUMS", "clouds/laser.ply", "clouds/laser.pcd", "results/stereo.json"})
+  for (const char* file : {"pictures/rig.png", "pictures/laser_frame.png", "pictures/laser_front.png",
+                           "pictures/laser_back.png", "pictures/laser_coverage.png", "report.html", "SHA256SUMS",
+                           "clouds/laser.ply", "clouds/laser.pcd", "results/stereo.json"})
     EXPECT_GT(fs::file_size(session / file), 100u) << file;
 }
 

@@ -1,20 +1,20 @@
 // Runs the tankrig program and keeps what it said.
 #include "tests/program/program.hpp"
 
-#include <fstream>
-#include <sstream>
-
 #include <fcntl.h>
+#include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <gtest/gtest.h>
+#include <fstream>
+#include <sstream>
 
 namespace fs = std::filesystem;
 
 namespace tankrig::test {
 
-ProgramRun run_tankrig(const std::vector<std::string>& arguments, const std::function<void(const std::string&, int)>& on_error_line) {
+ProgramRun run_tankrig(const std::vector<std::string>& arguments,
+                       const std::function<void(const std::string&, int)>& on_error_line) {
   const fs::path out_file = scratch_folder() / "stdout.txt";
   int error_pipe[2];
   if (pipe(error_pipe) != 0) throw std::runtime_error("pipe failed");
@@ -49,7 +49,8 @@ ProgramRun run_tankrig(const std::vector<std::string>& arguments, const std::fun
 
 fs::path scratch_folder() {
   const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-  const fs::path folder = fs::path(testing::TempDir()) / ("tankrig-" + std::to_string(getpid())) / (test ? test->name() : "suite");
+  const fs::path folder =
+      fs::path(testing::TempDir()) / ("tankrig-" + std::to_string(getpid())) / (test ? test->name() : "suite");
   fs::create_directories(folder);
   return folder;
 }

@@ -3,10 +3,9 @@
 
 #include <filesystem>
 #include <functional>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
-
-#include <nlohmann/json.hpp>
 
 namespace tankrig::test {
 
@@ -17,8 +16,10 @@ struct ProgramRun {
   nlohmann::json json() const { return nlohmann::json::parse(out); }
 };
 
-/// Runs `tankrig arguments...` in the source folder. `on_error_line` sees every line of standard error as it comes, with the program's pid.
-ProgramRun run_tankrig(const std::vector<std::string>& arguments, const std::function<void(const std::string&, int)>& on_error_line = {});
+/// Runs `tankrig arguments...` in the source folder. `on_error_line` sees every line of standard error as it comes,
+/// with the program's pid.
+ProgramRun run_tankrig(const std::vector<std::string>& arguments,
+                       const std::function<void(const std::string&, int)>& on_error_line = {});
 
 /// An empty folder of the running test's own.
 std::filesystem::path scratch_folder();
@@ -26,7 +27,8 @@ std::filesystem::path scratch_folder();
 void write_text(const std::filesystem::path& file, const std::string& text);
 std::string read_text(const std::filesystem::path& file);
 
-/// A copy of the tank-sim rig in `folder`, complete, with `from` replaced by `to` in its rig.yaml.  Fails the test if `from` is not there.
+/// A copy of the tank-sim rig in `folder`, complete, with `from` replaced by `to` in its rig.yaml.  Fails the test if
+/// `from` is not there.
 std::filesystem::path edited_rig(const std::filesystem::path& folder, const std::string& from, const std::string& to);
 
 }  // namespace tankrig::test
