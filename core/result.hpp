@@ -1,4 +1,4 @@
-// Failure as a value. No news is std::optional; a failure is Result<T>; a bug is TANKRIG_CHECK.
+// Failure as a value. No news is std::optional; a failure is Result<T>.
 #pragma once
 
 #include <cstdint>

@@ -63,53 +63,57 @@ void add_rig_picture(const Session& session, const sim::TankWorld* world, Album&
   album.add("rig", caption, world->render_external(q, over_object != nullptr, 1280, 860));
 }
 
-void add_stripe_picture(const Session& session, const MethodOutcome& outcome, Album& album) {
+void add_stripe_picture(const Session& session, const Score& score, Album& album) {
   const FrameRecord* frame = frame_over_object(session);
   if (!frame) return;
   std::vector<Vector2d> stripe;
-  for (const StripeRow& row : outcome.rows)
+  for (const StripeRow& row : score.reconstruction.rows)
     if (row.frame == frame->index)
-      stripe.push_back(outcome.orientation == StripeOrientation::kRows ? Vector2d(row.peak.position, row.peak.column)
-                                                                       : Vector2d(row.peak.column, row.peak.position));
+      stripe.push_back(score.reconstruction.orientation == StripeOrientation::kRows
+                           ? Vector2d(row.peak.position, row.peak.column)
+                           : Vector2d(row.peak.column, row.peak.position));
   album.add(
-      outcome.method + "_frame",
-      outcome.method + ": frame " + std::to_string(frame->index) + " of " + frame->camera + " with its detected stripe",
+      score.method() + "_frame",
+      score.method() + ": frame " + std::to_string(frame->index) + " of " + frame->camera + " with its detected stripe",
       draw_stripe_frame(session.image(*frame), stripe));
 }
 
-void add_method_pictures(const Session& session, const ObjectSurface& object, const MethodOutcome& outcome,
-                         Album& album) {
-  const PointCloud cloud = cloud_in_object(session, outcome);
-  write_verdict_cloud(session.path / "clouds" / (outcome.method + "_verdict.ply"), cloud, outcome.metrics->verdicts);
-  for (const auto& [name, view] : {std::pair{"front", front_view()}, std::pair{"back", back_view()}}) {
+void add_method_pictures(const Session& session, const ObjectSurface& object, const Score& score, Album& album) {
+  const PointCloud cloud = cloud_in_object(session, score.reconstruction);
+  write_verdict_cloud(session.path / "clouds" / (score.method() + "_verdict.ply"), cloud, score.metrics.verdicts);
+  const bool laser = score.method().starts_with("laser");
+  const SessionCamera& camera = session.camera(laser ? CameraRole::kMono : CameraRole::kLeft);
+  const Vector3d camera_o = (session.info.object->bMo.inverse() * camera.bMc).translation();
+  for (const auto& [name, view] :
+       {std::pair{"camera", view_from(camera_o, object.mesh())}, std::pair{"back", back_view()}}) {
     CloudPictureOptions options;
     options.view = view;
-    options.title = outcome.method;
-    album.add(outcome.method + "_" + name, outcome.method + ": cloud over the object, from the " + name,
-              draw_cloud_over_object(cloud, outcome.metrics->verdicts, object.mesh(), options));
+    options.title = score.method();
+    album.add(score.method() + "_" + name, score.method() + ": cloud over the object, from the " + name,
+              draw_cloud_over_object(cloud, score.metrics.verdicts, object.mesh(), options));
   }
-  const double threshold = outcome.metrics->thresholds.coverage_headline_m;
-  album.add(outcome.method + "_coverage",
-            outcome.method + ": coverage at " + millimetres(threshold) + " on the unfolded object",
+  const double threshold = score.metrics.thresholds.coverage_headline_m;
+  album.add(score.method() + "_coverage",
+            score.method() + ": coverage at " + millimetres(threshold) + " on the unfolded object",
             draw_coverage_map(object.mesh(), object.samples(),
-                              covered_samples(object.samples(), cloud, outcome.metrics->verdicts, threshold),
-                              outcome.ceiling->reachable, outcome.method));
+                              covered_samples(object.samples(), cloud, score.metrics.verdicts, threshold),
+                              score.ceiling.reachable, score.method()));
 }
 
 }  // namespace
 
-void write_pictures_and_report(const Session& session, const ObjectSurface& object,
-                               const std::vector<MethodOutcome>& outcomes, const sim::TankWorld* world) {
+void write_pictures_and_report(const Session& session, const ObjectSurface& object, const std::vector<Score>& scores,
+                               const sim::TankWorld* world) {
   Album album(session);
   add_rig_picture(session, world, album);
-  for (const MethodOutcome& outcome : outcomes)
-    if (outcome.method == "laser") add_stripe_picture(session, outcome, album);
-  for (const MethodOutcome& outcome : outcomes) add_method_pictures(session, object, outcome, album);
+  for (const Score& score : scores)
+    if (score.method() == "laser") add_stripe_picture(session, score, album);
+  for (const Score& score : scores) add_method_pictures(session, object, score, album);
 
   ReportData report;
   report.title = "Session " + session.info.name;
   report.facts = session_summary(session);
-  for (const MethodOutcome& outcome : outcomes) report.methods.push_back({outcome.method, outcome.score});
+  for (const Score& score : scores) report.methods.push_back({score.method(), score.json});
   report.pictures = album.pictures();
   report.warnings = session.warnings;
   report.command = "tankrig report " + session.path.filename().string();

@@ -4,7 +4,7 @@
 
 #include "apps/tankrig/commands.hpp"
 #include "apps/tankrig/pictures.hpp"
-#include "apps/tankrig/pipeline.hpp"
+#include "apps/tankrig/scores.hpp"
 #include "apps/tankrig/summary.hpp"
 #include "reconstruction/cloud/cloud_io.hpp"
 #include "rig/session/checksums.hpp"
@@ -17,27 +17,29 @@ int reconstruct(const ReconstructOptions& options) {
   const ReconstructionParameters parameters = options.rig.empty()
                                                   ? reconstruction_parameters(session)
                                                   : reconstruction_parameters(ConfigNode::load(options.rig));
-  const MethodOutcome outcome = reconstruct_session(session, parameters, options.method, progress);
+  const Reconstruction reconstruction = reconstruct_session(session, parameters, options.method, progress);
   std::filesystem::path written = options.out;
   if (options.out.empty()) {
-    write_clouds(session, outcome);
+    write_clouds(session, reconstruction);
     write_checksums(session.path);
     written = session.path / "clouds" / (options.method + ".ply");
   } else {
-    write_cloud(options.out, outcome.cloud);
+    write_cloud(options.out, reconstruction.cloud);
   }
   if (options.json) {
-    nlohmann::ordered_json out{{"method", outcome.method},     {"points", outcome.cloud.points.size()},
-                               {"frame", outcome.cloud.frame}, {"cloud", written.string()},
-                               {"rejected", outcome.rejected}, {"rejected_by_reason", outcome.rejections},
-                               {"seconds", outcome.seconds}};
-    if (!outcome.reason.empty()) out["reason"] = outcome.reason;
+    nlohmann::ordered_json out{{"method", reconstruction.method},     {"points", reconstruction.cloud.points.size()},
+                               {"frame", reconstruction.cloud.frame}, {"cloud", written.string()},
+                               {"rejected", reconstruction.rejected}, {"rejected_by_reason", reconstruction.rejections},
+                               {"seconds", reconstruction.seconds}};
+    if (options.out.empty() && !reconstruction.rows.empty())
+      out["stripe"] = stripe_file(session, options.method).string();
+    if (!reconstruction.reason.empty()) out["reason"] = reconstruction.reason;
     std::printf("%s\n", out.dump(2).c_str());
   } else {
     progress.finish_line();
-    std::printf("%zu points in %s (frame %s), %.2f s\n", outcome.cloud.points.size(), written.c_str(),
-                outcome.cloud.frame.c_str(), outcome.seconds);
-    if (!outcome.reason.empty()) std::printf("%s\n", outcome.reason.c_str());
+    std::printf("%zu points in %s (frame %s), %.2f s\n", reconstruction.cloud.points.size(), written.c_str(),
+                reconstruction.cloud.frame.c_str(), reconstruction.seconds);
+    if (!reconstruction.reason.empty()) std::printf("%s\n", reconstruction.reason.c_str());
   }
   return kOk;
 }
@@ -47,20 +49,16 @@ int report(const ReportOptions& options) {
   const Session session = Session::open(options.session);
   const ReconstructionParameters parameters = reconstruction_parameters(session);
   const ObjectSurface object = object_of(session, parameters.thresholds);
-  const std::vector<MethodOutcome> outcomes = reconstruct_and_score(session, parameters, object, progress);
-  write_pictures_and_report(session, object, outcomes, nullptr);
+  const std::vector<Score> scores = reconstruct_and_score(session, parameters, object, progress);
+  write_pictures_and_report(session, object, scores, nullptr);
   write_checksums(session.path);
   nlohmann::ordered_json out;
-  std::vector<std::pair<std::string, nlohmann::json>> scores;
-  for (const MethodOutcome& outcome : outcomes) {
-    out[outcome.method] = outcome.score;
-    scores.emplace_back(outcome.method, outcome.score);
-  }
+  for (const Score& score : scores) out[score.method()] = score.json;
   if (options.json) {
     std::printf("%s\n", out.dump(2).c_str());
   } else {
     progress.finish_line();
-    std::printf("%slook at %s\n", score_table(scores).c_str(), (session.path / "report.html").c_str());
+    std::printf("%slook at %s\n", score_table(tabled(scores)).c_str(), (session.path / "report.html").c_str());
   }
   return kOk;
 }

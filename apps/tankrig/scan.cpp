@@ -11,9 +11,9 @@
 #include "apps/tankrig/backend.hpp"
 #include "apps/tankrig/commands.hpp"
 #include "apps/tankrig/pictures.hpp"
-#include "apps/tankrig/pipeline.hpp"
 #include "apps/tankrig/progress.hpp"
 #include "apps/tankrig/rig_files.hpp"
+#include "apps/tankrig/scores.hpp"
 #include "apps/tankrig/summary.hpp"
 #include "apps/tankrig/surface_view.hpp"
 #include "bench/metrics/triangle_mesh.hpp"
@@ -221,18 +221,14 @@ int scan(const ScanOptions& options) {
 
   const Session session = Session::open(path);
   const ObjectSurface object = object_of(session, parameters.thresholds);
-  const std::vector<MethodOutcome> outcomes = reconstruct_and_score(session, parameters, object, progress);
+  const std::vector<Score> scores = reconstruct_and_score(session, parameters, object, progress);
   progress.update("pictures and report", 0);
-  write_pictures_and_report(session, object, outcomes, backend->world());
+  write_pictures_and_report(session, object, scores, backend->world());
   write_checksums(path);
   progress.update("pictures and report", 1);
 
   nlohmann::ordered_json out;
-  std::vector<std::pair<std::string, nlohmann::json>> scores;
-  for (const MethodOutcome& outcome : outcomes) {
-    out[outcome.method] = outcome.score;
-    scores.emplace_back(outcome.method, outcome.score);
-  }
+  for (const Score& score : scores) out[score.method()] = score.json;
   const double wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   out["session"] = path.string();
   out["wall_s"] = wall;
@@ -242,7 +238,7 @@ int scan(const ScanOptions& options) {
     std::printf("%s\n", out.dump(2).c_str());
   } else {
     progress.finish_line();
-    std::printf("%s", score_table(scores).c_str());
+    std::printf("%s", score_table(tabled(scores)).c_str());
     std::printf("%zu frames, %.1f s simulated in %.1f s\nlook at %s\n", session.frames.size(), result.simulated_s, wall,
                 (path / "report.html").c_str());
   }

@@ -17,7 +17,9 @@ template <class... Texts>
 std::string row(const char* format, const Texts&... texts) {
   char line[200];
   std::snprintf(line, sizeof line, format, texts.c_str()...);
-  return std::string(line) + "\n";
+  std::string text(line);
+  text += '\n';
+  return text;
 }
 
 }  // namespace

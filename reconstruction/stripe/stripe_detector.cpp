@@ -12,6 +12,7 @@
 #include "reconstruction/stripe/ridge_filter.hpp"
 #include "reconstruction/stripe/stripe_path.hpp"
 #include "reconstruction/stripe/stripe_selection.hpp"
+#include "reconstruction/stripe/stripe_smoothing.hpp"
 
 namespace tankrig {
 namespace {
@@ -84,10 +85,15 @@ class ColumnDetector {
     std::vector<FittedRun> runs;
     for (const StripeRun& run : path) runs.push_back(fit_run(run, candidates));
     std::erase_if(runs, [](const FittedRun& run) { return run.empty(); });
+    const double correlation = calibrate_sigmas(runs);
     drop_edges(runs, parameters_, statistics);
     for (FittedRun& run : runs) {
-      if (parameters_.smoothing_px > 0) smooth_run(run, parameters_.smoothing_px);
-      for (const RunPoint& point : run) detection_.peaks.push_back(point.peak);
+      if (parameters_.smoothing_px > 0) smooth_run(run, parameters_.smoothing_px, correlation);
+      for (const RunPoint& point : run) {
+        detection_.peaks.push_back(point.peak);
+        float& sigma = detection_.peaks.back().sigma_px;
+        sigma = static_cast<float>(std::hypot(sigma, parameters_.speckle_floor_px));
+      }
     }
     statistics.peaks = detection_.peaks.size();
     return std::move(detection_);
@@ -119,7 +125,7 @@ class ColumnDetector {
       } else if (has_rival(candidates, point, appearance_.sd_px, p)) {
         ++statistics.ambiguous;
       } else {
-        out.push_back({peak_of(point.column, fit)});
+        out.push_back({peak_of(point.column, fit), fit.amplitude});
       }
     }
     return out;
@@ -131,18 +137,23 @@ class ColumnDetector {
     const int first = std::max(0, middle - reach), last = std::min(image_.rows - 1, middle + reach);
     const int channels = image_.channels();
     values_.clear();
+    bool clipped = false;
     for (int y = first; y <= last; ++y) {
       const std::uint8_t* in = image_.ptr<std::uint8_t>(y) + static_cast<std::ptrdiff_t>(point.column) * channels;
       const std::uint8_t* dark =
           background_.empty() ? nullptr
                               : background_.ptr<std::uint8_t>(y) + static_cast<std::ptrdiff_t>(point.column) * channels;
       float value = 0;
-      for (int c = 0; c < channels; ++c)
+      for (int c = 0; c < channels; ++c) {
         value += appearance_.profile[c] * static_cast<float>(in[c] - (dark ? dark[c] : 0));
+        clipped |= in[c] == 255;
+      }
       values_.push_back(value);
     }
+    // A clipped core carries no speckle, and its flanks no more than their share.
+    const ValueNoise noise{appearance_.noise.additive, clipped ? 0 : appearance_.noise.contrast};
     ProfileFit fit =
-        fitter_.fit(values_.data(), static_cast<int>(values_.size()), point.candidate.row - first, appearance_.noise);
+        fitter_.fit(values_.data(), static_cast<int>(values_.size()), point.candidate.row - first, noise);
     fit.position += first;
     return fit;
   }
@@ -154,7 +165,7 @@ class ColumnDetector {
     StripePeak peak;
     peak.column = static_cast<float>(column);
     peak.position = static_cast<float>(fit.position);
-    peak.sigma_px = static_cast<float>(std::hypot(fit.sigma, parameters_.speckle_floor_px));
+    peak.sigma_px = static_cast<float>(fit.sigma);
     peak.intensity = *std::max_element(pixel, pixel + channels) / 255.0f;
     return peak;
   }

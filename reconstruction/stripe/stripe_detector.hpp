@@ -24,7 +24,7 @@ struct StripeParameters {
   double max_width_ratio = 1.6;  ///< widest accepted profile over the image's typical one
   double max_skew = 1.2;         ///< largest accepted skewness (third standardised moment) of a profile
   double max_second_peak = 0.9;  ///< second line over first: above it the column is ambiguous
-  int smoothing_px = 2;  ///< half window of the local line fit along the stripe; 0: none. Never across a jump or a kink
+  int smoothing_px = 10;  ///< half window of the local line fit along the stripe; 0: none. Never across a jump or a kink
   double speckle_floor_px = 0.02;  ///< what speckle adds to every sigma
 };
 

@@ -84,7 +84,7 @@ TEST(BadInput, AValueOutOfRangeIsNamedWithWhatWasExpected) {
 }
 
 TEST(BadInput, AnUnknownReconstructionKeyStopsTheScanBeforeItBegins) {
-  const fs::path rig = edited_rig(scratch_folder() / "rig", "value_min: 148", "value_mni: 148");
+  const fs::path rig = edited_rig(scratch_folder() / "rig", "value_min: 154", "value_mni: 154");
   const fs::path out = scratch_folder() / "session";
   expect_refusal(run_tankrig({"scan", "--rig", rig.string(), "--out", out.string()}), {"rig.yaml:", "value_mni"}, out);
 }

@@ -81,7 +81,7 @@ TEST(DefaultScan, FramesAreJoinedToJointsWithinOneExchange) {
 
 TEST(DefaultScan, LeavesPicturesReportAndChecksums) {
   const fs::path session = scan({}).at("session").get<std::string>();
-  for (const char* file : {"pictures/rig.png", "pictures/laser_frame.png", "pictures/laser_front.png",
+  for (const char* file : {"pictures/rig.png", "pictures/laser_frame.png", "pictures/laser_camera.png",
                            "pictures/laser_back.png", "pictures/laser_coverage.png", "report.html", "SHA256SUMS",
                            "clouds/laser.ply", "clouds/laser.pcd", "results/stereo.json"})
     EXPECT_GT(fs::file_size(session / file), 100u) << file;

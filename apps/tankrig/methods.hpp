@@ -1,4 +1,4 @@
-// From a session to clouds and scores: every method on the same frames, with the rig file's parameters.
+// From a session to clouds: the four methods on the same frames, with the rig file's parameters.
 #pragma once
 
 #include <filesystem>
@@ -21,7 +21,7 @@ namespace tankrig::app {
 /// The methods in the order they are reported.
 inline const std::vector<std::string> kMethods{"laser", "laser_paper", "stereo", "stereo_paper"};
 
-/// The rig file's `reconstruction`, `workspace` and `evaluation` sections.
+/// The rig file's `reconstruction`, `workspace` and `evaluation` sections: all that happens after a scan.
 struct ReconstructionParameters {
   StripeParameters laser;
   PaperStripeParameters laser_paper;
@@ -37,7 +37,7 @@ ReconstructionParameters reconstruction_parameters(const ConfigNode& rig_file);
 /// Of the rig.yaml inside the session; defaults where it has none (an imported session).
 ReconstructionParameters reconstruction_parameters(const Session& session);
 
-struct MethodOutcome {
+struct Reconstruction {
   std::string method;
   PointCloud cloud;             ///< in b for a scan, in c for an imported session
   std::vector<StripeRow> rows;  ///< laser methods: every stripe point
@@ -46,26 +46,20 @@ struct MethodOutcome {
   nlohmann::json rejections;  ///< by reason
   std::string reason;         ///< why the cloud is empty
   double seconds = 0;
-  std::optional<Metrics> metrics;  ///< none without an object
-  std::optional<Ceiling> ceiling;
-  nlohmann::json score;  ///< what is printed and stored in results/
 };
 
-/// The session's object, prepared for scoring.  Errors: InputError if the session has none.
-ObjectSurface object_of(const Session& session, const MetricThresholds& thresholds);
-
-/// The cloud of `outcome` in the object's frame o.
-PointCloud cloud_in_object(const Session& session, const MethodOutcome& outcome);
+/// Frames of one camera, in file order.
+std::vector<const FrameRecord*> frames_of(const Session& session, const SessionCamera& camera,
+                                          bool (*wanted)(const FrameRecord&));
 
 /// Reconstructs; writes nothing.  Errors: InputError if the session lacks what the method needs.
-MethodOutcome reconstruct_session(const Session& session, const ReconstructionParameters& parameters,
-                                  const std::string& method, Progress& progress);
+Reconstruction reconstruct_session(const Session& session, const ReconstructionParameters& parameters,
+                                   const std::string& method, Progress& progress);
 
-/// Writes clouds/METHOD.ply and .pcd, and for the laser methods clouds/METHOD_stripe.csv.
-void write_clouds(const Session& session, const MethodOutcome& outcome);
+/// clouds/stripe.csv, or clouds/stripe_paper.csv.
+std::filesystem::path stripe_file(const Session& session, const std::string& method);
 
-/// All methods: clouds written, scored against `object`, results/METHOD.json written.
-std::vector<MethodOutcome> reconstruct_and_score(const Session& session, const ReconstructionParameters& parameters,
-                                                 const ObjectSurface& object, Progress& progress);
+/// Writes clouds/METHOD.ply and .pcd, and the stripe_file() of the laser methods.
+void write_clouds(const Session& session, const Reconstruction& reconstruction);
 
 }  // namespace tankrig::app

@@ -1,0 +1,34 @@
+// From clouds to scores: every method against the session's object.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "apps/tankrig/methods.hpp"
+
+namespace tankrig::app {
+
+/// One method of a session, reconstructed and scored.
+struct Score {
+  Reconstruction reconstruction;
+  Metrics metrics;
+  Ceiling ceiling;
+  nlohmann::json json;  ///< what is printed, and stored in results/
+
+  const std::string& method() const { return reconstruction.method; }
+};
+
+/// The session's object, prepared for scoring.  Errors: InputError if the session has none.
+ObjectSurface object_of(const Session& session, const MetricThresholds& thresholds);
+
+/// The reconstruction's cloud in the object's frame o.
+PointCloud cloud_in_object(const Session& session, const Reconstruction& reconstruction);
+
+/// All methods the session has cameras for: clouds written, scored against `object`, results/METHOD.json written.
+std::vector<Score> reconstruct_and_score(const Session& session, const ReconstructionParameters& parameters,
+                                         const ObjectSurface& object, Progress& progress);
+
+/// (method, score) as score_table() takes them.
+std::vector<std::pair<std::string, nlohmann::json>> tabled(const std::vector<Score>& scores);
+
+}  // namespace tankrig::app

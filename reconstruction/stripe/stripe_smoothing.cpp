@@ -1,0 +1,141 @@
+#include "reconstruction/stripe/stripe_smoothing.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+#include "reconstruction/stripe/run_line.hpp"
+
+namespace tankrig {
+namespace {
+
+constexpr int kLag = 4;          ///< columns after which speckle is another
+constexpr int kBlock = 6;        ///< columns whose mean shows the correlation
+constexpr int kMaxGap = 3;       ///< missing columns over which a line is drawn
+constexpr double kBendPrice = 20;  ///< chi-square, of two degrees of freedom, above which two lines are better than one
+constexpr double kTolerance = 3.0;
+
+double median(std::vector<double>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// Deviation of the middle of three from the line of the others, over its sigma: squared.
+void second_differences(const std::vector<double>& column, const std::vector<double>& value,
+                        const std::vector<double>& variance, std::size_t lag, std::vector<double>& squares) {
+  for (std::size_t i = lag; i + lag < value.size(); ++i) {
+    const double span = column[i + lag] - column[i - lag];
+    const double w = (column[i] - column[i - lag]) / span;
+    const double d = value[i] - (1 - w) * value[i - lag] - w * value[i + lag];
+    squares.push_back(d * d /
+                      (variance[i] + (1 - w) * (1 - w) * variance[i - lag] + w * w * variance[i + lag]));
+  }
+}
+
+/// Mean square by the median, as of normal values; `expected` beforehand with the weight of `prior` values.
+double mean_square(std::vector<double>& squares, double expected, double prior) {
+  constexpr double kMedianOfChiSquare = 0.4549;
+  const auto n = static_cast<double>(squares.size());
+  return squares.empty() ? expected : (prior * expected + n * median(squares) / kMedianOfChiSquare) / (prior + n);
+}
+
+/// Points before which the run bends, steps or has a gap.
+std::vector<std::size_t> breaks_of(const FittedRun& run, int reach, double correlation) {
+  const std::size_t n = run.size();
+  std::vector<double> evidence(n, 0.0);
+  for (std::size_t i = 1; i < n; ++i) {
+    const double column = 0.5 * (run[i - 1].peak.column + run[i].peak.column);
+    if (run[i].peak.column - run[i - 1].peak.column > kMaxGap + 1) {
+      evidence[i] = HUGE_VAL;
+      continue;
+    }
+    for (const int side : {reach, reach / 2}) {
+      if (side < 4) continue;
+      std::size_t first = i, last = i;
+      while (first > 0 && column - run[first - 1].peak.column < side) --first;
+      while (last < n && run[last].peak.column - column < side) ++last;
+      if (i - first < 4 || last - i < 4) continue;
+      const auto at = [&](std::size_t k) { return run.begin() + static_cast<std::ptrdiff_t>(k); };
+      const RunLine left = fit_line(at(first), at(i), column), right = fit_line(at(i), at(last), column);
+      if (!left.ok || !right.ok) continue;
+      const double a = left.variance + right.variance, b = left.covariance + right.covariance,
+                   c = left.slope_variance + right.slope_variance;
+      const double dv = left.value - right.value, ds = left.slope - right.slope, determinant = a * c - b * b;
+      if (!(determinant > 0)) continue;
+      const double chi2 = (c * dv * dv - 2 * b * dv * ds + a * ds * ds) / determinant / correlation;
+      evidence[i] = std::max(evidence[i], chi2);
+    }
+  }
+  std::vector<std::size_t> breaks;
+  const auto near = static_cast<std::size_t>(std::max(2, reach / 3));
+  for (std::size_t i = 1; i < n; ++i) {
+    if (evidence[i] < kBendPrice) continue;
+    const std::size_t from = i > near ? i - near : 0, to = std::min(n - 1, i + near);
+    bool highest = true;
+    for (std::size_t k = from; k <= to; ++k)
+      highest = highest && (evidence[k] < evidence[i] || (evidence[k] == evidence[i] && k >= i));
+    if (highest) breaks.push_back(i);
+  }
+  return breaks;
+}
+
+}  // namespace
+
+double calibrate_sigmas(std::vector<FittedRun>& runs) {
+  constexpr double kImagePrior = 12, kRunPrior = 30;  // in points
+  std::vector<double> all_single, all_blocked, column, value, variance;
+  std::vector<std::vector<double>> single(runs.size());
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    column.clear(), value.clear(), variance.clear();
+    for (const RunPoint& point : runs[r]) {
+      column.push_back(point.peak.column);
+      value.push_back(point.peak.position);
+      variance.push_back(static_cast<double>(point.peak.sigma_px) * point.peak.sigma_px);
+    }
+    second_differences(column, value, variance, kLag, single[r]);
+    all_single.insert(all_single.end(), single[r].begin(), single[r].end());
+    std::vector<double> block_column, block_value, block_variance;
+    for (std::size_t i = 0; i + kBlock <= value.size(); i += kBlock) {
+      double c = 0, v = 0, s = 0;
+      for (std::size_t k = i; k < i + kBlock; ++k) c += column[k] / kBlock, v += value[k] / kBlock, s += variance[k];
+      block_column.push_back(c), block_value.push_back(v), block_variance.push_back(s / (kBlock * kBlock));
+    }
+    second_differences(block_column, block_value, block_variance, 1, all_blocked);
+  }
+  const double image = mean_square(all_single, 1, kImagePrior);
+  for (std::size_t r = 0; r < runs.size(); ++r) {
+    const double scale = std::clamp(std::sqrt(mean_square(single[r], image, kRunPrior)), 0.5, 10.0);
+    for (RunPoint& point : runs[r]) point.peak.sigma_px *= static_cast<float>(scale);
+  }
+  return std::clamp(mean_square(all_blocked, image, kImagePrior) / image, 1.0, 0.8 * kBlock);
+}
+
+void smooth_run(FittedRun& run, int half_window, double correlation) {
+  const FittedRun raw = run;
+  const std::vector<std::size_t> breaks = breaks_of(raw, half_window, correlation);
+  auto next_break = breaks.begin();
+  std::size_t begin = 0;
+  for (std::size_t i = 0; i < raw.size(); ++i) {
+    while (next_break != breaks.end() && *next_break <= i) begin = *next_break++;
+    const std::size_t end = next_break == breaks.end() ? raw.size() : *next_break;
+    const double column = raw[i].peak.column;
+    for (int reach = half_window; reach >= 1; reach /= 2) {
+      std::size_t first = i, last = i + 1;
+      while (first > begin && column - raw[first - 1].peak.column <= reach) --first;
+      while (last < end && raw[last].peak.column - column <= reach) ++last;
+      if (last - first < 3) continue;
+      const RunLine line = fit_line(raw.begin() + static_cast<std::ptrdiff_t>(first),
+                                    raw.begin() + static_cast<std::ptrdiff_t>(last), column);
+      if (!line.ok || line.bend * line.bend > kTolerance * kTolerance * line.bend_variance * correlation) continue;
+      const double freedom = line.points - 2;
+      if (line.chi2 > freedom + kTolerance * std::sqrt(2 * freedom * correlation)) continue;
+      run[i].peak.position = static_cast<float>(line.value);
+      run[i].peak.sigma_px = static_cast<float>(std::sqrt(
+          std::min(line.variance * correlation, static_cast<double>(raw[i].peak.sigma_px) * raw[i].peak.sigma_px)));
+      break;
+    }
+  }
+}
+
+}  // namespace tankrig
