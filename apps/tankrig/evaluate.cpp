@@ -11,23 +11,11 @@
 #include "reconstruction/cloud/cloud_io.hpp"
 
 namespace tankrig::app {
-namespace {
-
-/// The cloud seen from the object: po = oMc * pc.
-PointCloud in_object_frame(PointCloud cloud, const Transform& cMo) {
-  const Transform oMc = cMo.inverse();
-  for (CloudPoint& point : cloud.points) point.p = oMc * point.p;
-  cloud.frame = "o";
-  return cloud;
-}
-
-}  // namespace
-
 int evaluate(const EvaluateOptions& options) {
   const ConfigNode pose = ConfigNode::load(options.pose);
   const Transform cMo = pose.as_transform();
   pose.finish();
-  const PointCloud cloud = in_object_frame(read_cloud(options.cloud), cMo);
+  const PointCloud cloud = transformed(cMo.inverse(), read_cloud(options.cloud), "o");
   TriangleMesh mesh = read_mesh(options.object);
 
   nlohmann::json result;

@@ -62,11 +62,7 @@ ObjectSurface object_of(const Session& session, const MetricThresholds& threshol
 }
 
 PointCloud cloud_in_object(const Session& session, const Reconstruction& reconstruction) {
-  const Transform oMb = session.info.object->bMo.inverse();
-  PointCloud cloud = reconstruction.cloud;
-  cloud.frame = "o";
-  for (CloudPoint& point : cloud.points) point.p = oMb * point.p;
-  return cloud;
+  return transformed(session.info.object->bMo.inverse(), reconstruction.cloud, "o");
 }
 
 std::vector<Score> reconstruct_and_score(const Session& session, const ReconstructionParameters& parameters,

@@ -23,4 +23,7 @@ struct PointCloud {
   std::vector<CloudPoint> points;
 };
 
+/// The cloud, given in b, expressed in a; `frame` is a's letter.
+PointCloud transformed(const Transform& aMb, const PointCloud& cloud_b, std::string frame);
+
 }  // namespace tankrig

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "reconstruction/stripe/profile_fit.hpp"
 #include "reconstruction/stripe/ridge_filter.hpp"
 
 namespace tankrig {
@@ -14,7 +15,6 @@ constexpr int kSampledColumns = 32;
 constexpr int kLevels = 4;             ///< columns binned 1, 2, 4, 8 rows at a time
 constexpr double kFilterSigma = 1.6;   ///< [binned px]
 constexpr double kQuantisation = 0.3;  ///< sd of rounding to whole DN
-constexpr double kMaxContrast = 0.6;   ///< of speckle averaged over a pixel
 
 using Profile = std::array<std::vector<float>, 3>;  ///< one column, per channel
 
@@ -227,21 +227,6 @@ double measure_width(const ClearColumns& columns, int binning, const ValueNoise&
   return sd;
 }
 
-/// The contrast at which the profiles' residuals are as large as the noise lets expect.
-double measure_contrast(const ClearColumns& columns, double sd, double additive) {
-  const ProfileFitter fitter(sd, true);
-  const auto misfit = [&](double contrast) {
-    return columns.median(fitter, {additive, contrast}, 0.0, [](const ProfileFit& fit) { return fit.misfit; });
-  };
-  if (misfit(0) <= 1) return 0;
-  double low = 0, high = kMaxContrast;
-  for (int round = 0; round < 5; ++round) {
-    const double middle = 0.5 * (low + high);
-    (misfit(middle) > 1 ? low : high) = middle;
-  }
-  return 0.5 * (low + high);
-}
-
 }  // namespace
 
 StripeAppearance measure_appearance(const cv::Mat& image, const cv::Mat& background) {
@@ -273,10 +258,9 @@ StripeAppearance measure_appearance(const cv::Mat& image, const cv::Mat& backgro
     appearance.detection[c] = static_cast<float>(norm > 0 ? best.weights[c] / norm : 0.577);
     appearance.profile[c] = static_cast<float>(profile[c]);
   }
-  appearance.noise.additive = measure_noise(profiles, appearance.profile, channels);
+  appearance.noise = measure_noise(profiles, appearance.profile, channels);
   const ClearColumns clear(profiles, best, binning, appearance.profile, channels);
-  appearance.sd_px = measure_width(clear, binning, appearance.noise);
-  appearance.noise.contrast = measure_contrast(clear, appearance.sd_px, appearance.noise.additive);
+  appearance.sd_px = measure_width(clear, binning, {appearance.noise, 0});
   return appearance;
 }
 

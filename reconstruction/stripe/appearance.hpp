@@ -4,14 +4,12 @@
 #include <array>
 #include <opencv2/core.hpp>
 
-#include "reconstruction/stripe/profile_fit.hpp"
-
 namespace tankrig {
 
 struct StripeAppearance {
   std::array<float, 3> detection{};  ///< channel weights that tell it from noise and texture: covariance^-1 * colour
   std::array<float, 3> profile{};    ///< unit-norm channel weights for the sub-pixel fit
-  ValueNoise noise;                  ///< of a pixel's value under `profile`
+  double noise = 0;                  ///< sd of a pixel's value under `profile`, where there is no stripe
   double sd_px = 1.5;                ///< Gaussian sd of the profile
   double score = 0;                  ///< typical SNR of a column's best peak
 };

@@ -82,6 +82,7 @@ class ColumnDetector {
     statistics.frames = 1;
     statistics.columns = static_cast<std::uint64_t>(image_.cols);
     count_unused_columns(candidates, path);
+    contrast_ = measure_contrast(path);
     std::vector<FittedRun> runs;
     for (const StripeRun& run : path) runs.push_back(fit_run(run, candidates));
     std::erase_if(runs, [](const FittedRun& run) { return run.empty(); });
@@ -131,13 +132,19 @@ class ColumnDetector {
     return out;
   }
 
-  ProfileFit fit_point(const PathPoint& point) {
+  /// The values across the stripe, in `values_`.
+  struct Section {
+    int first_row = 0;
+    bool clipped = false;
+  };
+
+  Section cut(const PathPoint& point) {
     const int middle = static_cast<int>(std::lround(point.candidate.row));
     const int reach = fitter_.half_window() + 2;
     const int first = std::max(0, middle - reach), last = std::min(image_.rows - 1, middle + reach);
     const int channels = image_.channels();
+    Section section{first};
     values_.clear();
-    bool clipped = false;
     for (int y = first; y <= last; ++y) {
       const std::uint8_t* in = image_.ptr<std::uint8_t>(y) + static_cast<std::ptrdiff_t>(point.column) * channels;
       const std::uint8_t* dark =
@@ -146,16 +153,53 @@ class ColumnDetector {
       float value = 0;
       for (int c = 0; c < channels; ++c) {
         value += appearance_.profile[c] * static_cast<float>(in[c] - (dark ? dark[c] : 0));
-        clipped |= in[c] == 255;
+        section.clipped |= in[c] == 255;
       }
       values_.push_back(value);
     }
+    return section;
+  }
+
+  ProfileFit fit_values(double start, double contrast) const {
+    return fitter_.fit(values_.data(), static_cast<int>(values_.size()), start, {appearance_.noise, contrast});
+  }
+
+  ProfileFit fit_point(const PathPoint& point) {
+    const Section section = cut(point);
     // A clipped core carries no speckle, and its flanks no more than their share.
-    const ValueNoise noise{appearance_.noise.additive, clipped ? 0 : appearance_.noise.contrast};
-    ProfileFit fit =
-        fitter_.fit(values_.data(), static_cast<int>(values_.size()), point.candidate.row - first, noise);
-    fit.position += first;
+    ProfileFit fit = fit_values(point.candidate.row - section.first_row, section.clipped ? 0 : contrast_);
+    fit.position += section.first_row;
     return fit;
+  }
+
+  /// Speckle's contrast, at which the residuals of some clear sections are as large as the noise lets expect.
+  double measure_contrast(const std::vector<StripeRun>& path) {
+    constexpr std::size_t kSamples = 28, kLeast = 6;
+    constexpr double kMaxContrast = 0.6;
+    std::vector<const PathPoint*> clear;
+    for (const StripeRun& run : path)
+      for (const PathPoint& point : run)
+        if (point.candidate.snr >= 2 * parameters_.min_snr && !cut(point).clipped) clear.push_back(&point);
+    const std::size_t n = std::min(kSamples, clear.size());
+    if (n < kLeast) return 0;
+    const auto misfit = [&](double contrast) {
+      std::vector<double> all(n, HUGE_VAL);
+      for (std::size_t i = 0; i < n; ++i) {
+        const PathPoint& point = *clear[(2 * i + 1) * clear.size() / (2 * n)];
+        const Section section = cut(point);
+        const ProfileFit fit = fit_values(point.candidate.row - section.first_row, contrast);
+        if (fit.ok) all[i] = fit.misfit;
+      }
+      std::nth_element(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(n / 2), all.end());
+      return all[n / 2];
+    };
+    if (misfit(0) <= 1) return 0;
+    double low = 0, high = kMaxContrast;
+    for (int round = 0; round < 4; ++round) {
+      const double middle = 0.5 * (low + high);
+      (misfit(middle) > 1 ? low : high) = middle;
+    }
+    return 0.5 * (low + high);
   }
 
   StripePeak peak_of(int column, const ProfileFit& fit) const {
@@ -175,6 +219,7 @@ class ColumnDetector {
   const StripeParameters& parameters_;
   StripeAppearance appearance_;
   ProfileFitter fitter_;
+  double contrast_ = 0;  ///< of speckle
   std::vector<float> values_;
   StripeDetection detection_;
 };

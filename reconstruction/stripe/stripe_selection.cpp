@@ -1,6 +1,7 @@
 #include "reconstruction/stripe/stripe_selection.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "reconstruction/stripe/run_line.hpp"
@@ -26,6 +27,28 @@ int stray_points(Iterator first, Iterator last) {
   return strays;
 }
 
+/// Points at the beginning of [first, last) much fainter than those behind them: beyond the surface's edge, seen only
+/// in the blur of its last columns and drawn towards them.
+template <class Iterator>
+int fading_points(Iterator first, Iterator last) {
+  constexpr int kFadingPoints = 4, kBehind = 7;
+  constexpr double kEdgeShare = 0.5;  // where a blurred edge lies
+  if (last - first < kFadingPoints + kBehind) return 0;
+  std::array<double, kBehind> behind;
+  for (int i = 0; i < kBehind; ++i) behind[i] = (first + kFadingPoints + i)->amplitude;
+  std::nth_element(behind.begin(), behind.begin() + kBehind / 2, behind.end());
+  int fading = 0;
+  while (fading < kFadingPoints && (first + fading)->amplitude < kEdgeShare * behind[kBehind / 2]) ++fading;
+  return fading;
+}
+
+/// Takes points off either end; returns how many.
+std::uint64_t trim(FittedRun& run, int at_start, int at_end) {
+  run.resize(run.size() - at_end);
+  run.erase(run.begin(), run.begin() + at_start);
+  return static_cast<std::uint64_t>(at_start + at_end);
+}
+
 bool meet(const FittedRun& left, const FittedRun& right) {
   return !left.empty() && !right.empty() && right.front().peak.column - left.back().peak.column <= kNeighbourColumns;
 }
@@ -40,12 +63,12 @@ void drop_edges(std::vector<FittedRun>& runs, const StripeParameters& parameters
   }
   for (std::size_t i = 0; i < runs.size(); ++i) {
     FittedRun& run = runs[i];
+    statistics.edge += trim(run, fading_points(run.begin(), run.end()), fading_points(run.rbegin(), run.rend()));
     if (static_cast<int>(run.size()) >= parameters.min_run) {
       const int at_end = right[i] ? stray_points(run.rbegin(), run.rend()) : 0;
-      run.resize(run.size() - at_end);
+      statistics.edge += trim(run, 0, at_end);
       const int at_start = left[i] ? stray_points(run.begin(), run.end()) : 0;
-      run.erase(run.begin(), run.begin() + at_start);
-      statistics.edge += static_cast<std::uint64_t>(at_start + at_end);
+      statistics.edge += trim(run, at_start, 0);
     }
     if (static_cast<int>(run.size()) >= parameters.min_run) continue;
     (left[i] && right[i] ? statistics.edge : statistics.isolated) += run.size();

@@ -1,0 +1,129 @@
+// Another scanner's photographs: generated with known truth, imported, reconstructed.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <opencv2/imgcodecs.hpp>
+#include <random>
+
+#include "core/camera_model.hpp"
+#include "reconstruction/cloud/cloud_io.hpp"
+#include "tests/program/program.hpp"
+
+namespace fs = std::filesystem;
+
+namespace tankrig::test {
+namespace {
+
+/// A scanner that is not ours: its camera, its sheet, the colour of its line, and a board it looks at.
+struct Scanner {
+  CameraModel camera{640, 480, 514.4, 685.9, 329.8, 237.7, -0.35, 0.158, 0.0007, -0.0002, 0};
+  Plane sheet;       ///< in c
+  cv::Vec3d colour;  ///< BGR of the line's peak, beyond 255 where it clips
+  double room = 60;  ///< grey level of the board without laser
+  double sigma_px = 1.6;
+};
+
+/// Board of image `n`, in c: 0.6 to 0.8 m away, tilted.
+Plane board(int n) {
+  const Vector3d normal = Vector3d(0.25 * (n - 1), 0.2, -1).normalized();
+  return {normal, -normal.dot(Vector3d(0, 0, 0.6 + 0.1 * n))};
+}
+
+/// The line's profile at every pixel, from the pixel's distance to the projected line, measured across the rows or
+/// columns.
+cv::Mat photograph(const Scanner& s, const Plane& target, bool along_columns, std::mt19937& rng) {
+  std::normal_distribution<double> noise(0, 2);
+  cv::Mat image(s.camera.height, s.camera.width, CV_8UC3);
+  const int lines = along_columns ? s.camera.height : s.camera.width,
+            length = along_columns ? s.camera.width : s.camera.height;
+  for (int line = 0; line < lines; ++line) {
+    // Zero of the sheet's distance along this row or column, on the board, by bisection.
+    const auto distance = [&](double at) {
+      const Vector3d ray = along_columns ? s.camera.ray(at, line) : s.camera.ray(line, at);
+      return s.sheet.distance(ray * (-target.offset / target.normal.dot(ray)));
+    };
+    double low = 0, high = length - 1;
+    const bool crossed = (distance(low) > 0) != (distance(high) > 0);
+    for (int i = 0; crossed && i < 40; ++i) {
+      const double middle = 0.5 * (low + high);
+      ((distance(low) > 0) == (distance(middle) > 0) ? low : high) = middle;
+    }
+    for (int at = 0; at < length; ++at) {
+      const double profile = crossed ? std::exp(-0.5 * std::pow((at - low) / s.sigma_px, 2)) : 0;
+      cv::Vec3b& pixel = along_columns ? image.at<cv::Vec3b>(line, at) : image.at<cv::Vec3b>(at, line);
+      for (int c = 0; c < 3; ++c) pixel[c] = cv::saturate_cast<uchar>(s.room + s.colour[c] * profile + noise(rng));
+    }
+  }
+  return image;
+}
+
+void write_camera(const fs::path& file, const CameraModel& c) {
+  std::ofstream(file) << "image_width: " << c.width << "\nimage_height: " << c.height
+                      << "\ncamera_name: other\ncamera_matrix: {rows: 3, cols: 3, data: [" << c.fx << ", 0, " << c.cx
+                      << ", 0, " << c.fy << ", " << c.cy << ", 0, 0, 1]}\ndistortion_model: plumb_bob\n"
+                      << "distortion_coefficients: {rows: 1, cols: 5, data: [" << c.k1 << ", " << c.k2 << ", " << c.p1
+                      << ", " << c.p2 << ", " << c.k3 << "]}\n";
+}
+
+/// Imports three photographs and reconstructs them; rms distance of the points to their boards [m], and how many there
+/// are.
+std::pair<double, std::size_t> reconstructed(const Scanner& scanner, bool along_columns, bool plane_per_image) {
+  const fs::path folder = scratch_folder();
+  fs::create_directories(folder / "my photos");
+  constexpr unsigned kSeed = 5;
+  testing::Test::RecordProperty("seed", static_cast<int>(kSeed));
+  std::mt19937 rng(kSeed);
+  const Plane& p = scanner.sheet;
+  std::ostringstream plane;
+  plane.precision(12);
+  plane << p.normal.x() << "," << p.normal.y() << "," << p.normal.z() << "," << p.offset;
+  std::ofstream planes(folder / "planes.csv");
+  planes << "file,a,b,c,d\n";
+  for (int n = 0; n < 3; ++n) {
+    const std::string name = "shot " + std::to_string(n) + ".png";
+    cv::imwrite((folder / "my photos" / name).string(), photograph(scanner, board(n), along_columns, rng));
+    planes << name << "," << plane.str() << "\n";
+  }
+  planes.close();
+  write_camera(folder / "camera.yaml", scanner.camera);
+  const std::string session = (folder / "session").string();
+  std::vector<std::string> arguments{
+      "session", "import", "--images", (folder / "my photos").string(), "--camera", (folder / "camera.yaml").string(),
+      "--out",   session};
+  if (plane_per_image)
+    arguments.insert(arguments.end(), {"--planes", (folder / "planes.csv").string()});
+  else
+    arguments.insert(arguments.end(), {"--plane", plane.str()});
+  const ProgramRun import = run_tankrig(arguments);
+  EXPECT_EQ(import.exit_code, 0) << import.err;
+  const ProgramRun run = run_tankrig({"reconstruct", session, "--method", "laser", "--json"});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_TRUE(fs::exists(fs::path(session) / "clouds/stripe.csv"));
+  const PointCloud cloud = read_cloud(run.json().at("cloud").get<std::string>());
+  double squares = 0;
+  for (const CloudPoint& point : cloud.points) squares += std::pow(board(point.frame).distance(point.p), 2);
+  return {std::sqrt(squares / std::max<std::size_t>(1, cloud.points.size())), cloud.points.size()};
+}
+
+TEST(Import, ARedLineAlongTheColumnsWithOnePlaneForAll) {
+  Scanner scanner;
+  scanner.sheet = {Vector3d(0.94, 0.02, 0.341).normalized(), -0.22};
+  scanner.colour = {20, 30, 180};
+  const auto [rms, points] = reconstructed(scanner, true, false);
+  EXPECT_LT(rms, 0.5e-3);
+  EXPECT_GT(points, 3u * 480 * 9 / 10);
+}
+
+TEST(Import, AClippedGreenLineAlongTheRowsInABrightRoomWithAPlanePerImage) {
+  Scanner scanner;
+  scanner.sheet = {Vector3d(0.03, 0.94, 0.341).normalized(), -0.22};
+  scanner.colour = {150, 900, 120};
+  scanner.room = 140;
+  const auto [rms, points] = reconstructed(scanner, false, true);
+  EXPECT_LT(rms, 0.5e-3);
+  EXPECT_GT(points, 3u * 640 * 9 / 10);
+}
+
+}  // namespace
+}  // namespace tankrig::test
