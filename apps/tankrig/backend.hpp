@@ -25,6 +25,9 @@ class Backend {
   virtual Laser& laser() = 0;
   virtual std::vector<Camera*> cameras() = 0;
   virtual LuxMeter& lux_meter() = 0;
+  /// What the user should know before the scan: parts of a scene that are not simulated, a calibration that is not the
+  /// truth.
+  virtual std::vector<std::string> warnings() const = 0;
   /// What makes the cameras' noise, for the session.
   virtual std::string noise() const = 0;
   /// The simulated tank; null on a real rig.

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/tankrig/commands.hpp"
+#include "apps/tankrig/output.hpp"
 #include "apps/tankrig/summary.hpp"
 #include "bench/metrics/metrics_json.hpp"
 #include "bench/metrics/verdict_cloud.hpp"
@@ -12,6 +13,11 @@
 
 namespace tankrig::app {
 int evaluate(const EvaluateOptions& options) {
+  if (!options.verdict.empty() && options.verdict.extension() != ".ply")
+    throw InputError(options.verdict, "found extension '" + options.verdict.extension().string() + "', expected .ply");
+  std::error_code ignored;
+  if (std::filesystem::equivalent(options.verdict, options.cloud, ignored))
+    throw InputError(options.verdict, "is the cloud itself, expected another file for --verdict");
   const ConfigNode pose = ConfigNode::load(options.pose);
   const Transform cMo = pose.as_transform();
   pose.finish();
@@ -34,7 +40,7 @@ int evaluate(const EvaluateOptions& options) {
     result = to_json(metrics);
   }
   if (options.json) {
-    std::printf("%s\n", result.dump(2).c_str());
+    print_json(result);
   } else if (options.definition == "uwsim") {
     std::printf("%s", uwsim_table(result).c_str());
   } else {

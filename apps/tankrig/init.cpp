@@ -1,32 +1,17 @@
 // `tankrig init`: a rig of one's own to edit, complete in one folder.
 #include <cstdio>
-#include <fstream>
 #include <regex>
-#include <sstream>
 
 #include "apps/tankrig/commands.hpp"
 #include "apps/tankrig/rig_files.hpp"
 #include "core/config_node.hpp"
 #include "core/input_error.hpp"
+#include "rig/session/text_files.hpp"
 
 namespace fs = std::filesystem;
 
 namespace tankrig::app {
 namespace {
-
-std::string read_text(const fs::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  std::ostringstream text;
-  text << in.rdbuf();
-  if (!in) throw InputError(file, "cannot be read");
-  return text.str();
-}
-
-void write_text(const fs::path& file, const std::string& text) {
-  std::ofstream out(file, std::ios::binary);
-  out << text << std::flush;
-  if (!out) throw InputError(file, "cannot be written");
-}
 
 /// `text` with every path in front of the file name `name` removed: "../objects/box.obj" becomes "box.obj".
 std::string without_folder(const std::string& text, const std::string& name) {
@@ -41,11 +26,15 @@ int init(const InitOptions& options) {
   if (fs::exists(options.directory)) throw InputError(options.directory, "exists already, expected a new folder");
   const ConfigNode rig = ConfigNode::load(rig_file);
   const fs::path scene = rig.path("scene"), mesh = rig.child("object").path("mesh");
-  fs::create_directories(options.directory);
-  std::string text = without_folder(read_text(rig_file), scene.filename());
-  write_text(options.directory / "rig.yaml", without_folder(text, mesh.filename()));
-  write_text(options.directory / scene.filename(), without_folder(read_text(scene), mesh.filename()));
-  fs::copy_file(mesh, options.directory / mesh.filename());
+  fs::path building = options.directory;
+  building += ".partial";
+  fs::remove_all(building);
+  fs::create_directories(building);
+  const std::string text = without_folder(read_whole_file(rig_file), scene.filename());
+  write_whole_file(building / "rig.yaml", without_folder(text, mesh.filename()));
+  write_whole_file(building / scene.filename(), without_folder(read_whole_file(scene), mesh.filename()));
+  copy_whole_file(mesh, building / mesh.filename());
+  fs::rename(building, options.directory);
   std::printf("%s: edit rig.yaml, then  tankrig scan --rig %s\n", options.directory.c_str(), options.directory.c_str());
   return kOk;
 }

@@ -4,6 +4,7 @@
 #include <exception>
 
 #include "apps/tankrig/commands.hpp"
+#include "apps/tankrig/output.hpp"
 #include "core/input_error.hpp"
 
 using namespace tankrig::app;
@@ -126,7 +127,7 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& e) {
     return app.exit(e) == 0 ? kOk : kUsage;
   }
-  try {
+  const auto run = [&] {
     if (app.got_subcommand("scan")) return scan(scan_options);
     if (app.got_subcommand("reconstruct")) return reconstruct(reconstruct_options);
     if (app.got_subcommand("evaluate")) return evaluate(evaluate_options);
@@ -134,6 +135,14 @@ int main(int argc, char** argv) {
     if (app.got_subcommand("init")) return init(init_options);
     if (app.get_subcommand("session")->got_subcommand("import")) return import_session(import_options);
     return session_info(info_options);
+  };
+  try {
+    const int code = run();
+    flush_output();
+    return code;
+  } catch (const std::filesystem::filesystem_error& e) {
+    std::fprintf(stderr, "tankrig: %s: %s\n", e.path1().c_str(), e.code().message().c_str());
+    return kFailure;
   } catch (const std::exception& e) {
     std::fprintf(stderr, "tankrig: %s\n", e.what());
     return kFailure;

@@ -151,7 +151,7 @@ ReconstructionParameters reconstruction_parameters(const ConfigNode& rig_file) {
 
 ReconstructionParameters reconstruction_parameters(const Session& session) {
   const fs::path rig_file = session.path / "rig.yaml";
-  if (!fs::exists(rig_file)) return {};
+  if (session.info.kind == "import" && !fs::exists(rig_file)) return {};
   return reconstruction_parameters(ConfigNode::load(rig_file));
 }
 

@@ -34,7 +34,7 @@ struct ReconstructionParameters {
 /// Errors: InputError with file and line; sections that are not there keep their defaults.
 ReconstructionParameters reconstruction_parameters(const ConfigNode& rig_file);
 
-/// Of the rig.yaml inside the session; defaults where it has none (an imported session).
+/// Of the rig.yaml inside the session; defaults for an imported session, which has none.
 ReconstructionParameters reconstruction_parameters(const Session& session);
 
 struct Reconstruction {

@@ -3,22 +3,45 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/tankrig/commands.hpp"
+#include "apps/tankrig/output.hpp"
 #include "apps/tankrig/pictures.hpp"
+#include "apps/tankrig/rig_files.hpp"
 #include "apps/tankrig/scores.hpp"
+#include "apps/tankrig/stop.hpp"
 #include "apps/tankrig/summary.hpp"
+#include "core/input_error.hpp"
 #include "reconstruction/cloud/cloud_io.hpp"
 #include "rig/session/checksums.hpp"
 
+namespace fs = std::filesystem;
+
 namespace tankrig::app {
+namespace {
+
+/// Opens a session and says what is wrong with it.
+Session open_session(const fs::path& path, Progress& progress) {
+  Session session = Session::open(path);
+  for (const std::string& warning : session.warnings) progress.warn(warning);
+  if (session.info.status != "complete") progress.warn(path.string() + ": " + session.info.status);
+  return session;
+}
+
+void check_extension(const fs::path& out) {
+  if (!out.empty() && out.extension() != ".ply" && out.extension() != ".pcd")
+    throw InputError(out, "found extension '" + out.extension().string() + "', expected .ply or .pcd");
+}
+
+}  // namespace
 
 int reconstruct(const ReconstructOptions& options) {
+  check_extension(options.out);
   Progress progress;
-  const Session session = Session::open(options.session);
-  const ReconstructionParameters parameters = options.rig.empty()
-                                                  ? reconstruction_parameters(session)
-                                                  : reconstruction_parameters(ConfigNode::load(options.rig));
+  const Session session = open_session(options.session, progress);
+  const ReconstructionParameters parameters =
+      options.rig.empty() ? reconstruction_parameters(session)
+                          : reconstruction_parameters(ConfigNode::load(find_rig(options.rig.string())));
   const Reconstruction reconstruction = reconstruct_session(session, parameters, options.method, progress);
-  std::filesystem::path written = options.out;
+  fs::path written = options.out;
   if (options.out.empty()) {
     write_clouds(session, reconstruction);
     write_checksums(session.path);
@@ -26,17 +49,17 @@ int reconstruct(const ReconstructOptions& options) {
   } else {
     write_cloud(options.out, reconstruction.cloud);
   }
+  progress.finish_line();
   if (options.json) {
     nlohmann::ordered_json out{{"method", reconstruction.method},     {"points", reconstruction.cloud.points.size()},
                                {"frame", reconstruction.cloud.frame}, {"cloud", written.string()},
                                {"rejected", reconstruction.rejected}, {"rejected_by_reason", reconstruction.rejections},
-                               {"seconds", reconstruction.seconds}};
-    if (options.out.empty() && !reconstruction.rows.empty())
+                               {"seconds", reconstruction.seconds},   {"warnings", session.warnings}};
+    if (options.out.empty() && options.method.starts_with("laser"))
       out["stripe"] = stripe_file(session, options.method).string();
     if (!reconstruction.reason.empty()) out["reason"] = reconstruction.reason;
-    std::printf("%s\n", out.dump(2).c_str());
+    print_json(out);
   } else {
-    progress.finish_line();
     std::printf("%zu points in %s (frame %s), %.2f s\n", reconstruction.cloud.points.size(), written.c_str(),
                 reconstruction.cloud.frame.c_str(), reconstruction.seconds);
     if (!reconstruction.reason.empty()) std::printf("%s\n", reconstruction.reason.c_str());
@@ -46,20 +69,23 @@ int reconstruct(const ReconstructOptions& options) {
 
 int report(const ReportOptions& options) {
   Progress progress;
-  const Session session = Session::open(options.session);
+  const Session session = open_session(options.session, progress);
   const ReconstructionParameters parameters = reconstruction_parameters(session);
   const ObjectSurface object = object_of(session, parameters.thresholds);
-  const std::vector<Score> scores = reconstruct_and_score(session, parameters, object, progress);
-  write_pictures_and_report(session, object, scores, nullptr);
+  const StopOnSignal stop_on_signal;
+  const std::vector<Score> scores =
+      reconstruct_and_score(session, parameters, object, StopOnSignal::requested(), progress);
+  if (!StopOnSignal::requested()) write_pictures_and_report(session, object, scores, nullptr);
   write_checksums(session.path);
-  nlohmann::ordered_json out;
-  for (const Score& score : scores) out[score.method()] = score.json;
-  if (options.json) {
-    std::printf("%s\n", out.dump(2).c_str());
-  } else {
-    progress.finish_line();
-    std::printf("%slook at %s\n", score_table(tabled(scores)).c_str(), (session.path / "report.html").c_str());
+  progress.finish_line();
+  if (StopOnSignal::requested()) {
+    progress.warn("stopped before the report");
+    return kPartial;
   }
+  if (options.json)
+    print_json(scores_json(scores));
+  else
+    std::printf("%slook at %s\n", score_table(tabled(scores)).c_str(), (session.path / "report.html").c_str());
   return kOk;
 }
 

@@ -34,6 +34,7 @@ fs::path find_rig(const std::string& name_or_path) {
   known.erase(std::unique(known.begin(), known.end()), known.end());
   std::string list;
   for (const std::string& name : known) list += (list.empty() ? "" : ", ") + name;
+  if (list.empty()) list = "(no rigs beside the working directory or the program)";
   throw InputError("rig '" + name_or_path + "' not found, expected a rig.yaml, its folder, or one of: " + list);
 }
 

@@ -66,10 +66,12 @@ PointCloud cloud_in_object(const Session& session, const Reconstruction& reconst
 }
 
 std::vector<Score> reconstruct_and_score(const Session& session, const ReconstructionParameters& parameters,
-                                         const ObjectSurface& object, Progress& progress) {
+                                         const ObjectSurface& object, const std::atomic<bool>& stop,
+                                         Progress& progress) {
   std::vector<Score> scores;
   fs::create_directories(session.path / "results");
   for (const std::string& method : kMethods) {
+    if (stop) break;
     const bool laser = method.starts_with("laser");
     if (laser ? !session.find_camera(CameraRole::kMono) : !session.find_camera(CameraRole::kLeft)) continue;
     Reconstruction reconstruction = reconstruct_session(session, parameters, method, progress);
@@ -78,6 +80,12 @@ std::vector<Score> reconstruct_and_score(const Session& session, const Reconstru
     write_whole_file(session.path / "results" / (method + ".json"), scores.back().json.dump(2) + "\n");
   }
   return scores;
+}
+
+nlohmann::ordered_json scores_json(const std::vector<Score>& scores) {
+  nlohmann::ordered_json out;
+  for (const Score& score : scores) out[score.method()] = score.json;
+  return out;
 }
 
 std::vector<std::pair<std::string, nlohmann::json>> tabled(const std::vector<Score>& scores) {

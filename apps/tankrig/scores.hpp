@@ -1,6 +1,7 @@
 // From clouds to scores: every method against the session's object.
 #pragma once
 
+#include <atomic>
 #include <nlohmann/json.hpp>
 #include <vector>
 
@@ -24,9 +25,14 @@ ObjectSurface object_of(const Session& session, const MetricThresholds& threshol
 /// The reconstruction's cloud in the object's frame o.
 PointCloud cloud_in_object(const Session& session, const Reconstruction& reconstruction);
 
-/// All methods the session has cameras for: clouds written, scored against `object`, results/METHOD.json written.
+/// All methods the session has cameras for: clouds written, scored against `object`, results/METHOD.json written. Ends
+/// early, with the methods done, when `stop` is set.
 std::vector<Score> reconstruct_and_score(const Session& session, const ReconstructionParameters& parameters,
-                                         const ObjectSurface& object, Progress& progress);
+                                         const ObjectSurface& object, const std::atomic<bool>& stop,
+                                         Progress& progress);
+
+/// {METHOD: score, ...}
+nlohmann::ordered_json scores_json(const std::vector<Score>& scores);
 
 /// (method, score) as score_table() takes them.
 std::vector<std::pair<std::string, nlohmann::json>> tabled(const std::vector<Score>& scores);

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/tankrig/commands.hpp"
+#include "apps/tankrig/output.hpp"
 #include "core/input_error.hpp"
 #include "rig/session/session_import.hpp"
 #include "rig/session/session_summary.hpp"
@@ -31,7 +32,7 @@ int session_info(const SessionInfoOptions& options) {
   if (options.json) {
     nlohmann::ordered_json out;
     for (const auto& [what, value] : facts) out[what] = value;
-    std::printf("%s\n", out.dump(2).c_str());
+    print_json(out);
   } else {
     for (const auto& [what, value] : facts) std::printf("%-22s %s\n", what.c_str(), value.c_str());
   }

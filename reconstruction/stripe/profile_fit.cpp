@@ -11,7 +11,7 @@ namespace {
 constexpr double kPriorFreedom = 8;
 
 /// Share of the amplitude by which a real profile is off a Gauss anywhere: the faint tails are not trusted beyond it.
-constexpr double kModelError = 0.03;
+constexpr double kModelError = 0.02;
 
 }  // namespace
 
@@ -190,8 +190,7 @@ void ProfileFitter::refine(const Window& window, const ValueNoise& noise, Profil
   }
   const int freedom = window.last - window.first + 1 - (sloped_ ? 4 : 3);
   result.misfit = squares / (base * base) / freedom;
-  const double value_noise =
-      std::sqrt((kPriorFreedom * base * base + squares) / (kPriorFreedom + freedom));
+  const double value_noise = std::sqrt((kPriorFreedom * base * base + squares) / (kPriorFreedom + freedom));
   result.position = centre;
   result.sigma = value_noise * std::sqrt(linear.normal.inverse()(1, 1)) * sd_ / linear.value[0];
 }

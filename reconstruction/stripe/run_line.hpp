@@ -18,8 +18,9 @@ struct RunLine {
   bool ok = false;
 };
 
-/// Line through [first, last), any random-access iterator over RunPoint, at column `at`.
-template <class Iterator>
+/// Line through [first, last), any random-access iterator over RunPoint, at column `at`; without `residuals` no chi2
+/// and no bend.
+template <bool residuals = true, class Iterator>
 RunLine fit_line(Iterator first, Iterator last, double at) {
   double s0 = 0, s1 = 0, s2 = 0, s3 = 0, s4 = 0, y0 = 0, y1 = 0;
   for (Iterator i = first; i != last; ++i) {
@@ -27,8 +28,10 @@ RunLine fit_line(Iterator first, Iterator last, double at) {
     s0 += w;
     s1 += w * t;
     s2 += w * t * t;
-    s3 += w * t * t * t;
-    s4 += w * t * t * t * t;
+    if constexpr (residuals) {
+      s3 += w * t * t * t;
+      s4 += w * t * t * t * t;
+    }
     y0 += w * i->peak.position;
     y1 += w * t * i->peak.position;
   }
@@ -42,6 +45,7 @@ RunLine fit_line(Iterator first, Iterator last, double at) {
   line.variance = s2 / determinant;
   line.slope_variance = s0 / determinant;
   line.covariance = -s1 / determinant;
+  if constexpr (!residuals) return line;
   double bend = 0;
   for (Iterator i = first; i != last; ++i) {
     const double t = i->peak.column - at, r = (i->peak.position - line.value - line.slope * t) / i->peak.sigma_px;

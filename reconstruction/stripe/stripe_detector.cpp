@@ -86,11 +86,12 @@ class ColumnDetector {
     std::vector<FittedRun> runs;
     for (const StripeRun& run : path) runs.push_back(fit_run(run, candidates));
     std::erase_if(runs, [](const FittedRun& run) { return run.empty(); });
-    const double correlation = calibrate_sigmas(runs);
+    drop_strangers(runs, parameters_, statistics);
+    const std::vector<double> correlations = calibrate_sigmas(runs);
     drop_edges(runs, parameters_, statistics);
-    for (FittedRun& run : runs) {
-      if (parameters_.smoothing_px > 0) smooth_run(run, parameters_.smoothing_px, correlation);
-      for (const RunPoint& point : run) {
+    for (std::size_t i = 0; i < runs.size(); ++i) {
+      if (parameters_.smoothing_px > 0) smooth_run(runs[i], parameters_.smoothing_px, correlations[i]);
+      for (const RunPoint& point : runs[i]) {
         detection_.peaks.push_back(point.peak);
         float& sigma = detection_.peaks.back().sigma_px;
         sigma = static_cast<float>(std::hypot(sigma, parameters_.speckle_floor_px));
@@ -127,6 +128,7 @@ class ColumnDetector {
         ++statistics.ambiguous;
       } else {
         out.push_back({peak_of(point.column, fit), fit.amplitude});
+        add_colour(out.back());
       }
     }
     return out;
@@ -160,6 +162,30 @@ class ColumnDetector {
     return section;
   }
 
+  /// Of the pixels that are not clipped, above the mean of two pixels on either side beyond the profile.
+  void add_colour(RunPoint& point) const {
+    const int channels = image_.channels(), reach = fitter_.half_window();
+    const int centre = static_cast<int>(std::lround(point.peak.position));
+    const int first = centre - reach, last = centre + reach;
+    if (channels < 3 || first < 1 || last + 1 >= image_.rows) return;
+    const auto light = [&](int y, int c) {
+      const auto at = static_cast<std::ptrdiff_t>(point.peak.column) * channels + c;
+      return static_cast<double>(image_.ptr<std::uint8_t>(y)[at]) -
+             (background_.empty() ? 0 : background_.ptr<std::uint8_t>(y)[at]);
+    };
+    Eigen::Vector3d base;
+    for (int c = 0; c < 3; ++c)
+      base[c] = 0.25 * (light(first - 1, c) + light(first, c) + light(last, c) + light(last + 1, c));
+    int used = 0;
+    for (int y = first + 1; y < last; ++y) {
+      const cv::Vec3b& pixel = image_.at<cv::Vec3b>(y, static_cast<int>(point.peak.column));
+      if (pixel[0] == 255 || pixel[1] == 255 || pixel[2] == 255) continue;
+      for (int c = 0; c < 3; ++c) point.colour[c] += light(y, c) - base[c];
+      ++used;
+    }
+    point.colour_sigma = appearance_.noise * std::sqrt(used + 0.25 * used * used);
+  }
+
   ProfileFit fit_values(double start, double contrast) const {
     return fitter_.fit(values_.data(), static_cast<int>(values_.size()), start, {appearance_.noise, contrast});
   }
@@ -174,18 +200,22 @@ class ColumnDetector {
 
   /// Speckle's contrast, at which the residuals of some clear sections are as large as the noise lets expect.
   double measure_contrast(const std::vector<StripeRun>& path) {
-    constexpr std::size_t kSamples = 28, kLeast = 6;
+    constexpr std::size_t kSamples = 48, kLeast = 6;
     constexpr double kMaxContrast = 0.6;
     std::vector<const PathPoint*> clear;
     for (const StripeRun& run : path)
       for (const PathPoint& point : run)
-        if (point.candidate.snr >= 2 * parameters_.min_snr && !cut(point).clipped) clear.push_back(&point);
-    const std::size_t n = std::min(kSamples, clear.size());
+        if (point.candidate.snr >= 2 * parameters_.min_snr) clear.push_back(&point);
+    const std::size_t step = std::max<std::size_t>(1, clear.size() / kSamples);
+    for (std::size_t i = 0; i < clear.size() / step; ++i) clear[i] = clear[i * step + step / 2];
+    clear.resize(clear.size() / step);
+    std::erase_if(clear, [&](const PathPoint* point) { return cut(*point).clipped; });
+    const std::size_t n = clear.size();
     if (n < kLeast) return 0;
     const auto misfit = [&](double contrast) {
       std::vector<double> all(n, HUGE_VAL);
       for (std::size_t i = 0; i < n; ++i) {
-        const PathPoint& point = *clear[(2 * i + 1) * clear.size() / (2 * n)];
+        const PathPoint& point = *clear[i];
         const Section section = cut(point);
         const ProfileFit fit = fit_values(point.candidate.row - section.first_row, contrast);
         if (fit.ok) all[i] = fit.misfit;

@@ -5,8 +5,12 @@
 //  texture
 //  3. matched filter across the stripe (negated second derivative of a Gauss), noise by MAD, candidates by SNR
 //  4. path of most evidence through the candidates of all columns (dynamic programming), which pays for jumps
-//  5. sub-pixel: least squares of a Gaussian profile on its background; sigma from noise and residuals
-//  6. points that are wide, lopsided, beside a jump, alone or doubled by a reflection are rejected and counted
+//  5. sub-pixel: least squares of a Gaussian profile on its background, weighted with the noise of each pixel: the
+//  image's own, and speckle's, which is in proportion to the light; its contrast is measured in the image
+//  6. points that are wide, lopsided, beside a jump, in the blur beyond an edge, alone, of another colour or doubled by
+//  a reflection are rejected and counted
+//  7. sigma from noise and residuals, then calibrated by how the points scatter along the stripe
+//  8. a local line along the stripe that stops at bends
 // Sources: Steger 1998 (filter), Naidu & Fisher 1991 (sub-pixel), Viterbi 1967 (path).
 #pragma once
 
@@ -24,8 +28,9 @@ struct StripeParameters {
   double max_width_ratio = 1.6;  ///< widest accepted profile over the image's typical one
   double max_skew = 1.2;         ///< largest accepted skewness (third standardised moment) of a profile
   double max_second_peak = 0.9;  ///< second line over first: above it the column is ambiguous
-  int smoothing_px = 10;  ///< half window of the local line fit along the stripe; 0: none. Never across a jump or a kink
-  double speckle_floor_px = 0.02;  ///< what speckle adds to every sigma
+  int smoothing_px =
+      10;  ///< half window of the local line fit along the stripe; 0: none. Never across a jump or a kink
+  double speckle_floor_px = 0.01;  ///< least sigma, what no smoothing takes away
 };
 
 /// `image`: 8-bit, 1 or 3 (BGR) channels. `background`: the same scene without laser, empty if there is none.

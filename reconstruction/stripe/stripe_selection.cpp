@@ -74,7 +74,33 @@ void drop_edges(std::vector<FittedRun>& runs, const StripeParameters& parameters
     (left[i] && right[i] ? statistics.edge : statistics.isolated) += run.size();
     run.clear();
   }
-  std::erase_if(runs, [](const FittedRun& run) { return run.empty(); });
+}
+
+void drop_strangers(std::vector<FittedRun>& runs, const StripeParameters& parameters, StripeStatistics& statistics) {
+  constexpr int kShort = 4;  // in shortest runs
+  constexpr double kMaxAngle = 0.35, kSigmas = 4;
+  const auto is_long = [&](const FittedRun& run) {
+    return static_cast<int>(run.size()) >= kShort * parameters.min_run;
+  };
+  Eigen::Vector3d stripe = Eigen::Vector3d::Zero();
+  for (const FittedRun& run : runs)
+    if (is_long(run))
+      for (const RunPoint& point : run) stripe += point.colour;
+  if (!(stripe.norm() > 0)) return;
+  stripe.normalize();
+  std::erase_if(runs, [&](const FittedRun& run) {
+    if (is_long(run)) return false;
+    Eigen::Vector3d colour = Eigen::Vector3d::Zero();
+    double variance = 0;
+    for (const RunPoint& point : run) {
+      colour += point.colour;
+      variance += point.colour_sigma * point.colour_sigma;
+    }
+    const double along = colour.dot(stripe), across = (colour - along * stripe).norm();
+    if (across < kSigmas * std::sqrt(variance) || across < std::tan(kMaxAngle) * along) return false;
+    statistics.isolated += run.size();
+    return true;
+  });
 }
 
 }  // namespace tankrig

@@ -9,9 +9,9 @@
 namespace tankrig {
 namespace {
 
-constexpr int kLag = 4;          ///< columns after which speckle is another
-constexpr int kBlock = 6;        ///< columns whose mean shows the correlation
-constexpr int kMaxGap = 3;       ///< missing columns over which a line is drawn
+constexpr int kLag = 4;            ///< columns after which speckle is another
+constexpr int kBlock = 10;         ///< columns whose mean shows the correlation
+constexpr int kMaxGap = 3;         ///< missing columns over which a line is drawn
 constexpr double kBendPrice = 20;  ///< chi-square, of two degrees of freedom, above which two lines are better than one
 constexpr double kTolerance = 3.0;
 
@@ -28,8 +28,7 @@ void second_differences(const std::vector<double>& column, const std::vector<dou
     const double span = column[i + lag] - column[i - lag];
     const double w = (column[i] - column[i - lag]) / span;
     const double d = value[i] - (1 - w) * value[i - lag] - w * value[i + lag];
-    squares.push_back(d * d /
-                      (variance[i] + (1 - w) * (1 - w) * variance[i - lag] + w * w * variance[i + lag]));
+    squares.push_back(d * d / (variance[i] + (1 - w) * (1 - w) * variance[i - lag] + w * w * variance[i + lag]));
   }
 }
 
@@ -57,7 +56,7 @@ std::vector<std::size_t> breaks_of(const FittedRun& run, int reach, double corre
       while (last < n && run[last].peak.column - column < side) ++last;
       if (i - first < 4 || last - i < 4) continue;
       const auto at = [&](std::size_t k) { return run.begin() + static_cast<std::ptrdiff_t>(k); };
-      const RunLine left = fit_line(at(first), at(i), column), right = fit_line(at(i), at(last), column);
+      const RunLine left = fit_line<false>(at(first), at(i), column), right = fit_line<false>(at(i), at(last), column);
       if (!left.ok || !right.ok) continue;
       const double a = left.variance + right.variance, b = left.covariance + right.covariance,
                    c = left.slope_variance + right.slope_variance;
@@ -82,10 +81,10 @@ std::vector<std::size_t> breaks_of(const FittedRun& run, int reach, double corre
 
 }  // namespace
 
-double calibrate_sigmas(std::vector<FittedRun>& runs) {
-  constexpr double kImagePrior = 12, kRunPrior = 30;  // in points
+std::vector<double> calibrate_sigmas(std::vector<FittedRun>& runs) {
+  constexpr double kImagePrior = 12, kRunPrior = 30, kBlockPrior = 6;  // in points and blocks
   std::vector<double> all_single, all_blocked, column, value, variance;
-  std::vector<std::vector<double>> single(runs.size());
+  std::vector<std::vector<double>> single(runs.size()), blocked(runs.size());
   for (std::size_t r = 0; r < runs.size(); ++r) {
     column.clear(), value.clear(), variance.clear();
     for (const RunPoint& point : runs[r]) {
@@ -101,14 +100,19 @@ double calibrate_sigmas(std::vector<FittedRun>& runs) {
       for (std::size_t k = i; k < i + kBlock; ++k) c += column[k] / kBlock, v += value[k] / kBlock, s += variance[k];
       block_column.push_back(c), block_value.push_back(v), block_variance.push_back(s / (kBlock * kBlock));
     }
-    second_differences(block_column, block_value, block_variance, 1, all_blocked);
+    second_differences(block_column, block_value, block_variance, 1, blocked[r]);
+    all_blocked.insert(all_blocked.end(), blocked[r].begin(), blocked[r].end());
   }
   const double image = mean_square(all_single, 1, kImagePrior);
+  const double image_correlation = mean_square(all_blocked, image, kImagePrior) / image;
+  std::vector<double> correlations;
   for (std::size_t r = 0; r < runs.size(); ++r) {
-    const double scale = std::clamp(std::sqrt(mean_square(single[r], image, kRunPrior)), 0.5, 10.0);
-    for (RunPoint& point : runs[r]) point.peak.sigma_px *= static_cast<float>(scale);
+    const double run = std::clamp(mean_square(single[r], image, kRunPrior), 0.25, 100.0);
+    for (RunPoint& point : runs[r]) point.peak.sigma_px *= static_cast<float>(std::sqrt(run));
+    const double of_blocks = mean_square(blocked[r], run * image_correlation, kBlockPrior);
+    correlations.push_back(std::clamp(of_blocks / run, 1.0, 0.8 * kBlock));
   }
-  return std::clamp(mean_square(all_blocked, image, kImagePrior) / image, 1.0, 0.8 * kBlock);
+  return correlations;
 }
 
 void smooth_run(FittedRun& run, int half_window, double correlation) {

@@ -1,6 +1,7 @@
 // Stripe images whose truth is known.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <opencv2/core.hpp>
@@ -15,7 +16,8 @@ struct GeneratedStripe {
   double peak = 180;  ///< of the strongest channel [DN]
   double sd = 1.5;    ///< of the profile [px]
   Eigen::Vector3d bgr{0.1, 1.0, 0.2};
-  double noise = 0;  ///< sd [DN], every channel
+  double noise = 0;    ///< sd [DN], every channel
+  double speckle = 0;  ///< contrast: sd of the factor on the light of each pixel, the same for its channels
   unsigned seed = 1;
   std::function<double(int)> row;  ///< true row at a column; not finite: no stripe there
   std::function<double(int, int)> scene = [](int, int) { return 8.0; };  ///< grey value at (x, y) without laser [DN]
@@ -31,7 +33,8 @@ struct GeneratedStripe {
       const double centre = true_row(x);
       for (int y = 0; y < height; ++y) {
         const double t = (y - centre) / sd;
-        const double light = laser && std::isfinite(centre) ? peak * std::exp(-0.5 * t * t) : 0;
+        const double factor = speckle > 0 ? std::max(0.0, 1 + speckle * normal(random)) : 1;
+        const double light = laser && std::isfinite(centre) ? factor * peak * std::exp(-0.5 * t * t) : 0;
         for (int c = 0; c < 3; ++c)
           out.at<cv::Vec3b>(y, x)[c] =
               cv::saturate_cast<std::uint8_t>(scene(x, y) + light * bgr[c] + noise * normal(random));

@@ -1,0 +1,80 @@
+#include "apps/tankrig/dry_run.hpp"
+
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "apps/tankrig/output.hpp"
+#include "apps/tankrig/surface_view.hpp"
+#include "bench/metrics/triangle_mesh.hpp"
+
+namespace tankrig::app {
+namespace {
+
+Obstacles obstacles_of(const RigConfig& rig) {
+  Obstacles out;
+  out.tank_size = rig.obstacles.tank_size;
+  out.wMb = rig.obstacles.wMb;
+  out.margin = rig.obstacles.margin;
+  out.link_radius = rig.obstacles.link_radius;
+  out.tool_length = rig.obstacles.tool_length;
+  for (const RigCarriedBody& body : rig.obstacles.carried) out.carried.push_back({body.from_e, body.to_e, body.radius});
+  const Eigen::AlignedBox3d box = read_mesh(rig.object.mesh).bounds();
+  out.boxes.push_back({"object", rig.object.bMo * Eigen::Translation3d(box.center()), 0.5 * box.sizes()});
+  return out;
+}
+
+int expected_frames(const ScanPlan& plan, const RigConfig& rig) {
+  int frames = 0;
+  for (const RigCamera& camera : rig.cameras)
+    frames += plan.expected_frames(camera.record, 1 / camera.rate_hz, rig.scan.dark_frames);
+  return frames;
+}
+
+/// Upper bound: images as they come from the camera, before compression [bytes].
+double disk_need(const ScanPlan& plan, const RigConfig& rig) {
+  double bytes = 0;
+  for (const RigCamera& camera : rig.cameras)
+    bytes += 3.0 * camera.model.width * camera.model.height *
+             plan.expected_frames(camera.record, 1 / camera.rate_hz, rig.scan.dark_frames);
+  return bytes;
+}
+
+}  // namespace
+
+MotionCheck check_plan(const RigConfig& rig, const ScanPlan& plan) {
+  const RigMotionLimits& limits = rig.motion_limits;
+  return check_motion(plan, rig.arm, obstacles_of(rig),
+                      {limits.angle_margin, limits.max_velocity, limits.max_ticks_per_s});
+}
+
+void print_dry_run(const RigConfig& rig, const ScanPlan& plan, const MotionCheck& check, bool json) {
+  const SurfaceView view = surface_view(rig, plan);
+  if (json) {
+    nlohmann::ordered_json out;
+    for (const Segment& s : plan.segments())
+      out["path"].push_back({{"segment", s.name},
+                             {"begin_s", s.begin},
+                             {"duration_s", s.duration},
+                             {"laser", s.laser},
+                             {"elbow_to_rad", plan.at(s.end()).q[kElbow]}});
+    out["clearance_m"] = check.min_clearance;
+    out["nearest"] = check.nearest;
+    out["duration_s"] = plan.duration();
+    out["frames"] = expected_frames(plan, rig);
+    out["disk_bytes"] = disk_need(plan, rig);
+    out["faces"] = view.json();
+    print_json(out);
+    return;
+  }
+  std::printf("%-26s %8s %9s  %-5s  %s\n", "segment", "begin", "duration", "laser", "elbow at its end");
+  for (const Segment& s : plan.segments())
+    std::printf("%-26s %6.2f s %7.2f s  %-5s  %.3f rad\n", s.name.c_str(), s.begin, s.duration, s.laser ? "on" : "off",
+                plan.at(s.end()).q[kElbow]);
+  std::printf("clearance  %.0f mm, %s, during %s\n", 1e3 * check.min_clearance, check.nearest.c_str(),
+              check.where.c_str());
+  std::printf("duration   %.1f s\nframes     %d\ndisk need  at most %.0f MB\n", plan.duration(),
+              expected_frames(plan, rig), disk_need(plan, rig) / 1e6);
+  std::printf("%s", view.table().c_str());
+}
+
+}  // namespace tankrig::app

@@ -1,0 +1,16 @@
+// What a scan would do: its path, clearance, duration, disk need, and which faces it sees and lights.
+#pragma once
+
+#include "rig/config/rig_config.hpp"
+#include "rig/executive/motion_check.hpp"
+#include "rig/executive/scan_plan.hpp"
+
+namespace tankrig::app {
+
+/// The plan against limits, box, floor and walls of the rig file.  Errors: InputError if it is not safe.
+MotionCheck check_plan(const RigConfig& rig, const ScanPlan& plan);
+
+/// Prints it, as a table or as JSON.
+void print_dry_run(const RigConfig& rig, const ScanPlan& plan, const MotionCheck& check, bool json);
+
+}  // namespace tankrig::app
