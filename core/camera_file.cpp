@@ -8,10 +8,18 @@
 #include <sstream>
 
 #include "core/camera_model.hpp"
+#include "core/camera_ranges.hpp"
 #include "core/input_error.hpp"
+#include "core/shown_text.hpp"
 
 namespace tankrig {
 namespace {
+
+std::string exact(double value) {
+  char buffer[32];
+  const auto [end, ec] = std::to_chars(buffer, buffer + sizeof buffer, value);
+  return std::string(buffer, end);
+}
 
 /// One camera file while it is read: every complaint carries file, line and field.
 struct CameraFile {
@@ -21,6 +29,14 @@ struct CameraFile {
   [[noreturn]] void fail(const YAML::Node& at, const std::string& field, const std::string& message) const {
     const int line = at.IsDefined() ? at.Mark().line + 1 : 1;
     throw InputError(path, std::max(line, 1), field + ": " + message);
+  }
+
+  void expect(const YAML::Node& at, const std::string& field, const char* parameter, double value,
+              ConfigRange range) const {
+    if (!(value >= range.lower && value <= range.upper))
+      fail(at, field,
+           std::string("found ") + parameter + " = " + exact(value) + ", expected a number from " + exact(range.lower) +
+               " to " + exact(range.upper));
   }
 
   /// The first of `names` the file has; undefined if none.
@@ -39,7 +55,7 @@ struct CameraFile {
     const auto [end, ec] = std::from_chars(first, text.data() + text.size(), value);
     const bool all = end == text.data() + text.size() || std::string_view(end) == ".";
     if (ec != std::errc{} || !all || !std::isfinite(value))
-      fail(node, field, "found '" + text + "', expected a number");
+      fail(node, field, "found '" + shown_text(text) + "', expected a number");
     return value;
   }
 
@@ -82,7 +98,7 @@ struct CameraFile {
     }
     const double pixels = number(value, name);
     if (pixels < 1 || pixels > 100000 || pixels != std::floor(pixels))
-      fail(value, name, "found " + value.Scalar() + ", expected a whole number of pixels from 1 to 100000");
+      fail(value, name, "found " + shown_text(value.Scalar()) + ", expected a whole number of pixels from 1 to 100000");
     return static_cast<int>(pixels);
   }
 };
@@ -101,9 +117,10 @@ CameraFile load(const std::filesystem::path& path) {
   try {
     file.root = YAML::Load(yaml);
   } catch (const YAML::Exception& e) {
-    throw InputError(path, e.mark.line + 1, e.msg + ", expected valid YAML");
+    throw InputError(path, std::max(e.mark.line + 1, 1),
+                     shown_text(e.msg, 100) + ", expected a camera calibration in YAML");
   }
-  if (!file.root.IsMap()) throw InputError(path, 1, "found no mapping, expected an OpenCV or ROS camera file (YAML)");
+  if (!file.root.IsMap()) throw InputError(path, 1, "found no mapping, expected a camera calibration in YAML");
   return file;
 }
 
@@ -117,16 +134,19 @@ void read_matrix(const CameraFile& file, CameraModel& camera) {
   if (k[1] != 0) file.fail(node, name, "found skew " + std::to_string(k[1]) + ", expected 0 (skew is not modelled)");
   if (k[3] != 0 || k[6] != 0 || k[7] != 0 || k[8] != 1)
     file.fail(node, name, "expected [fx, 0, cx, 0, fy, cy, 0, 0, 1]");
-  if (!(k[0] > 0 && k[4] > 0))
-    file.fail(node, name, "found a focal length that is not positive, expected fx > 0 and fy > 0 [px]");
+  file.expect(node, name, "fx", k[0], kFocalRange);
+  file.expect(node, name, "fy", k[4], kFocalRange);
+  file.expect(node, name, "cx", k[2], kPrincipalPointRange);
+  file.expect(node, name, "cy", k[5], kPrincipalPointRange);
   camera.fx = k[0], camera.cx = k[2], camera.fy = k[4], camera.cy = k[5];
 }
 
 void read_distortion(const CameraFile& file, CameraModel& camera) {
   const auto [model_name, model] = file.find({"distortion_model"});
   if (model.IsDefined() && model.Scalar() != "plumb_bob" && model.Scalar() != "rational_polynomial")
-    file.fail(model, model_name,
-              "found '" + model.Scalar() + "', expected plumb_bob, or rational_polynomial with k4, k5, k6 = 0");
+    file.fail(
+        model, model_name,
+        "found '" + shown_text(model.Scalar()) + "', expected plumb_bob, or rational_polynomial with k4, k5, k6 = 0");
   const auto [name, node] =
       file.find({"distortion_coefficients", "Distortion_Coefficients", "distCoeffs", "dist_coeffs", "D"});
   if (!node.IsDefined())
@@ -140,13 +160,12 @@ void read_distortion(const CameraFile& file, CameraModel& camera) {
     if (d[i] != 0)
       file.fail(node, name, "found a coefficient beyond k3 that is not 0, expected k1, k2, p1, p2, k3 only");
   d.resize(5, 0.0);
+  file.expect(node, name, "k1", d[0], kRadialRange);
+  file.expect(node, name, "k2", d[1], kRadialRange);
+  file.expect(node, name, "p1", d[2], kTangentialRange);
+  file.expect(node, name, "p2", d[3], kTangentialRange);
+  file.expect(node, name, "k3", d[4], kRadialRange);
   camera.k1 = d[0], camera.k2 = d[1], camera.p1 = d[2], camera.p2 = d[3], camera.k3 = d[4];
-}
-
-std::string exact(double value) {
-  char buffer[32];
-  const auto [end, ec] = std::to_chars(buffer, buffer + sizeof buffer, value);
-  return std::string(buffer, end);
 }
 
 }  // namespace

@@ -1,6 +1,8 @@
 // The clock is a parameter: real (absolute sleep) or virtual (as fast as possible, deterministic).
 #pragma once
 
+#include <atomic>
+
 #include "core/time.hpp"
 
 namespace tankrig {
@@ -20,17 +22,17 @@ class MonotonicClock final : public Clock {
   void sleep_until(Stamp when) noexcept override;
 };
 
-/// Time that moves only when somebody sleeps.  Threads: one.
+/// Time that moves only when somebody sleeps.  Threads: one sleeps, any may ask for now().
 class VirtualClock final : public Clock {
  public:
-  explicit VirtualClock(Stamp start = {}) : now_(start) {}
-  Stamp now() const noexcept override { return now_; }
+  explicit VirtualClock(Stamp start = {}) : now_ns_(start.ns) {}
+  Stamp now() const noexcept override { return {now_ns_.load(std::memory_order_relaxed)}; }
   void sleep_until(Stamp when) noexcept override {
-    if (when > now_) now_ = when;
+    if (when > now()) now_ns_.store(when.ns, std::memory_order_relaxed);
   }
 
  private:
-  Stamp now_;
+  std::atomic<std::int64_t> now_ns_;
 };
 
 }  // namespace tankrig

@@ -9,19 +9,22 @@
 #include <sstream>
 
 #include "core/input_error.hpp"
+#include "core/shown_text.hpp"
 
 namespace tankrig {
 
 struct ConfigNode::Node {
   std::filesystem::path file;
   YAML::Node yaml;
-  std::string path;  ///< dotted keys down to this mapping, for messages
+  std::string path;   ///< dotted keys down to this mapping
+  std::string place;  ///< the same, for messages
   std::set<std::string, std::less<>> taken;
   std::vector<std::shared_ptr<Node>> children;
 
   std::string full(std::string_view key) const {
     return path.empty() ? std::string(key) : path + "." + std::string(key);
   }
+  std::string full_place(std::string_view key) const { return (place.empty() ? "" : place + ".") + shown_text(key); }
   YAML::Node find(std::string_view key) {
     taken.emplace(key);
     // A const lookup: yaml-cpp's non-const operator[] would insert the key.
@@ -42,7 +45,7 @@ int line_of_key(const YAML::Node& mapping, const std::string& key) {
 
 std::string shown(const YAML::Node& node) {
   if (!node.IsDefined() || node.IsNull()) return "nothing";
-  if (node.IsScalar()) return "'" + node.Scalar() + "'";
+  if (node.IsScalar()) return "'" + shown_text(node.Scalar()) + "'";
   return node.IsMap() ? "a mapping" : "a list of " + std::to_string(node.size());
 }
 
@@ -82,13 +85,14 @@ ConfigNode ConfigNode::load(const std::filesystem::path& file) {
   } catch (const YAML::BadFile&) {
     throw InputError(file, "cannot be read, expected a YAML file");
   } catch (const YAML::Exception& e) {
-    throw InputError(file, e.mark.line + 1, e.msg + ", expected valid YAML");
+    throw InputError(file, std::max(e.mark.line + 1, 1), shown_text(e.msg, 100) + ", expected valid YAML");
   }
   if (!node->yaml.IsMap()) throw InputError(file, 1, "found " + shown(node->yaml) + ", expected a mapping");
   std::set<std::string> seen;
   for (const auto& entry : node->yaml)
     if (!seen.insert(entry.first.Scalar()).second)
-      throw InputError(file, entry.first.Mark().line + 1, entry.first.Scalar() + ": stands twice, expected once");
+      throw InputError(file, entry.first.Mark().line + 1,
+                       shown_text(entry.first.Scalar()) + ": stands twice, expected once");
   return ConfigNode(std::move(node));
 }
 
@@ -97,7 +101,7 @@ const std::filesystem::path& ConfigNode::file() const { return node_->file; }
 std::string ConfigNode::yaml() const { return YAML::Dump(node_->yaml) + "\n"; }
 
 void ConfigNode::fail(std::string_view key, const std::string& message) const {
-  throw InputError(node_->file, line_of_key(node_->yaml, std::string(key)), node_->full(key) + ": " + message);
+  throw InputError(node_->file, line_of_key(node_->yaml, std::string(key)), node_->full_place(key) + ": " + message);
 }
 
 bool ConfigNode::has(std::string_view key) const { return node_->find(key).IsDefined(); }
@@ -150,7 +154,7 @@ std::string ConfigNode::choice(std::string_view key, const std::vector<std::stri
   if (std::find(allowed.begin(), allowed.end(), value) != allowed.end()) return value;
   std::string list;
   for (const auto& a : allowed) list += (list.empty() ? "" : ", ") + a;
-  fail(key, "found '" + value + "', expected one of: " + list);
+  fail(key, "found '" + shown_text(value) + "', expected one of: " + list);
 }
 
 std::vector<double> ConfigNode::numbers(std::string_view key, std::size_t count) const {
@@ -203,14 +207,16 @@ ConfigNode ConfigNode::child(std::string_view key) const {
   std::set<std::string> seen;
   for (const auto& entry : value)
     if (!seen.insert(entry.first.Scalar()).second)
-      throw InputError(node_->file, entry.first.Mark().line + 1,
-                       node_->full(key) + "." + entry.first.Scalar() + ": stands twice, expected once");
+      throw InputError(
+          node_->file, entry.first.Mark().line + 1,
+          node_->full_place(key) + "." + shown_text(entry.first.Scalar()) + ": stands twice, expected once");
   for (const auto& known : node_->children)
     if (known->path == node_->full(key)) return ConfigNode(known);
   auto node = std::make_shared<Node>();
   node->file = node_->file;
   node->yaml = value;
   node->path = node_->full(key);
+  node->place = node_->full_place(key);
   node_->children.push_back(node);
   return ConfigNode(std::move(node));
 }
@@ -236,6 +242,7 @@ std::vector<ConfigNode> ConfigNode::items(std::string_view key) const {
     node->file = node_->file;
     node->yaml = value[i];
     node->path = node_->full(key) + "[" + std::to_string(i) + "]";
+    node->place = node_->full_place(key) + "[" + std::to_string(i) + "]";
     node_->children.push_back(node);
     out.push_back(ConfigNode(std::move(node)));
   }
@@ -247,7 +254,7 @@ void ConfigNode::finish() const {
     const std::string key = entry.first.Scalar();
     if (!node_->taken.contains(key))
       throw InputError(node_->file, entry.first.Mark().line + 1,
-                       node_->full(key) + ": unknown key, expected one of those in docs/formats.md");
+                       node_->full_place(key) + ": unknown key, expected one of those in docs/formats.md");
   }
   for (const auto& child : node_->children) ConfigNode(child).finish();
 }

@@ -91,6 +91,7 @@ class MockBackend final : public Backend {
   Arm& arm() override { return arm_; }
   Laser& laser() override { return laser_; }
   LuxMeter& lux_meter() override { return lux_meter_; }
+  bool interlock_closed() const override { return true; }  // nobody stands in the simulated beam
   std::string noise() const override { return world_.noise_description(); }
   const sim::TankWorld* world() const override { return &world_; }
   std::vector<Camera*> cameras() override {
@@ -139,7 +140,8 @@ class MockBackend final : public Backend {
 }  // namespace
 
 std::unique_ptr<Backend> make_backend(const RigConfig& rig, const sim::WorldOptions& options) {
-  return std::make_unique<MockBackend>(rig, options);
+  if (rig.backend == "mock") return std::make_unique<MockBackend>(rig, options);
+  throw InputError(rig.file, "backend: found '" + rig.backend + "', expected mock");
 }
 
 }  // namespace tankrig::app

@@ -25,6 +25,8 @@ class Backend {
   virtual Laser& laser() = 0;
   virtual std::vector<Camera*> cameras() = 0;
   virtual LuxMeter& lux_meter() = 0;
+  /// Level of the laser's interlock - lid, key, door - at this moment. What cannot be read is open.
+  virtual bool interlock_closed() const = 0;
   /// What the user should know before the scan: parts of a scene that are not simulated, a calibration that is not the
   /// truth.
   virtual std::vector<std::string> warnings() const = 0;

@@ -37,6 +37,7 @@ struct EvaluateOptions {
   std::filesystem::path verdict;  ///< coloured cloud to write; empty: none
   std::string definition = "paper";
   std::optional<double> inlier_m, outlier_m, ground_m;
+  std::string ground_plane;  ///< "a,b,c,d" in the object's frame; empty: horizontal, below the mesh
   bool json = false;
 };
 int evaluate(const EvaluateOptions& options);

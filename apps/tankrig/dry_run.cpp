@@ -23,20 +23,19 @@ Obstacles obstacles_of(const RigConfig& rig) {
   return out;
 }
 
-int expected_frames(const ScanPlan& plan, const RigConfig& rig) {
+struct Harvest {
   int frames = 0;
-  for (const RigCamera& camera : rig.cameras)
-    frames += plan.expected_frames(camera.record, 1 / camera.rate_hz, rig.scan.dark_frames);
-  return frames;
-}
+  double bytes = 0;  ///< upper bound: colour images before compression
+};
 
-/// Upper bound: images as they come from the camera, before compression [bytes].
-double disk_need(const ScanPlan& plan, const RigConfig& rig) {
-  double bytes = 0;
-  for (const RigCamera& camera : rig.cameras)
-    bytes += 3.0 * camera.model.width * camera.model.height *
-             plan.expected_frames(camera.record, 1 / camera.rate_hz, rig.scan.dark_frames);
-  return bytes;
+Harvest harvest_of(const ScanPlan& plan, const RigConfig& rig) {
+  Harvest out;
+  for (const RigCamera& camera : rig.cameras) {
+    const int frames = plan.expected_frames(camera.record, 1 / camera.rate_hz, rig.scan.dark_frames);
+    out.frames += frames;
+    out.bytes += 3.0 * camera.model.width * camera.model.height * frames;
+  }
+  return out;
 }
 
 }  // namespace
@@ -49,6 +48,7 @@ MotionCheck check_plan(const RigConfig& rig, const ScanPlan& plan) {
 
 void print_dry_run(const RigConfig& rig, const ScanPlan& plan, const MotionCheck& check, bool json) {
   const SurfaceView view = surface_view(rig, plan);
+  const Harvest harvest = harvest_of(plan, rig);
   if (json) {
     nlohmann::ordered_json out;
     for (const Segment& s : plan.segments())
@@ -60,8 +60,8 @@ void print_dry_run(const RigConfig& rig, const ScanPlan& plan, const MotionCheck
     out["clearance_m"] = check.min_clearance;
     out["nearest"] = check.nearest;
     out["duration_s"] = plan.duration();
-    out["frames"] = expected_frames(plan, rig);
-    out["disk_bytes"] = disk_need(plan, rig);
+    out["frames"] = harvest.frames;
+    out["disk_bytes"] = harvest.bytes;
     out["faces"] = view.json();
     print_json(out);
     return;
@@ -72,8 +72,8 @@ void print_dry_run(const RigConfig& rig, const ScanPlan& plan, const MotionCheck
                 plan.at(s.end()).q[kElbow]);
   std::printf("clearance  %.0f mm, %s, during %s\n", 1e3 * check.min_clearance, check.nearest.c_str(),
               check.where.c_str());
-  std::printf("duration   %.1f s\nframes     %d\ndisk need  at most %.0f MB\n", plan.duration(),
-              expected_frames(plan, rig), disk_need(plan, rig) / 1e6);
+  std::printf("duration   %.1f s\nframes     %d\ndisk need  at most %.0f MB\n", plan.duration(), harvest.frames,
+              harvest.bytes / 1e6);
   std::printf("%s", view.table().c_str());
 }
 

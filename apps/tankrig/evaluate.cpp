@@ -10,6 +10,7 @@
 #include "core/config_node.hpp"
 #include "core/input_error.hpp"
 #include "reconstruction/cloud/cloud_io.hpp"
+#include "rig/session/session_import.hpp"
 
 namespace tankrig::app {
 int evaluate(const EvaluateOptions& options) {
@@ -21,23 +22,33 @@ int evaluate(const EvaluateOptions& options) {
   const ConfigNode pose = ConfigNode::load(options.pose);
   const Transform cMo = pose.as_transform();
   pose.finish();
-  const PointCloud cloud = transformed(cMo.inverse(), read_cloud(options.cloud), "o");
+  const PointCloud given = read_cloud(options.cloud);
+  const std::string& frame = given.frame;
+  const PointCloud cloud = transformed(cMo.inverse(), given, "o");
   TriangleMesh mesh = read_mesh(options.object);
 
   nlohmann::json result;
   if (options.definition == "uwsim") {
-    if (!options.verdict.empty())
-      throw InputError("evaluate: --verdict colours by the paper's words, expected --definition paper");
+    if (!options.verdict.empty() || options.inlier_m || options.outlier_m || options.ground_m ||
+        !options.ground_plane.empty())
+      throw InputError(
+          "evaluate: --verdict, --inlier, --outlier, --ground and --ground-plane belong to --definition paper");
     result = to_json(uwsim_metrics(cloud, mesh));
   } else {
     MetricThresholds thresholds;
     if (options.inlier_m) thresholds.inlier_m = *options.inlier_m;
     if (options.outlier_m) thresholds.outlier_m = *options.outlier_m;
     if (options.ground_m) thresholds.ground_band_m = *options.ground_m;
+    if (!options.ground_plane.empty()) thresholds.ground = parse_plane(options.ground_plane);
     const ObjectSurface object(std::move(mesh), thresholds.surface_samples);
     const Metrics metrics = tankrig::evaluate(cloud, object, thresholds);
     if (!options.verdict.empty()) write_verdict_cloud(options.verdict, cloud, metrics.verdicts);
     result = to_json(metrics);
+    if (metrics.points > 0 && metrics.object_points == 0)
+      std::fprintf(stderr,
+                   "tankrig: warning: no point is near the object: wrong pose, frame or unit? The cloud is in frame "
+                   "%s, in metres\n",
+                   frame.c_str());
   }
   if (options.json) {
     print_json(result);

@@ -59,6 +59,8 @@ void add_evaluate(CLI::App& app, EvaluateOptions& o) {
   c->add_option("--ground", o.ground_m,
                 "Half height of the ground filter about the mesh's lowest point [m] (default 0.010)")
       ->check(CLI::NonNegativeNumber);
+  c->add_option("--ground-plane", o.ground_plane,
+                "Ground a,b,c,d in the object's frame, metres (default: z_o = the mesh's lowest point, z_o up)");
   c->add_option("--verdict", o.verdict, "Write the cloud coloured: ground black, object green, outliers blue (.ply)");
   c->add_flag("--json", o.json, "Print one JSON object on standard output");
 }

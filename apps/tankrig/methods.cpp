@@ -73,16 +73,19 @@ void reconstruct_laser(const Session& session, const ReconstructionParameters& p
     reconstruction.reason = "no stripe found in " + std::to_string(frames.size()) + " frames";
 }
 
-/// Left and right frames of one instant: stamps no farther apart than a tenth of a millisecond.
-std::vector<StereoPair> stereo_pairs(const Session& session, const SessionCamera& left, const SessionCamera& right) {
+/// Left and right frames of one instant with the laser off: stamps no farther apart than a tenth of a millisecond. At
+/// most `count` pairs.
+std::vector<StereoPair> stereo_pairs(const Session& session, const SessionCamera& left, const SessionCamera& right,
+                                     std::size_t count) {
   std::vector<StereoPair> pairs;
   const auto rights = frames_of(session, right, dark);
-  for (const FrameRecord* l : frames_of(session, left, dark))
-    for (const FrameRecord* r : rights)
-      if (std::chrono::abs(l->stamp - r->stamp) <= std::chrono::microseconds(100)) {
-        pairs.push_back({session.image(*l), session.image(*r), l->index});
-        break;
-      }
+  for (const FrameRecord* l : frames_of(session, left, dark)) {
+    const auto same_instant = [&](const FrameRecord* r) {
+      return std::chrono::abs(l->stamp - r->stamp) <= std::chrono::microseconds(100);
+    };
+    const auto r = std::find_if(rights.begin(), rights.end(), same_instant);
+    if (r != rights.end() && pairs.size() < count) pairs.push_back({session.image(*l), session.image(**r), l->index});
+  }
   return pairs;
 }
 
@@ -91,7 +94,8 @@ void reconstruct_stereo(const Session& session, const ReconstructionParameters& 
   const SessionCamera& left = session.camera(CameraRole::kLeft);
   const SessionCamera& right = session.camera(CameraRole::kRight);
   progress.update("reconstruct: " + reconstruction.method, 0);
-  const std::vector<StereoPair> pairs = stereo_pairs(session, left, right);
+  const std::size_t wanted = reconstruction.method == "stereo" ? session.frames.size() : 1;
+  const std::vector<StereoPair> pairs = stereo_pairs(session, left, right, wanted);
   if (pairs.empty()) {
     reconstruction.reason = "no pair of frames with the laser off";
     return;

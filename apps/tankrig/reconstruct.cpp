@@ -18,9 +18,13 @@ namespace fs = std::filesystem;
 namespace tankrig::app {
 namespace {
 
-/// Opens a session and says what is wrong with it.
+/// Opens a session and says what is wrong with it: cut tables, an edited calibration, files that are not as they were
+/// sealed.
 Session open_session(const fs::path& path, Progress& progress) {
   Session session = Session::open(path);
+  if (fs::exists(path / "SHA256SUMS"))
+    for (const std::string& difference : check_checksums(path))
+      session.warnings.push_back(difference + " since the session was sealed");
   for (const std::string& warning : session.warnings) progress.warn(warning);
   if (session.info.status != "complete") progress.warn(path.string() + ": " + session.info.status);
   return session;
@@ -41,13 +45,18 @@ int reconstruct(const ReconstructOptions& options) {
       options.rig.empty() ? reconstruction_parameters(session)
                           : reconstruction_parameters(ConfigNode::load(find_rig(options.rig.string())));
   const Reconstruction reconstruction = reconstruct_session(session, parameters, options.method, progress);
-  fs::path written = options.out;
+  const bool laser = options.method.starts_with("laser");
+  fs::path written = options.out, stripe = stripe_file(session, options.method);
   if (options.out.empty()) {
     write_clouds(session, reconstruction);
     write_checksums(session.path);
     written = session.path / "clouds" / (options.method + ".ply");
   } else {
     write_cloud(options.out, reconstruction.cloud);
+    if (laser) {
+      stripe = fs::path(options.out).replace_filename(options.out.stem().string() + "_stripe.csv");
+      write_stripe_csv(stripe, reconstruction.rows, reconstruction.orientation);
+    }
   }
   progress.finish_line();
   if (options.json) {
@@ -55,8 +64,7 @@ int reconstruct(const ReconstructOptions& options) {
                                {"frame", reconstruction.cloud.frame}, {"cloud", written.string()},
                                {"rejected", reconstruction.rejected}, {"rejected_by_reason", reconstruction.rejections},
                                {"seconds", reconstruction.seconds},   {"warnings", session.warnings}};
-    if (options.out.empty() && options.method.starts_with("laser"))
-      out["stripe"] = stripe_file(session, options.method).string();
+    if (laser) out["stripe"] = stripe.string();
     if (!reconstruction.reason.empty()) out["reason"] = reconstruction.reason;
     print_json(out);
   } else {

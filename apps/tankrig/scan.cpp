@@ -2,8 +2,8 @@
 #include "rig/executive/scan.hpp"
 
 #include <chrono>
+#include <cmath>
 #include <cstdio>
-#include <ctime>
 #include <nlohmann/json.hpp>
 
 #include "apps/tankrig/backend.hpp"
@@ -37,10 +37,10 @@ class SessionSink final : public ScanSink {
   SessionWriter& writer_;
 };
 
+/// sessions/RIG-20170503T091244Z, numbered if there is one already.
 fs::path default_session(const std::string& rig) {
-  const std::time_t now = std::time(nullptr);
-  char stamp[32];
-  std::strftime(stamp, sizeof stamp, "%Y%m%dT%H%M%SZ", std::gmtime(&now));
+  std::string stamp = utc_now();
+  std::erase_if(stamp, [](char c) { return c == '-' || c == ':'; });
   const fs::path base = fs::path("sessions") / (rig + "-" + stamp);
   fs::path path = base;
   for (int n = 2; fs::exists(path); ++n) path = base.string() + "-" + std::to_string(n);
@@ -60,8 +60,7 @@ void check_lux(const std::string& lux) {
     throw InputError("--lux: found '" + lux + "', expected auto or a number of at least 0");
 }
 
-double read_lux(const ScanOptions& options, Backend& backend) {
-  if (options.lux != "auto") return std::stod(options.lux);
+double read_lux(Backend& backend) {
   const auto reading = backend.lux_meter().read(std::chrono::seconds(2));
   if (!reading)
     throw InputError(std::string("lux meter: ") + reading.error().where + ": " + to_string(reading.error().code) +
@@ -84,11 +83,16 @@ SessionInfo session_info_of(const ScanOptions& options, const RigConfig& rig, co
   return info;
 }
 
-/// Moves the arm and records the session.  Errors: what the disk refuses; laser and arm are safe by then.
+/// Moves the arm and records the session. `left`: how laser and arm were left; nothing if they were not touched.
+/// Errors: what the disk refuses.
 ScanResult record(const ScanOptions& options, const RigConfig& rig, const ScanPlan& plan, Backend& backend,
-                  const fs::path& path, Progress& progress) {
+                  const fs::path& path, Progress& progress, std::optional<OutputsLeft>& left) {
   SessionInfo info = session_info_of(options, rig, backend, path);
-  if (rig.read_lux) info.lux_before = read_lux(options, backend);
+  const bool meter = options.lux == "auto" && rig.read_lux;
+  if (meter || options.lux != "auto") {
+    info.lux_source = meter ? "meter" : "hand";
+    info.lux_before = meter ? read_lux(backend) : std::stod(options.lux);
+  }
   SessionWriterOptions writer_options;
   writer_options.wait_when_full = backend.world() != nullptr;
   SessionWriter writer(path, std::move(info), writer_options);
@@ -108,22 +112,36 @@ ScanResult record(const ScanOptions& options, const RigConfig& rig, const ScanPl
               cameras,
               sink,
               StopOnSignal::requested(),
+              [&] { return backend.interlock_closed(); },
               [&](const ScanProgress& p) { progress.update("scan: " + p.segment, p.fraction); }};
-  const ScanResult result = run_scan(job);
-  if (rig.read_lux) writer.info().lux_after = read_lux(options, backend);
+  ScanResult result;
+  try {
+    result = run_scan(job);
+  } catch (...) {
+    left = job.left;
+    throw;
+  }
+  left = result.left;
+  if (meter) try {
+      writer.info().lux_after = read_lux(backend);
+    } catch (const InputError& e) {
+      progress.warn(e.what());
+      writer.event(backend.clock().now(), "fault", e.what());
+    }
   writer.info().simulated_s = result.simulated_s;
   writer.info().counts.insert(result.counts.begin(), result.counts.end());
   writer.close(result.status);
   return result;
 }
 
-int stopped(const fs::path& path, const std::string& why, Progress& progress) {
+int stopped(const fs::path& path, const std::string& why, const std::optional<OutputsLeft>& left, Progress& progress) {
   try {
     write_checksums(path);
   } catch (const InputError& e) {
     progress.warn(e.what());
   }
-  progress.warn("scan " + why + "; laser off, arm at rest, session kept in " + path.string());
+  progress.warn("scan " + why + "; " + (left ? to_string(*left) : "laser and arm were not touched") +
+                ", session kept in " + path.string());
   return kPartial;
 }
 
@@ -149,15 +167,17 @@ int scan(const ScanOptions& options) {
 
   const fs::path path = options.out.empty() ? default_session(rig.name) : options.out;
   if (fs::exists(path)) throw InputError(path, "exists already, expected a new session directory");
+  check_laser_ready(rig.scan, backend->laser(), backend->interlock_closed());
   const StopOnSignal stop_on_signal;
   ScanResult result;
+  std::optional<OutputsLeft> left;
   try {
-    result = record(options, rig, plan, *backend, path, progress);
+    result = record(options, rig, plan, *backend, path, progress, left);
   } catch (const InputError& e) {
-    if (!fs::exists(path / "session.yaml")) throw;
-    return stopped(path, std::string("stopped: ") + e.what(), progress);
+    if (!left && !fs::exists(path / "session.yaml")) throw;
+    return stopped(path, std::string("stopped: ") + e.what(), left, progress);
   }
-  if (!result.complete()) return stopped(path, result.status, progress);
+  if (!result.complete()) return stopped(path, result.status, left, progress);
 
   const Session session = Session::open(path);
   const ObjectSurface object = object_of(session, parameters.thresholds);

@@ -9,6 +9,11 @@ namespace fs = std::filesystem;
 namespace tankrig::app {
 namespace {
 
+bool has_cameras(const Session& session, const std::string& method) {
+  if (method.starts_with("laser")) return session.find_camera(CameraRole::kMono);
+  return session.find_camera(CameraRole::kLeft) && session.find_camera(CameraRole::kRight);
+}
+
 std::vector<LaserPass> laser_passes(const Session& session, const SessionCamera& camera, const Transform& oMb) {
   const SessionCalibration& c = session.info.calibration;
   std::vector<LaserPass> passes;
@@ -72,8 +77,7 @@ std::vector<Score> reconstruct_and_score(const Session& session, const Reconstru
   fs::create_directories(session.path / "results");
   for (const std::string& method : kMethods) {
     if (stop) break;
-    const bool laser = method.starts_with("laser");
-    if (laser ? !session.find_camera(CameraRole::kMono) : !session.find_camera(CameraRole::kLeft)) continue;
+    if (!has_cameras(session, method)) continue;
     Reconstruction reconstruction = reconstruct_session(session, parameters, method, progress);
     write_clouds(session, reconstruction);
     scores.push_back(score_of(session, parameters.thresholds, object, std::move(reconstruction)));

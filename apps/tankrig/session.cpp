@@ -16,7 +16,7 @@ int import_session(const ImportOptions& options) {
   ImportRequest request;
   request.images = options.images;
   request.camera = read_camera_file(options.camera);
-  if (!options.plane.empty()) request.plane = parse_plane(options.plane);
+  if (!options.plane.empty()) request.plane = parse_laser_plane(options.plane);
   if (!options.planes.empty()) request.planes = read_planes_csv(options.planes);
   if (!options.dark.empty()) request.dark = options.dark;
   request.out = options.out;

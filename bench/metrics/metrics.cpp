@@ -116,12 +116,12 @@ Metrics evaluate(const PointCloud& cloud, const ObjectSurface& object, const Met
   m.thresholds = complete(thresholds, object.mesh(), ceiling);
   m.surface_area = object.mesh().area();
   m.samples = object.samples().size();
-  m.points = cloud.points.size();
-  m.verdicts.assign(m.points, PointVerdict::kRejected);
+  m.points = cloud.points.size() + cloud.invalid;
+  m.verdicts.assign(cloud.points.size(), PointVerdict::kRejected);
 
   std::vector<Vector3d> finite;
   std::vector<std::size_t> origin;
-  for (std::size_t i = 0; i < m.points; ++i) {
+  for (std::size_t i = 0; i < cloud.points.size(); ++i) {
     if (!cloud.points[i].p.allFinite()) continue;
     finite.push_back(cloud.points[i].p);
     origin.push_back(i);

@@ -74,11 +74,11 @@ struct ErrorFigures {
 };
 
 struct Metrics {
-  std::size_t points = 0;
+  std::size_t points = 0;  ///< with those left out when the cloud was read
   std::size_t ground_points = 0;
   std::size_t object_points = 0;
   std::size_t outlier_count = 0;
-  std::size_t invalid_points = 0;     ///< not finite
+  std::size_t invalid_points = 0;     ///< not finite, in the cloud or left out when it was read
   std::optional<double> outliers;     ///< share of the points that are finite and not ground; none if there are none
   std::optional<double> rejected;     ///< share of all points that carry no error figure; none for an empty cloud
   std::optional<ErrorFigures> error;  ///< none without object points: never a perfect score
@@ -88,7 +88,7 @@ struct Metrics {
   double surface_area = 0;             ///< [m2]
   std::size_t samples = 0;             ///< patches coverage was counted on
   MetricThresholds thresholds;         ///< as used, `ground` filled in
-  std::vector<PointVerdict> verdicts;  ///< one per point of the cloud
+  std::vector<PointVerdict> verdicts;  ///< one per point present in the cloud
 
   const Coverage& headline() const;
 };

@@ -1,6 +1,7 @@
 // A reconstructed point cloud with the provenance of every point.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -21,6 +22,7 @@ struct CloudPoint {
 struct PointCloud {
   std::string frame = "c";      ///< letter of core/frames.hpp
   std::vector<CloudPoint> points;
+  std::size_t invalid = 0;      ///< points of the file left out because a coordinate was not finite
 };
 
 /// The cloud, given in b, expressed in a; `frame` is a's letter.

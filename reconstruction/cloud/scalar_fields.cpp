@@ -114,7 +114,10 @@ void PointCollector::set(Target target, Scalar type, double value) {
 }
 
 void PointCollector::end() {
-  if (point_.p.allFinite()) cloud_.points.push_back(point_);
+  if (point_.p.allFinite())
+    cloud_.points.push_back(point_);
+  else
+    ++cloud_.invalid;
 }
 
 std::optional<std::string_view> TokenReader::next() {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "reconstruction/stripe/plateau_fit.hpp"
 #include "reconstruction/stripe/profile_fit.hpp"
 #include "reconstruction/stripe/ridge_filter.hpp"
 
@@ -79,7 +80,8 @@ struct LevelResult {
 std::size_t sample_step(const std::vector<float>& values) { return std::max<std::size_t>(1, values.size() / 80); }
 
 /// Covariance of the responses, the largest twentieth of each channel pulled in: texture counts, the stripe hardly.
-Eigen::Matrix3d robust_covariance(const std::vector<Profile>& responses, int channels) {
+/// A `wide` stripe fills more than a twentieth: everything beyond noise is pulled in.
+Eigen::Matrix3d robust_covariance(const std::vector<Profile>& responses, int channels, bool wide) {
   const std::size_t step = sample_step(responses[0][0]);
   Eigen::Vector3d limit = Eigen::Vector3d::Zero();
   for (int c = 0; c < channels; ++c) {
@@ -89,7 +91,7 @@ Eigen::Matrix3d robust_covariance(const std::vector<Profile>& responses, int cha
     const double sd = std::max(robust_sd(sample), kQuantisation);
     const auto high = sample.begin() + static_cast<std::ptrdiff_t>(sample.size() * 19 / 20);
     std::nth_element(sample.begin(), high, sample.end());
-    limit[c] = std::max<double>(*high, 2 * sd);
+    limit[c] = wide ? 2 * sd : std::max<double>(*high, 2 * sd);
   }
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
   double n = 0;
@@ -126,13 +128,13 @@ Eigen::Vector3d agreed_colour(const std::vector<Eigen::Vector3d>& colours, const
   return agreed;
 }
 
-LevelResult measure_level(const std::vector<Profile>& profiles, int channels) {
+LevelResult measure_level(const std::vector<Profile>& profiles, int channels, bool wide) {
   const std::vector<float> kernel = ridge_kernel(kFilterSigma);
   std::vector<Profile> responses(profiles.size());
   for (std::size_t i = 0; i < profiles.size(); ++i)
     for (int c = 0; c < channels; ++c) responses[i][c] = filter(profiles[i][c], kernel);
   LevelResult level;
-  const Eigen::Matrix3d inverse = robust_covariance(responses, channels).inverse();
+  const Eigen::Matrix3d inverse = robust_covariance(responses, channels, wide).inverse();
   // Distance from noise and texture in their own units: squared norm of the whitened response.
   const Eigen::Matrix3f whitening = inverse.llt().matrixU().toDenseMatrix().cast<float>();
   std::vector<Eigen::Vector3d> colours;
@@ -168,6 +170,25 @@ LevelResult measure_level(const std::vector<Profile>& profiles, int channels) {
     level.score += std::min(snr, 40.0) / static_cast<double>(responses.size());
   }
   return level;
+}
+
+/// Typical width of the clipped plateau at the peaks of the clearest columns [px], 0 if most have none.
+int plateau_width(const cv::Mat& image, const std::vector<int>& columns, const LevelResult& level) {
+  constexpr int kReach = 3;
+  const int channels = image.channels();
+  std::vector<double> snr = level.snr;
+  std::sort(snr.begin(), snr.end(), std::greater<>());
+  std::vector<double> widths;
+  std::vector<std::uint8_t> clipped(image.rows);
+  for (std::size_t i = 0; i < columns.size(); ++i) {
+    if (level.snr[i] < snr[snr.size() / 3]) continue;
+    for (int y = 0; y < image.rows; ++y) {
+      const std::uint8_t* pixel = image.ptr<std::uint8_t>(y) + static_cast<std::ptrdiff_t>(columns[i]) * channels;
+      clipped[y] = *std::max_element(pixel, pixel + channels) == 255;
+    }
+    widths.push_back(plateau_at(clipped, level.peak_row[i], kReach).width());
+  }
+  return static_cast<int>(component_median(widths));
 }
 
 /// Robust sd of a pixel's weighted value, as far as a filter across the stripe sees it.
@@ -235,20 +256,26 @@ StripeAppearance measure_appearance(const cv::Mat& image, const cv::Mat& backgro
   const std::vector<Profile> profiles = sample_columns(image, background, columns);
   std::vector<Profile> binned = profiles;
   LevelResult best;
-  int binning = 1;
+  int binning = 1, plateau = 0;
+  double score = 0;
   for (int k = 0; k < kLevels; ++k) {
     if (k > 0)
       for (Profile& profile : binned)
         for (int c = 0; c < channels; ++c) bin_by_two(profile[c]);
     if (k > 0 && binned[0][0].size() < 16) break;
-    LevelResult level = measure_level(binned, channels);
-    if (k == 0 || level.score > best.score) {
+    LevelResult level = measure_level(binned, channels, plateau >= kWidePlateau);
+    if (k == 0) plateau = plateau_width(image, columns, level);
+    if (k == 0 && plateau >= kWidePlateau) level = measure_level(binned, channels, true);
+    score = std::max(score, level.score);
+    // A filter much narrower than a plateau answers to its two edges, and has no peak between them.
+    const bool too_narrow = k > 0 && kFilterSigma * (1 << (k - 1)) * 3 < plateau;
+    if (k == 0 || too_narrow || level.score > best.score) {
       best = std::move(level);
       binning = 1 << k;
     }
   }
   StripeAppearance appearance;
-  appearance.score = best.score;
+  appearance.score = score;
   const Eigen::Vector3d positive = best.colour.cwiseMax(0.0);
   // Without a dark image the scene's own steps shift a profile in the stripe's colour less if texture is weighted out.
   Eigen::Vector3d profile = background.empty() ? best.weights : positive;

@@ -8,6 +8,7 @@
 
 #include "core/input_error.hpp"
 #include "reconstruction/stripe/appearance.hpp"
+#include "reconstruction/stripe/plateau_fit.hpp"
 #include "reconstruction/stripe/profile_fit.hpp"
 #include "reconstruction/stripe/ridge_filter.hpp"
 #include "reconstruction/stripe/stripe_path.hpp"
@@ -192,10 +193,52 @@ class ColumnDetector {
 
   ProfileFit fit_point(const PathPoint& point) {
     const Section section = cut(point);
-    // A clipped core carries no speckle, and its flanks no more than their share.
-    ProfileFit fit = fit_values(point.candidate.row - section.first_row, section.clipped ? 0 : contrast_);
+    const double start = point.candidate.row - section.first_row;
+    ProfileFit fit;
+    if (section.clipped && mark_clipped(point.column, section.first_row, false, start) >= kWidePlateau) {
+      fit = fit_clipped(point.column, section.first_row, start);
+    } else {
+      // A clipped core carries no speckle, and its flanks no more than their share.
+      fit = fit_values(start, section.clipped ? 0 : contrast_);
+    }
     fit.position += section.first_row;
     return fit;
+  }
+
+  /// Flags the section's values of which a channel with the stripe's light is clipped, and finds the plateau they form
+  /// at `start`; returns its width. `replace`: the values become those of the channels that count, all as lower
+  /// bounds, and a channel clipped at the section's ends, as the scene itself is, does not count.
+  int mark_clipped(int column, int first_row, bool replace, double start) {
+    const int channels = image_.channels(), n = static_cast<int>(values_.size());
+    const auto pixel = [&](const cv::Mat& image, int i) {
+      return image.ptr<std::uint8_t>(first_row + i) + static_cast<std::ptrdiff_t>(column) * channels;
+    };
+    std::array<bool, 3> counts{};
+    for (int c = 0; c < channels; ++c)
+      counts[c] =
+          appearance_.profile[c] > 0 && !(replace && (pixel(image_, 0)[c] == 255 || pixel(image_, n - 1)[c] == 255));
+    clipped_.assign(n, 0);
+    for (int i = 0; i < n; ++i) {
+      const std::uint8_t* in = pixel(image_, i);
+      float value = 0;
+      for (int c = 0; c < channels; ++c) {
+        if (!counts[c]) continue;
+        clipped_[i] |= in[c] == 255;
+        value +=
+            appearance_.profile[c] * static_cast<float>(in[c] - (background_.empty() ? 0 : pixel(background_, i)[c]));
+      }
+      if (replace) values_[i] = value;
+    }
+    plateau_ = plateau_at(clipped_, static_cast<int>(std::lround(start)), fitter_.half_window() / 2);
+    return plateau_.width();
+  }
+
+  ProfileFit fit_clipped(int column, int first_row, double start) {
+    mark_clipped(column, first_row, true, start);
+    constexpr double kFullWidthOfSd = 2.3548;
+    PlateauFit fit = fit_plateau(values_, clipped_, plateau_, appearance_.noise, background_.empty());
+    fit.profile.width_ratio = std::min(fit.sd_px, fit.half_height_px / kFullWidthOfSd) / appearance_.sd_px;
+    return fit.profile;
   }
 
   /// Speckle's contrast, at which the residuals of some clear sections are as large as the noise lets expect.
@@ -251,6 +294,8 @@ class ColumnDetector {
   ProfileFitter fitter_;
   double contrast_ = 0;  ///< of speckle
   std::vector<float> values_;
+  std::vector<std::uint8_t> clipped_;  ///< flags of `values_`
+  Plateau plateau_;                    ///< in `values_`
   StripeDetection detection_;
 };
 

@@ -6,7 +6,8 @@
 //  3. matched filter across the stripe (negated second derivative of a Gauss), noise by MAD, candidates by SNR
 //  4. path of most evidence through the candidates of all columns (dynamic programming), which pays for jumps
 //  5. sub-pixel: least squares of a Gaussian profile on its background, weighted with the noise of each pixel: the
-//  image's own, and speckle's, which is in proportion to the light; its contrast is measured in the image
+//  image's own, and speckle's, which is in proportion to the light; its contrast is measured in the image. A clipped
+//  plateau: both of its flanks at once, what is clipped being a lower bound
 //  6. points that are wide, lopsided, beside a jump, in the blur beyond an edge, alone, of another colour or doubled by
 //  a reflection are rejected and counted
 //  7. sigma from noise and residuals, then calibrated by how the points scatter along the stripe

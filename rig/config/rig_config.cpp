@@ -6,6 +6,7 @@
 #include <set>
 
 #include "core/input_error.hpp"
+#include "core/shown_text.hpp"
 #include "rig/config/scan_section.hpp"
 #include "rig/session/model_yaml.hpp"
 
@@ -45,7 +46,7 @@ RigCamera read_camera(const ConfigNode& node) {
   camera.name = node.text("name");
   if (camera.name.empty() || camera.name.find_first_of("/\\,\"\n ") != std::string::npos ||
       camera.name.starts_with('.'))
-    node.fail("name", "found '" + camera.name + "', expected a name that can be a folder's, without blanks or commas");
+    node.fail("name", "found '" + shown_text(camera.name) + "', expected a name that can be a folder's, without blanks or commas");
   const std::string role = node.choice("role", {"mono", "left", "right"});
   camera.role = role == "mono" ? CameraRole::kMono : role == "left" ? CameraRole::kLeft : CameraRole::kRight;
   camera.model = read_camera_model(node.child("model"));
@@ -64,7 +65,7 @@ void read_cameras(const ConfigNode& root, RigConfig& rig) {
     rig.cameras.push_back(read_camera(node));
     const RigCamera& camera = rig.cameras.back();
     if (!names.insert(camera.name).second)
-      node.fail("name", "found '" + camera.name + "' for the second time, expected another name");
+      node.fail("name", "found '" + shown_text(camera.name) + "' for the second time, expected another name");
     if (!roles.insert(camera.role).second)
       node.fail("role",
                 std::string("found '") + to_string(camera.role) + "' for the second time, expected one camera a role");
@@ -122,12 +123,12 @@ void read_presets(const ConfigNode& root, const std::string& wanted, RigConfig& 
     const ConfigNode node = presets->child(name);
     read_scan_section(node, false, scan, read_lux);
     check_scan_section(node, scan, rig.arm);
-    known += (known.empty() ? "" : ", ") + name;
+    known += (known.empty() ? "" : ", ") + shown_text(name);
     if (name == wanted) chosen = scan, rig.read_lux = read_lux, found = true;
   }
   if (presets) presets->finish();
   if (!found)
-    throw InputError(rig.file, "presets: found no '" + wanted + "', expected " +
+    throw InputError(rig.file, "presets: found no '" + shown_text(wanted) + "', expected " +
                                    (known.empty() ? "none: the file has no presets" : "one of: " + known));
   rig.scan = chosen;
 }
@@ -165,7 +166,7 @@ RigConfig load_rig(const std::filesystem::path& file, const std::string& preset)
   rig.description = root.text_or("description", "");
   rig.backend = root.text("backend");
   if (rig.backend != "mock")
-    root.fail("backend", "found '" + rig.backend +
+    root.fail("backend", "found '" + shown_text(rig.backend) +
                              "', expected mock (devices on wires and real devices are not supported by this version)");
   rig.scene = root.path("scene");
   read_arm(root.child("arm"), rig);

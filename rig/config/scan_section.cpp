@@ -1,5 +1,8 @@
 #include "rig/config/scan_section.hpp"
 
+#include <cmath>
+#include <cstdio>
+
 #include "rig/session/model_yaml.hpp"
 #include "rig/session/text_files.hpp"
 
@@ -25,7 +28,26 @@ constexpr ConfigNode::Range kAngle{-7, 7}, kVelocity{0.001, 2}, kAcceleration{0.
     kTimeout{0.001, 60};
 
 std::string real(double value) { return exact_text(value); }
+std::string rounded(double value) {
+  char buffer[32];
+  return {buffer, static_cast<std::size_t>(std::snprintf(buffer, sizeof buffer, "%.4g", value))};
+}
+
 std::string yes_no(bool value) { return value ? "true" : "false"; }
+
+/// What the sweep's speed must keep to: the arm's slowest even motion, and the camera's rate.
+void check_sweep_velocity(const ConfigNode& sweep, const ScanSettings& scan) {
+  if (scan.sweep_velocity < scan.dead_zone[kElbow])
+    sweep.fail("velocity_rad_s", "found '" + real(scan.sweep_velocity) + "', expected at least " +
+                                     real(scan.dead_zone[kElbow]) + ": below it the arm sticks");
+  const double duration = std::abs(scan.sweep_to - scan.sweep_from) / scan.sweep_velocity;
+  if (duration < 2 * scan.frame_period)
+    sweep.fail("velocity_rad_s", "found '" + real(scan.sweep_velocity) + "', a sweep of " + rounded(duration) +
+                                     " s, expected at least two frame periods of " + rounded(scan.frame_period) + " s");
+}
+
+/// Cycles within the feedback timeout: with fewer, a late answer of the arm could not be told from silence.
+constexpr double kCyclesPerTimeout = 4;
 
 }  // namespace
 
@@ -57,6 +79,12 @@ void read_scan_section(const ConfigNode& node, bool complete, ScanSettings& scan
   if (const auto child = node.optional_child("control")) {
     const Section control{*child, complete};
     control.number("position_gain_per_s", scan.position_gain, {0, 100});
+    control.number("feed_forward_lead_s", scan.feed_forward_lead, {0, 1});
+    if (child->has("dead_zone_rad_s")) {
+      scan.dead_zone = read_joints(*child, "dead_zone_rad_s");
+      if (scan.dead_zone.minCoeff() < 0 || scan.dead_zone.maxCoeff() > 2)
+        child->fail("dead_zone_rad_s", "found " + yaml_of(scan.dead_zone) + ", expected five speeds from 0 to 2");
+    }
     control.number("following_error_limit_rad", scan.following_error_limit, {0.0001, 1});
     control.number("feedback_timeout_s", scan.feedback_timeout, kTimeout);
     control.number("heartbeat_timeout_s", scan.heartbeat_timeout, kTimeout);
@@ -81,7 +109,14 @@ void check_scan_section(const ConfigNode& node, const ScanSettings& scan, const 
     check(*sweep, "to_rad", kElbow, scan.sweep_to);
     if (scan.sweep_from == scan.sweep_to)
       sweep->fail("to_rad", "found the same angle as from_rad, expected another one");
+    check_sweep_velocity(*sweep, scan);
+  } else {
+    check_sweep_velocity(node, scan);
   }
+  const double slowest_hz = kCyclesPerTimeout / scan.feedback_timeout;
+  if (scan.cycle_hz < slowest_hz * (1 - 1e-9))
+    node.fail("cycle_hz", "found '" + real(scan.cycle_hz) + "', expected at least " + rounded(slowest_hz) +
+                              ", four cycles in control.feedback_timeout_s");
   if (scan.laser_pairs && !scan.laser_switches_per_frame)
     node.fail("laser_pairs", "found true, expected false unless laser.switches_per_frame is true");
 }
@@ -97,6 +132,7 @@ std::string scan_section_yaml(const ScanSettings& s, bool read_lux) {
          "\n  dark_frames: " + std::to_string(s.dark_frames) + "\n  camera_lead_s: " + real(s.camera_lead) +
          "\n  laser_pairs: " + yes_no(s.laser_pairs) + "\n  cycle_hz: " + real(s.cycle_hz) +
          "\n  control:\n    position_gain_per_s: " + real(s.position_gain) +
+         "\n    feed_forward_lead_s: " + real(s.feed_forward_lead) + "\n    dead_zone_rad_s: " + yaml_of(s.dead_zone) +
          "\n    following_error_limit_rad: " + real(s.following_error_limit) +
          "\n    feedback_timeout_s: " + real(s.feedback_timeout) +
          "\n    heartbeat_timeout_s: " + real(s.heartbeat_timeout) + "\n    max_joint_gap_s: " + real(s.max_joint_gap) +

@@ -7,8 +7,8 @@
 
 namespace tankrig {
 
-/// Grid points start + n * period. A cycle that ends after its successor's point drops the points it ran over.  RT:
-/// safe.
+/// Grid points start + n * period. A cycle that ends after its successor's point drops the points it ran over.
+/// RT: safe.
 class CycleGrid {
  public:
   CycleGrid(Stamp start, Duration period) : next_(start), period_(period) {}

@@ -19,7 +19,7 @@ enum class Fault : std::uint8_t {
   kArmRead,         ///< the arm's driver reports a failure to read
   kArmSilent,       ///< no joint state within feedback_timeout
   kArmWrite,        ///< the arm's driver refuses a set-point
-  kLaser,           ///< the laser's driver reports a failure
+  kLaser,           ///< the laser's driver reports a failure, or its state is not what was commanded
   kFollowingError,  ///< a joint is further from its plan than following_error_limit
   kHeartbeat,       ///< the supervising loop was not heard of within heartbeat_timeout
   kInterlock,       ///< the laser's interlock opened while armed
@@ -38,6 +38,8 @@ struct CycleRecord {
   int joint = -1;              ///< of a following error
   double following_error = 0;  ///< largest over the joints, at the newest joint sample [rad]
   bool laser_commanded = false;
+  bool laser_known = false;  ///< its state could be read in this cycle: what follows is the device's word
+  bool laser_powered = false;
   bool laser_emitting = false;
   Stamp laser_since{};      ///< LaserState::since
   bool has_joints = false;  ///< `joints` is new in this cycle
@@ -45,6 +47,8 @@ struct CycleRecord {
   JointVector planned = JointVector::Zero();  ///< position set-point
   JointVector desired = JointVector::Zero();  ///< velocity asked for
   JointVector applied = JointVector::Zero();  ///< velocity the driver says it applies
+  Status laser_off{};                         ///< of this cycle's attempt to make safe, where there was one
+  Status arm_stop{};                          ///< likewise
 };
 
 }  // namespace tankrig

@@ -12,7 +12,7 @@ Executive::Executive(const ScanPlan& plan, const ScanSettings& settings, Arm& ar
 void Executive::step(Stamp now) noexcept {
   CycleRecord record;
   record.stamp = now;
-  if (cycle_ == 0) last_news_ = now;
+  if (cycle_ == 0) last_news_ = last_step_ = now;
   record.cycle = cycle_++;
 
   const std::int64_t zero = plan_zero_ns_.load(std::memory_order_acquire);
@@ -35,6 +35,7 @@ void Executive::step(Stamp now) noexcept {
   record.error = error_;
   record.joint = fault_joint_;
   record.laser_commanded = laser_on_;
+  last_step_ = now;
   if (!ring_.try_push(record)) dropped_.fetch_add(1, std::memory_order_relaxed);
 }
 
@@ -56,8 +57,29 @@ void Executive::read_laser(CycleRecord& record) noexcept {
     raise(Fault::kLaser, laser.error());
     return;
   }
+  record.laser_known = true;
+  record.laser_powered = laser.value().powered;
   record.laser_emitting = laser.value().emitting;
   record.laser_since = laser.value().since;
+  check_laser(record);
+}
+
+/// Adds up over short phases too: a laser that switches with every frame is never long in one of them.
+void Executive::check_laser(const CycleRecord& record) noexcept {
+  const Duration passed = record.stamp - last_step_;
+  const bool lit = record.laser_powered || record.laser_emitting;
+  if (!lit)
+    laser_stray_ = Duration{0};
+  else if (!laser_on_)
+    laser_stray_ += passed;
+  if (record.laser_emitting)
+    laser_dark_ = Duration{0};
+  else if (laser_on_)
+    laser_dark_ += passed;
+  if (seconds(laser_stray_) > settings_.laser_off_allowance)
+    raise(Fault::kLaser, {ErrorCode::kTimeout, 0, record.stamp, "laser: on though not commanded"});
+  if (laser_dark_ > laser_.warm_up() + from_seconds(settings_.laser_on_margin))
+    raise(Fault::kLaser, {ErrorCode::kTimeout, 0, record.stamp, "laser: dark after its warm-up"});
 }
 
 void Executive::check_silence(const CycleRecord& record) noexcept {
@@ -124,7 +146,7 @@ JointVector Executive::follow(const CycleRecord& record, const Segment& segment)
 
 void Executive::act(CycleRecord& record, const InterlockOutputs& allowed) noexcept {
   if (!allowed.motion) state_ = ExecutiveState::kFault;
-  if (state_ == ExecutiveState::kFault || state_ == ExecutiveState::kStopped) {
+  if (state_ != ExecutiveState::kWaiting && state_ != ExecutiveState::kRunning) {
     make_safe(record);
     return;
   }
@@ -150,12 +172,19 @@ void Executive::switch_laser(bool on, CycleRecord& record) noexcept {
     raise(Fault::kLaser, {done.error().code, done.error().os_errno, record.stamp, done.error().where});
 }
 
-/// Laser off first, then the arm; again in every cycle, because the first command may have been lost.
+/// Laser off first, then the arm; again in every cycle, because a command may fail or be lost.
 void Executive::make_safe(CycleRecord& record) noexcept {
-  laser_on_ = !laser_.set(false).ok() && laser_on_;
-  const bool stopped = arm_.stop().ok();
+  record.laser_off = laser_.set(false);
+  record.arm_stop = arm_.stop();
   record.desired.setZero();
-  if (stopped) record.applied.setZero();
+  if (record.laser_off.ok())
+    laser_on_ = false;
+  else
+    raise(Fault::kLaser, record.laser_off.error());
+  if (record.arm_stop.ok())
+    record.applied.setZero();
+  else
+    raise(Fault::kArmWrite, record.arm_stop.error());
 }
 
 /// The first fault is the one that is told.

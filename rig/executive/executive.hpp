@@ -15,8 +15,8 @@
 namespace tankrig {
 
 /// Owns arm and laser while it lives; everybody else talks to it through its switches and its ring.
-/// Threads: step() in the cycle's thread, everything else in one other.  RT: step is safe: it never allocates, blocks
-/// or throws.
+/// Threads: step() in the cycle's thread, everything else in one other.
+/// RT: step is safe: it never allocates, blocks or throws.
 class Executive {
  public:
   /// `ring_capacity` cycle records may wait to be read.
@@ -29,10 +29,11 @@ class Executive {
   /// The plan's time 0; it must lie in the future. Until then the arm rests.
   void start(Stamp plan_zero) noexcept { plan_zero_ns_.store(plan_zero.ns, std::memory_order_release); }
 
-  // Switches of the safety step.
+  // Switches of the safety step; all off until they are set.
   void set_armed(bool on) noexcept { armed_.store(on, std::memory_order_relaxed); }
   void set_interlock(bool closed) noexcept { interlock_.store(closed, std::memory_order_relaxed); }
-  void heartbeat(Stamp now) noexcept { heartbeat_ns_.store(now.ns, std::memory_order_relaxed); }
+  /// Whoever supervises the cycle was well at `when`.
+  void heartbeat(Stamp when) noexcept { heartbeat_ns_.store(when.ns, std::memory_order_relaxed); }
   /// Laser off, then arm stopped, in the next cycle; for good.
   void request_stop() noexcept { stop_.store(true, std::memory_order_relaxed); }
 
@@ -45,6 +46,7 @@ class Executive {
 
   void read_joints(CycleRecord& record) noexcept;
   void read_laser(CycleRecord& record) noexcept;
+  void check_laser(const CycleRecord& record) noexcept;
   void check_following(CycleRecord& record) noexcept;
   void check_silence(const CycleRecord& record) noexcept;
   InterlockOutputs decide(const CycleRecord& record) noexcept;
@@ -63,7 +65,7 @@ class Executive {
 
   std::atomic<std::int64_t> plan_zero_ns_{kNotStarted};
   std::atomic<std::int64_t> heartbeat_ns_{0};
-  std::atomic<bool> armed_{false}, interlock_{true}, stop_{false};
+  std::atomic<bool> armed_{false}, interlock_{false}, stop_{false};
   std::atomic<std::uint64_t> dropped_{0};
 
   // The cycle's own.
@@ -75,7 +77,9 @@ class Executive {
   InterlockState interlock_state_{};
   std::optional<JointState> joints_;  // newest
   Stamp last_news_{};
-  bool laser_on_ = false;
+  Stamp last_step_{};
+  bool laser_on_ = false;                  // last command the driver accepted
+  Duration laser_stray_{}, laser_dark_{};  // powered though not commanded, dark though commanded, for so long
 };
 
 }  // namespace tankrig

@@ -11,7 +11,7 @@
 namespace tankrig {
 namespace {
 
-constexpr double kSampling = 0.02;  // [s]; at 0.1 rad/s and 1.1 m reach the tool moves 2.2 mm between samples
+constexpr double kStep = 5e-3;  // farthest that any point of the arm moves between two samples [m]
 
 /// A capsule in b and what to call it.
 struct Body {
@@ -30,6 +30,25 @@ std::vector<Body> bodies_at(const ArmModel& arm, const JointVector& q, const Obs
                            {"forearm", {wrist, tip, o.link_radius}}};
   for (const Capsule& c : o.carried) bodies.push_back({"projector", {bMe * c.a, bMe * c.b, c.radius}});
   return bodies;
+}
+
+/// Farthest that a point of the arm's skin can be from each joint's axis, whatever the posture [m].
+JointVector reaches(const ArmModel& arm, const Obstacles& o) {
+  double beyond = o.tool_length + o.link_radius;
+  for (const Capsule& c : o.carried) beyond = std::max(beyond, std::max(c.a.norm(), c.b.norm()) + c.radius);
+  JointVector reach = JointVector::Zero();
+  for (int j = kJawRotate; j >= kSlew; --j) {
+    const DhLink& link = arm.dh[static_cast<std::size_t>(j)];
+    beyond += std::hypot(link.a, link.d);
+    reach[j] = beyond;
+  }
+  return reach;
+}
+
+/// Even, so that the middle of the motion, where it is fastest, is a sample.
+int steps_of(const JointMove& motion, const JointVector& reach) {
+  const JointVector fastest = motion.at(0.5 * motion.duration()).velocity.cwiseAbs();
+  return 2 * std::max(1, static_cast<int>(std::ceil(0.5 * motion.duration() * fastest.dot(reach) / kStep)));
 }
 
 struct Nearest {
@@ -112,8 +131,9 @@ MotionCheck check_motion(const ScanPlan& plan, const ArmModel& arm, const Obstac
                          const MotionLimits& limits) {
   MotionCheck result;
   result.min_clearance = std::numeric_limits<double>::infinity();
+  const JointVector reach = reaches(arm, obstacles);
   for (const Segment& segment : plan.segments()) {
-    const int steps = std::max(1, static_cast<int>(std::ceil(segment.motion.duration() / kSampling)));
+    const int steps = steps_of(segment.motion, reach);
     for (int i = 0; i <= steps; ++i) {
       const double t = segment.motion.duration() * i / steps;
       const MotionPoint p = segment.motion.at(t);

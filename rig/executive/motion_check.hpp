@@ -46,7 +46,7 @@ struct MotionCheck {
   double when = 0;           ///< plan time [s]
 };
 
-/// Samples the plan every 20 ms of its time.
+/// Samples the plan so closely that no point of the arm moves more than 5 mm between two samples.
 /// Errors: InputError naming joint, value and limit, or what is hit, the segment, its time and the clearance.
 MotionCheck check_motion(const ScanPlan& plan, const ArmModel& arm, const Obstacles& obstacles,
                          const MotionLimits& limits = {});

@@ -8,6 +8,7 @@
 #include "rig/executive/cycle_grid.hpp"
 #include "rig/executive/executive.hpp"
 #include "rig/executive/frame_joiner.hpp"
+#include "rig/executive/scan_log.hpp"
 
 namespace tankrig {
 namespace {
@@ -16,42 +17,22 @@ using namespace std::chrono_literals;
 
 constexpr std::size_t kJointSamples = 4096;  // kept for frames still to be joined
 constexpr Duration kFirstFrameTimeout = 3s;  // of the camera that sets the frame grid
-constexpr Duration kSafeGrace = 300ms;       // cycles recorded after a stop or a fault: the arm coming to rest
 constexpr Duration kProgressPeriod = 100ms;
+constexpr char kInterlockOpen[] = "laser interlock: found open, expected closed";
 
-/// However a scan is left: laser off, then arm stopped, then cameras.
-class OutputsSafe {
+/// However a scan is left, its cameras are stopped.
+class CamerasStopped {
  public:
-  explicit OutputsSafe(ScanJob& job) : job_(job) {}
-  OutputsSafe(const OutputsSafe&) = delete;
-  OutputsSafe& operator=(const OutputsSafe&) = delete;
-  ~OutputsSafe() {
-    (void)job_.laser.set(false);
-    (void)job_.arm.stop();
+  explicit CamerasStopped(ScanJob& job) : job_(job) {}
+  CamerasStopped(const CamerasStopped&) = delete;
+  CamerasStopped& operator=(const CamerasStopped&) = delete;
+  ~CamerasStopped() {
     for (ScanCamera& c : job_.cameras) c.camera->stop();
   }
 
  private:
   ScanJob& job_;
 };
-
-std::string describe(const Error& error) {
-  std::string text = std::string(error.where) + ": " + to_string(error.code);
-  if (error.os_errno != 0) text += " (errno " + std::to_string(error.os_errno) + ")";
-  return text;
-}
-
-std::string describe(const CycleRecord& record, const ScanPlan& plan) {
-  std::string text = to_string(record.fault);
-  if (record.fault == Fault::kFollowingError) {
-    char number[48];
-    std::snprintf(number, sizeof number, " of %.4f rad", record.following_error);
-    text += std::string(": joint ") + kJointNames[static_cast<std::size_t>(std::max(record.joint, 0))] + number;
-  } else if (record.error.where[0] != '\0') {
-    text += ": " + describe(record.error);
-  }
-  return text + " in \"" + plan.segments()[record.segment].name + "\"";
-}
 
 class ScanRun {
  public:
@@ -61,23 +42,30 @@ class ScanRun {
         grid_(begin_, from_seconds(1.0 / job.settings.cycle_hz)),
         executive_(job.plan, job.settings, job.arm, job.laser),
         joints_(kJointSamples, from_seconds(job.settings.max_joint_gap)),
-        joiner_(job.plan, job.settings, joints_, laser_, job.sink) {
+        joiner_(job.plan, job.settings, joints_, laser_, job.sink),
+        end_(job.settings),
+        log_(job.plan, job.sink) {
     for (const ScanCamera& c : job_.cameras)
       feeds_.push_back({c.camera, joiner_.add_camera(c.camera->info().name, c.record), c.record, false});
   }
 
   ScanResult run() {
-    start();
-    while (!finished()) {
-      cycle();
-      if (plan_zero_) schedule_cameras();
-      for (Feed& feed : feeds_)
-        if (feed.running) grab(feed);
-      joiner_.drain();
-      report_progress();
+    try {
+      start();
+      while (!end_.settled()) {
+        cycle();
+        supervise();
+      }
+      job_.left = end_.left();
+      joiner_.finish();
+      return result();
+    } catch (const std::exception& e) {
+      leave_safe(e.what());
+      throw;
+    } catch (...) {
+      leave_safe("unknown exception");
+      throw;
     }
-    joiner_.finish();
-    return result();
   }
 
  private:
@@ -96,12 +84,14 @@ class ScanRun {
   }
 
   void start() {
+    read_interlock();
     cycle();
     executive_.set_armed(true);
     if (Feed* feed = grid_camera())
       start_camera(*feed);
     else
       start_plan(job_.clock.now() + from_seconds(job_.settings.frame_period));
+    executive_.heartbeat(job_.clock.now());
   }
 
   /// One step of the executive at the grid's next point, and what it left in the ring.
@@ -109,7 +99,7 @@ class ScanRun {
     job_.clock.sleep_until(grid_.next());
     const Stamp now = job_.clock.now();
     if (job_.stop.load(std::memory_order_relaxed)) executive_.request_stop();
-    executive_.heartbeat(now);
+    round_began_ = now;
     executive_.step(now);
     grid_.advance(job_.clock.now());
     CycleRecord record;
@@ -117,38 +107,61 @@ class ScanRun {
     if (!plan_zero_ && now - begin_ > kFirstFrameTimeout) device_failed("camera: no frame to set the frame grid by");
   }
 
+  /// Everything beside the cycle: interlock, cameras, disk, screen. Its heartbeat is as old as the round that gave it,
+  /// so a camera or a disk that holds a round up for longer than heartbeat_timeout costs the beam in the next cycle.
+  /// Both take turns in one thread: while a round hangs, so does the cycle, and only the devices' own watchdogs act. A
+  /// supervisor in its own thread comes with the real drivers.
+  void supervise() {
+    read_interlock();
+    if (plan_zero_) schedule_cameras();
+    for (Feed& feed : feeds_)
+      if (feed.running) grab(feed);
+    joiner_.drain();
+    report_progress();
+    executive_.heartbeat(round_began_);
+  }
+
+  /// An open interlock ends the scan even where it opens before the executive is armed.
+  void read_interlock() {
+    const bool closed = job_.interlock_closed && job_.interlock_closed();
+    executive_.set_interlock(closed);
+    if (!closed) device_failed(kInterlockOpen);
+  }
+
+  /// The way out by an exception: the sink and the cameras are not asked again, the executive runs until all is safe.
+  void leave_safe(const char* why) noexcept {
+    executive_.request_stop();
+    while (!end_.settled()) {
+      job_.clock.sleep_until(grid_.next());
+      executive_.step(job_.clock.now());
+      grid_.advance(job_.clock.now());
+      CycleRecord record;
+      while (executive_.try_pop(record)) end_.add(record);
+    }
+    job_.left = end_.left();
+    try {
+      job_.sink.event(job_.clock.now(), job_.left.safe() ? "stop" : "fault", why + ("; " + to_string(job_.left)));
+    } catch (...) {  // the sink is most likely what failed
+    }
+  }
+
   void consume(const CycleRecord& record) {
+    end_.add(record);
     if (record.has_joints) {
       joints_.push(record.joints);
       job_.sink.joints(record.joints);
     }
     laser_.add(record);
-    tell_changes(record);
+    log_.add(record, failure_);
     max_following_error_ = std::max(max_following_error_, record.following_error);
     last_ = record;
-    const bool halted = record.state == ExecutiveState::kFault || record.state == ExecutiveState::kStopped;
-    if (halted && !halted_at_) halted_at_ = record.stamp;
-  }
-
-  void tell_changes(const CycleRecord& r) {
-    const bool running = r.state == ExecutiveState::kRunning;
-    if (running && (last_.state != r.state || last_.segment != r.segment))
-      job_.sink.event(r.stamp, "phase", job_.plan.segments()[r.segment].name);
-    if (r.laser_commanded != last_.laser_commanded) job_.sink.event(r.stamp, "laser", r.laser_commanded ? "on" : "off");
-    if (r.laser_emitting != last_.laser_emitting)
-      job_.sink.event(r.laser_since, "laser", r.laser_emitting ? "emitting" : "dark");
-    if (r.state == ExecutiveState::kFault && last_.state != r.state)
-      job_.sink.event(r.stamp, "fault", describe(r, job_.plan));
-    if (r.state == ExecutiveState::kStopped && last_.state != r.state)
-      job_.sink.event(r.stamp, "stop", failure_.empty() ? "asked for" : failure_);
-    if (r.state == ExecutiveState::kDone && last_.state != r.state) job_.sink.event(r.stamp, "phase", "done");
   }
 
   void schedule_cameras() {
     const Duration lead = from_seconds(job_.settings.camera_lead);
     const Stamp now = job_.clock.now();
     for (Feed& feed : feeds_) {
-      const bool wanted = !halted_at_ && joiner_.wanted(feed.number, now - lead, now + lead);
+      const bool wanted = !end_.ended() && joiner_.wanted(feed.number, now - lead, now + lead);
       if (wanted && !feed.running) start_camera(feed);
       if (!wanted && feed.running) {
         feed.camera->stop();
@@ -195,11 +208,6 @@ class ScanRun {
     executive_.request_stop();
   }
 
-  bool finished() const {
-    if (halted_at_) return last_.stamp - *halted_at_ >= kSafeGrace;
-    return last_.state == ExecutiveState::kDone;
-  }
-
   void report_progress() {
     if (!job_.progress || !plan_zero_ || last_.stamp < next_progress_) return;
     next_progress_ = last_.stamp + kProgressPeriod;
@@ -208,8 +216,9 @@ class ScanRun {
   }
 
   std::string status() const {
-    if (last_.state == ExecutiveState::kDone) return "complete";
-    if (last_.state == ExecutiveState::kFault) return "stopped: " + describe(last_, job_.plan);
+    if (last_.state == ExecutiveState::kDone)
+      return job_.left.safe() ? "complete" : "stopped: laser and arm not confirmed safe after the plan's end";
+    if (last_.state == ExecutiveState::kFault) return "stopped: " + log_.fault();
     return "stopped: " + (failure_.empty() ? "asked for" : failure_);
   }
 
@@ -231,6 +240,8 @@ class ScanRun {
           std::to_string(grid_.overruns()) + " cycles late, " + std::to_string(grid_.missed_cycles()) + " left out");
     r.max_following_error = max_following_error_;
     r.worst_residual = joiner_.worst_residual();
+    r.left = job_.left;
+    log_.summary(job_.clock.now(), r.max_following_error, r.worst_residual, r.left);
     return r;
   }
 
@@ -242,9 +253,11 @@ class ScanRun {
   LaserTimeline laser_;
   FrameJoiner joiner_;
   std::vector<Feed> feeds_;
+  SafeEnd end_;
+  ScanLog log_;
   CycleRecord last_;
   std::optional<Stamp> plan_zero_;
-  std::optional<Stamp> halted_at_;
+  Stamp round_began_{};
   std::string failure_;
   Stamp next_progress_{};
   double max_following_error_ = 0;
@@ -265,15 +278,20 @@ JointVector read_posture(Arm& arm, Clock& clock, Duration timeout) {
   }
 }
 
-ScanResult run_scan(ScanJob& job) {
-  const double warm_up = seconds(job.laser.warm_up());
-  if (warm_up > job.settings.laser_warm_up + 1e-9) {
+void check_laser_ready(const ScanSettings& settings, const Laser& laser, bool interlock_closed) {
+  const double warm_up = seconds(laser.warm_up());
+  if (warm_up > settings.laser_warm_up + 1e-9) {
     char line[128];
     std::snprintf(line, sizeof line, "scan: laser_warm_up: found %g s, expected at least the laser's own %g s",
-                  job.settings.laser_warm_up, warm_up);
+                  settings.laser_warm_up, warm_up);
     throw InputError(line);
   }
-  OutputsSafe guard(job);
+  if (!interlock_closed) throw InputError(std::string("scan: ") + kInterlockOpen);
+}
+
+ScanResult run_scan(ScanJob& job) {
+  check_laser_ready(job.settings, job.laser, job.interlock_closed && job.interlock_closed());
+  const CamerasStopped guard(job);
   ScanRun run(job);
   return run.run();
 }

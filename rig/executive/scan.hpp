@@ -11,6 +11,7 @@
 #include "drivers/arm/arm.hpp"
 #include "drivers/camera/camera.hpp"
 #include "drivers/laser/laser.hpp"
+#include "rig/executive/safe_end.hpp"
 #include "rig/executive/scan_plan.hpp"
 #include "rig/executive/scan_sink.hpp"
 
@@ -36,8 +37,10 @@ struct ScanJob {
   Laser& laser;
   std::vector<ScanCamera> cameras;  ///< the first that records the sweep sets the plan's frame grid
   ScanSink& sink;
-  const std::atomic<bool>& stop;  ///< set by Ctrl-C: laser off, then arm stopped, session readable
+  const std::atomic<bool>& stop;           ///< set by Ctrl-C: laser off, then arm stopped, session readable
+  std::function<bool()> interlock_closed;  ///< the laser's interlock as the backend reads it; empty is open
   std::function<void(const ScanProgress&)> progress = {};  ///< ten times per second of the plan
+  OutputsLeft left{};                                      ///< set however run_scan ends, also by an exception
 };
 
 struct ScanResult {
@@ -47,6 +50,7 @@ struct ScanResult {
       counts;                      ///< "CAMERA.REASON", "CAMERA.recorded", "cycle.overruns", "cycle.records_dropped"
   double max_following_error = 0;  ///< [rad]
   Duration worst_residual{};
+  OutputsLeft left;  ///< confirmed after the end
 
   bool complete() const { return status == "complete"; }
 };
@@ -55,10 +59,15 @@ struct ScanResult {
 /// Errors: InputError after `timeout`, or with the driver's failure.
 JointVector read_posture(Arm& arm, Clock& clock, Duration timeout);
 
+/// What run_scan refuses before anything moves.
+/// Errors: InputError if the laser warms up longer than the plan waits, or its interlock is open.
+void check_laser_ready(const ScanSettings& settings, const Laser& laser, bool interlock_closed);
+
 /// Runs the plan. Under a VirtualClock single-threaded and bit-reproducible; under a MonotonicClock in real time.
-/// However it ends - plan done, stop asked for, fault, exception of the sink - the laser is off first, then the arm
-/// stopped. Errors: rethrows what the sink or the progress callback throws. A failing device is no exception but a
-/// status.
+/// However it ends - plan done, stop asked for, fault, exception of the sink - the laser is commanded off first, then
+/// the arm to rest, again in every cycle until both are confirmed or rest_timeout has passed. Errors:
+/// check_laser_ready's; rethrows what the sink or the progress callback throws, after an event if the sink still takes
+/// one. A failing device is no exception but a status.
 ScanResult run_scan(ScanJob& job);
 
 }  // namespace tankrig

@@ -47,6 +47,10 @@ struct ScanSettings {
   double following_error_limit = 0.05;  ///< planned minus measured, any joint; beyond it is a fault [rad]
   double feedback_timeout = 0.25;       ///< longest silence of the arm [s]
   double heartbeat_timeout = 0.25;      ///< longest silence of whoever supervises the cycle [s]
+  double laser_off_allowance = 0.1;     ///< longest the laser may stay powered or lit when it is not commanded [s]
+  double laser_on_margin = 0.25;        ///< longest it may stay dark beyond its warm-up when it is commanded [s]
+  double rest_velocity = 0.01;          ///< measured joint velocity below which a joint is at rest [rad/s]
+  double rest_timeout = 3.0;            ///< after the end, longest wait for laser dark and arm at rest [s]
   double max_joint_gap = 0.1;           ///< widest pair of joint samples a frame may be interpolated between [s]
 };
 

@@ -35,18 +35,21 @@ struct InterlockStep {
   InterlockOutputs outputs;
 };
 
+// clang-format off
 /// Software in series with the laser's own interlock, never instead of it.
 ///
-/// State (first row that applies; "-" any; "edge": now true, was false in the previous step; good: interlock closed AND
-/// heartbeat fresh AND no device fault):
+/// State: the first row that applies. "-": any; "edge": now true, was false in the previous step; good: interlock closed
+/// AND heartbeat fresh AND no device fault.
 ///
-///   latched  armed  arm    reset  good  ->  latched  armed
-///   yes      -      -      edge   yes       no       no       reset needs an edge and everything good; arm again after
-///   it yes      -      -      -      -         yes      no no       -      -      -      device fault         yes no
-///   trips, armed or not no       yes    -      -      no        yes      no       losing interlock or heartbeat while
-///   armed trips no       yes    false  -      yes       no       no       disarming is no fault no       yes    true
-///   -      yes       no       yes no       no     edge   -      yes       no       yes no       no     -      -      -
-///   no       no       an edge while not good is lost: lift the switch again
+///   latched  armed  arm    reset  good           ->  latched  armed
+///   yes      -      -      edge   yes                no       no     reset needs everything good; arm again after it
+///   yes      -      -      -      -                  yes      no
+///   no       -      -      -      device fault       yes      no     trips, armed or not
+///   no       yes    -      -      no                 yes      no     losing interlock or heartbeat while armed trips
+///   no       yes    false  -      yes                no       no     disarming is no fault
+///   no       yes    true   -      yes                no       yes
+///   no       no     edge   -      yes                no       yes
+///   no       no     -      -      -                  no       no     an edge while not good is lost: lift it again
 ///
 /// Outputs, from the new state:
 ///
@@ -54,6 +57,7 @@ struct InterlockStep {
 ///   motion = NOT latched
 ///
 /// Whoever acts on it takes the laser off first, then stops the arm.  RT: safe.
+// clang-format on
 InterlockStep step(const InterlockState& state, const InterlockInputs& in) noexcept;
 
 }  // namespace tankrig

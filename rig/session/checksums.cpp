@@ -32,16 +32,15 @@ std::vector<std::string> sums_of(const fs::path& session, const std::vector<std:
   return sums;
 }
 
-}  // namespace
-
-void write_checksums(const fs::path& session) {
-  const std::vector<std::string> names = files_below(session), sums = sums_of(session, names);
-  std::string out;
-  for (std::size_t i = 0; i < names.size(); ++i) out += sums[i] + "  " + names[i] + "\n";
-  write_whole_file(session / kName, out);
+/// Whether a file was made from the recording, and may be made again.
+bool derived(const std::string& name) {
+  for (const char* folder : {"clouds/", "results/", "pictures/"})
+    if (name.starts_with(folder)) return true;
+  return name == "report.html";
 }
 
-std::vector<std::string> check_checksums(const fs::path& session) {
+/// Name -> sum, as SHA256SUMS has it.
+std::map<std::string, std::string> read_sums(const fs::path& session) {
   const std::string text = read_whole_file(session / kName);
   std::map<std::string, std::string> listed;
   int line = 0;
@@ -54,6 +53,26 @@ std::vector<std::string> check_checksums(const fs::path& session) {
                        "found '" + entry + "', expected 64 hexadecimal digits, two blanks and a file name");
     listed[entry.substr(66)] = entry.substr(0, 64);
   }
+  return listed;
+}
+
+}  // namespace
+
+void write_checksums(const fs::path& session) {
+  std::map<std::string, std::string> sealed;
+  if (fs::exists(session / kName)) sealed = read_sums(session);
+  std::erase_if(sealed, [](const auto& entry) { return derived(entry.first); });
+  std::vector<std::string> names = files_below(session);
+  std::erase_if(names, [&](const std::string& name) { return sealed.contains(name); });
+  const std::vector<std::string> sums = sums_of(session, names);
+  for (std::size_t i = 0; i < names.size(); ++i) sealed[names[i]] = sums[i];
+  std::string out;
+  for (const auto& [name, sum] : sealed) out += sum + "  " + name + "\n";
+  write_whole_file(session / kName, out);
+}
+
+std::vector<std::string> check_checksums(const fs::path& session) {
+  std::map<std::string, std::string> listed = read_sums(session);
   const std::vector<std::string> names = files_below(session), sums = sums_of(session, names);
   std::vector<std::string> differences;
   for (std::size_t i = 0; i < names.size(); ++i) {

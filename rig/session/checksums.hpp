@@ -7,7 +7,9 @@
 
 namespace tankrig {
 
-/// Writes SHA256SUMS over every file below `session` but itself and unfinished *.tmp, sorted by name.
+/// Writes SHA256SUMS over every file below `session` but itself and unfinished *.tmp, sorted by name. What was recorded
+/// keeps the sum it was sealed with, so later damage stays visible; clouds/, results/, pictures/ and report.html get new
+/// ones.
 /// Errors: InputError naming the file that cannot be read or written.
 void write_checksums(const std::filesystem::path& session);
 

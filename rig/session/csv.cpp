@@ -3,13 +3,24 @@
 #include <algorithm>
 
 #include "core/input_error.hpp"
+#include "core/shown_text.hpp"
 #include "rig/session/text_files.hpp"
 
 namespace tankrig {
+namespace {
+
+std::string header_of(const std::vector<std::string>& columns) {
+  std::string header;
+  for (const std::string& column : columns) header += (header.empty() ? "" : ",") + column;
+  return header;
+}
+
+}  // namespace
 
 void CsvTable::fail(const CsvRow& row, std::size_t column, std::string_view expected) const {
-  throw InputError(file, row.line,
-                   columns[column] + ": found '" + row.fields[column] + "', expected " + std::string(expected));
+  throw InputError(
+      file, row.line,
+      columns[column] + ": found '" + shown_text(row.fields[column]) + "', expected " + std::string(expected));
 }
 
 std::vector<std::string> split_csv_line(std::string_view line) {
@@ -44,8 +55,13 @@ std::string csv_field(std::string_view text) {
   return out + '"';
 }
 
-CsvTable read_csv(const std::filesystem::path& file, const std::vector<std::string>& columns) {
-  const std::string text = read_whole_file(file);
+CsvTable read_csv(const std::filesystem::path& file, const std::vector<std::string>& columns,
+                  bool may_be_cut_in_header) {
+  const std::string text = read_whole_file(file), header = header_of(columns);
+  if (text.find('\n') == std::string::npos && !(may_be_cut_in_header && header.starts_with(text)))
+    throw InputError(file, 1,
+                     (text.empty() ? "found nothing" : "found '" + shown_text(text) + "' without a line end") +
+                         ", expected the header " + header);
   CsvTable table{file, columns, {}, !text.ends_with('\n')};
   int line_number = 0;
   std::size_t begin = 0;
@@ -60,7 +76,8 @@ CsvTable read_csv(const std::filesystem::path& file, const std::vector<std::stri
                           expected = i < columns.size() ? columns[i] : "nothing";
         if (found != expected)
           throw InputError(file, 1,
-                           "column " + std::to_string(i + 1) + ": found '" + found + "', expected '" + expected + "'");
+                           "column " + std::to_string(i + 1) + ": found '" + shown_text(found) + "', expected '" +
+                               expected + "' of the header " + header);
       }
       continue;
     }

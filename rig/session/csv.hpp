@@ -24,9 +24,11 @@ struct CsvTable {
   [[noreturn]] void fail(const CsvRow& row, std::size_t column, std::string_view expected) const;
 };
 
-/// Reads a whole table whose header must be exactly `columns`. Fields may be quoted as in RFC 4180.
+/// Reads a whole table whose header must be exactly `columns`. Fields may be quoted as in RFC 4180. With
+/// `may_be_cut_in_header` a file that ends before its header does is a table without rows, `cut_short`.
 /// Errors: InputError with file and line.
-CsvTable read_csv(const std::filesystem::path& file, const std::vector<std::string>& columns);
+CsvTable read_csv(const std::filesystem::path& file, const std::vector<std::string>& columns,
+                  bool may_be_cut_in_header = false);
 
 /// Fields of one line.
 std::vector<std::string> split_csv_line(std::string_view line);

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <initializer_list>
 
+#include "core/camera_ranges.hpp"
 #include "rig/session/text_files.hpp"
 
 namespace tankrig {
@@ -122,15 +123,15 @@ CameraModel read_camera_model(const ConfigNode& node) {
   CameraModel c;
   c.width = node.integer("width_px", {1, 100000});
   c.height = node.integer("height_px", {1, 100000});
-  c.fx = node.number("fx_px", {1e-3, 1e7});
-  c.fy = node.number("fy_px", {1e-3, 1e7});
-  c.cx = node.number("cx_px", {-1e6, 1e6});
-  c.cy = node.number("cy_px", {-1e6, 1e6});
-  c.k1 = node.number_or("k1", 0);
-  c.k2 = node.number_or("k2", 0);
-  c.p1 = node.number_or("p1", 0);
-  c.p2 = node.number_or("p2", 0);
-  c.k3 = node.number_or("k3", 0);
+  c.fx = node.number("fx_px", kFocalRange);
+  c.fy = node.number("fy_px", kFocalRange);
+  c.cx = node.number("cx_px", kPrincipalPointRange);
+  c.cy = node.number("cy_px", kPrincipalPointRange);
+  c.k1 = node.number_or("k1", 0, kRadialRange);
+  c.k2 = node.number_or("k2", 0, kRadialRange);
+  c.p1 = node.number_or("p1", 0, kTangentialRange);
+  c.p2 = node.number_or("p2", 0, kTangentialRange);
+  c.k3 = node.number_or("k3", 0, kRadialRange);
   return c;
 }
 

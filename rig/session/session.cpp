@@ -70,7 +70,7 @@ Session Session::open(const fs::path& path) {
   if (!calibration_is_as_recorded(path / "session.yaml", session.info))
     session.warnings.push_back("calibration in session.yaml was changed after the recording: its SHA-256 differs");
 
-  auto table = read_frames_csv(path / "frames.csv");
+  auto table = read_frames_csv(path / "frames.csv", unfinished);
   session.frames = std::move(table.records);
   if (table.cut_short) session.warnings.push_back("frames.csv: its last line is incomplete and left out");
   check_cameras(session);

@@ -1,13 +1,16 @@
 #include "rig/session/session_import.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cmath>
 #include <opencv2/imgcodecs.hpp>
 #include <set>
+#include <utility>
 #include <vector>
 
 #include "core/input_error.hpp"
+#include "core/shown_text.hpp"
 #include "rig/session/checksums.hpp"
 #include "rig/session/csv.hpp"
 #include "rig/session/session_tables.hpp"
@@ -36,14 +39,19 @@ Plane plane_of(const std::vector<std::string>& fields, std::size_t first) {
     std::string_view text = trimmed(fields[first + i]);
     if (text.starts_with('+')) text.remove_prefix(1);
     if (!parse_number(text, v[i]) || !std::isfinite(v[i]))
-      throw InputError("found '" + fields[first + i] + "', expected a number");
+      throw InputError("found '" + shown_text(fields[first + i]) + "', expected a number");
   }
   const double length = std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
   if (!(length > 1e-9)) throw InputError("found a normal a,b,c of length 0, expected a direction");
-  if (std::abs(v[3] / length) < 1e-6)
-    throw InputError("found d = " + fields[first + 3] +
-                     ", a plane through the camera's centre; expected a distance from it");
   return {Vector3d(v[0], v[1], v[2]) / length, v[3] / length};
+}
+
+Plane laser_plane_of(const std::vector<std::string>& fields, std::size_t first) {
+  const Plane plane = plane_of(fields, first);
+  if (std::abs(plane.offset) < 1e-6)
+    throw InputError("found d = " + shown_text(fields[first + 3]) +
+                     ", a plane through the camera's centre; expected a distance from it");
+  return plane;
 }
 
 std::vector<fs::path> images_in(const fs::path& folder) {
@@ -63,10 +71,11 @@ std::vector<fs::path> images_in(const fs::path& folder) {
   return files;
 }
 
-void check_image(const fs::path& file, const CameraModel& camera) {
+/// Type of the image's pixels, as OpenCV counts them.
+int check_image(const fs::path& file, const CameraModel& camera) {
   cv::Mat image;
   try {
-    image = cv::imread(file.string(), cv::IMREAD_ANYCOLOR | cv::IMREAD_IGNORE_ORIENTATION);
+    image = cv::imread(file.string(), cv::IMREAD_ANYCOLOR | cv::IMREAD_ANYDEPTH | cv::IMREAD_IGNORE_ORIENTATION);
   } catch (const cv::Exception&) {
   }
   if (image.empty()) throw InputError(file, "cannot be decoded, expected an image");
@@ -74,6 +83,64 @@ void check_image(const fs::path& file, const CameraModel& camera) {
     throw InputError(file, "found " + std::to_string(image.cols) + " x " + std::to_string(image.rows) +
                                " px, expected " + std::to_string(camera.width) + " x " + std::to_string(camera.height) +
                                " as in the camera file");
+  return image.type();
+}
+
+std::string pixels_in_words(int type) {
+  const std::size_t bits = 8 * CV_ELEM_SIZE1(type);
+  return std::to_string(CV_MAT_CN(type)) + " x " + std::to_string(bits) +
+         (CV_MAT_DEPTH(type) >= CV_32F ? " bits (floating point)" : " bits");
+}
+
+/// Dark images are subtracted from the others: their pixels must be alike.
+void check_dark_images(const std::vector<fs::path>& dark, const std::vector<fs::path>& images,
+                       const CameraModel& camera) {
+  if (dark.empty()) return;
+  const int expected = check_image(images.front(), camera);
+  for (const fs::path& file : dark)
+    if (const int found = check_image(file, camera); found != expected)
+      throw InputError(file, "found " + pixels_in_words(found) + " a pixel, expected " + pixels_in_words(expected) +
+                                 " as in " + images.front().filename().string());
+}
+
+void check_out_is_outside(const fs::path& out, const fs::path& folder, const char* what) {
+  const fs::path inner = fs::weakly_canonical(fs::absolute(out)), outer = fs::canonical(folder);
+  if (std::mismatch(outer.begin(), outer.end(), inner.begin(), inner.end()).first == outer.end())
+    throw InputError(out, std::string("lies in the folder of the ") + what + " " + folder.string() +
+                              ", expected a place outside of it");
+}
+
+constexpr std::array kPlaneColumns{"file", "a", "b", "c", "d"};
+constexpr const char* kPlaneHeader = "file,a,b,c,d";
+
+/// Where file, a, b, c, d stand in a line of planes.
+using PlaneColumns = std::array<std::size_t, kPlaneColumns.size()>;
+
+/// A line is a header if it names the column `file`, or if nothing in it is a number.
+bool is_planes_header(const std::vector<std::string>& fields) {
+  const auto is_file = [](const std::string& field) { return trimmed(field) == "file"; };
+  const auto is_number = [](const std::string& field) {
+    double ignored = 0;
+    return parse_number(trimmed(field), ignored);
+  };
+  return std::any_of(fields.begin(), fields.end(), is_file) || std::none_of(fields.begin(), fields.end(), is_number);
+}
+
+PlaneColumns read_planes_header(const std::vector<std::string>& fields) {
+  PlaneColumns columns;
+  columns.fill(fields.size());
+  for (std::size_t i = 0; i < fields.size(); ++i) {
+    const auto name = std::find(kPlaneColumns.begin(), kPlaneColumns.end(), trimmed(fields[i]));
+    const std::string found = "column " + std::to_string(i + 1) + ": found '" + shown_text(trimmed(fields[i])) + "'";
+    if (name == kPlaneColumns.end()) throw InputError(found + ", expected exactly the columns " + kPlaneHeader);
+    std::size_t& column = columns[static_cast<std::size_t>(name - kPlaneColumns.begin())];
+    if (column != fields.size()) throw InputError(found + " for the second time, expected the columns " + kPlaneHeader);
+    column = i;
+  }
+  for (std::size_t i = 0; i < columns.size(); ++i)
+    if (columns[i] == fields.size())
+      throw InputError(std::string("found no column '") + kPlaneColumns[i] + "', expected the columns " + kPlaneHeader);
+  return columns;
 }
 
 void check_planes(const ImportRequest& request, const std::vector<fs::path>& images) {
@@ -133,22 +200,40 @@ Plane parse_plane(std::string_view text) {
   }
 }
 
+Plane parse_laser_plane(std::string_view text) {
+  try {
+    return laser_plane_of(split_csv_line(text), 0);
+  } catch (const InputError& e) {
+    throw InputError("plane '" + std::string(text) + "': " + e.what());
+  }
+}
+
 std::map<std::string, Plane> read_planes_csv(const fs::path& file) {
   const std::string text = read_whole_file(file);
   std::map<std::string, Plane> planes;
+  PlaneColumns columns{0, 1, 2, 3, 4};
   int line_number = 0;
-  for (std::size_t begin = 0; begin < text.size();) {
+  bool first = true;
+  for (std::size_t begin = text.starts_with("\xef\xbb\xbf") ? 3 : 0; begin < text.size();) {
     const std::size_t end = std::min(text.find('\n', begin), text.size());
     const std::string line(trimmed(std::string_view(text).substr(begin, end - begin)));
     begin = end + 1, ++line_number;
     if (line.empty() || line.starts_with('#')) continue;
     const std::vector<std::string> fields = split_csv_line(line);
-    const std::string name(trimmed(fields[0]));
-    if (line_number == 1 && name == "file") continue;
     try {
-      if (name.empty()) throw InputError("found no file name, expected file,a,b,c,d");
-      if (!planes.emplace(name, plane_of(fields, 1)).second)
-        throw InputError("found '" + name + "' for the second time, expected it once");
+      if (std::exchange(first, false) && is_planes_header(fields)) {
+        columns = read_planes_header(fields);
+        continue;
+      }
+      if (fields.size() != columns.size())
+        throw InputError("found " + std::to_string(fields.size()) + " fields, expected " +
+                         std::to_string(columns.size()) + ": " + kPlaneHeader);
+      std::vector<std::string> ordered;
+      for (const std::size_t column : columns) ordered.push_back(fields[column]);
+      const std::string name(trimmed(ordered[0]));
+      if (name.empty()) throw InputError(std::string("found no file name, expected ") + kPlaneHeader);
+      if (!planes.emplace(name, laser_plane_of(ordered, 1)).second)
+        throw InputError("found '" + shown_text(name) + "' for the second time, expected it once");
     } catch (const InputError& e) {
       throw InputError(file, line_number, e.what());
     }
@@ -184,6 +269,9 @@ void write_import_session(const ImportRequest& request) {
   const std::vector<fs::path> dark = request.dark ? images_in(*request.dark) : std::vector<fs::path>{};
   check_planes(request, images);
   if (fs::exists(request.out)) throw InputError(request.out, "exists already, expected the name of a new session");
+  check_out_is_outside(request.out, request.images, "images");
+  if (request.dark) check_out_is_outside(request.out, *request.dark, "dark images");
+  check_dark_images(dark, images, request.camera);
 
   fs::path target = fs::absolute(request.out).lexically_normal();
   if (!target.has_filename()) target = target.parent_path();

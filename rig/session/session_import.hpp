@@ -12,11 +12,14 @@
 
 namespace tankrig {
 
-/// "a,b,c,d" of ax + by + cz + d = 0, scaled to a unit normal.  Errors: InputError, also for a plane through the
-/// origin (the camera's centre), on which nothing can be triangulated.
+/// "a,b,c,d" of ax + by + cz + d = 0, scaled to a unit normal.  Errors: InputError.
 Plane parse_plane(std::string_view text);
 
-/// Lines file,a,b,c,d, with or without that header: the plane of each image, by file name.
+/// The same for a laser's plane in the camera frame: one through the camera's centre, on which nothing can be
+/// triangulated, is an error too.
+Plane parse_laser_plane(std::string_view text);
+
+/// The plane of each image, by file name: lines file,a,b,c,d, or the same columns in the order of a header line.
 /// Errors: InputError with file and line, also for a file named twice.
 std::map<std::string, Plane> read_planes_csv(const std::filesystem::path& file);
 

@@ -76,8 +76,8 @@ struct Fields {
 
 template <class Record, class Parse>
 SessionTable<Record> read_table(const std::filesystem::path& file, const std::vector<std::string>& columns,
-                                Parse parse) {
-  const CsvTable table = read_csv(file, columns);
+                                bool recording, Parse parse) {
+  const CsvTable table = read_csv(file, columns, recording);
   SessionTable<Record> out;
   out.cut_short = table.cut_short;
   out.records.reserve(table.rows.size());
@@ -156,8 +156,8 @@ std::string events_line(Stamp stamp, std::string_view kind, std::string_view tex
   return line_of({std::to_string(stamp.ns), csv_field(kind), csv_field(text)});
 }
 
-SessionTable<JointState> read_joints_csv(const std::filesystem::path& file) {
-  return read_table<JointState>(file, joints_columns(), [](Fields fields) {
+SessionTable<JointState> read_joints_csv(const std::filesystem::path& file, bool recording) {
+  return read_table<JointState>(file, joints_columns(), recording, [](Fields fields) {
     JointState state;
     state.stamp.ns = fields.whole();
     state.q = fields.joints();
@@ -168,12 +168,12 @@ SessionTable<JointState> read_joints_csv(const std::filesystem::path& file) {
   });
 }
 
-SessionTable<FrameRecord> read_frames_csv(const std::filesystem::path& file) {
-  return read_table<FrameRecord>(file, frames_columns(), parse_frame);
+SessionTable<FrameRecord> read_frames_csv(const std::filesystem::path& file, bool recording) {
+  return read_table<FrameRecord>(file, frames_columns(), recording, parse_frame);
 }
 
-SessionTable<SessionEvent> read_events_csv(const std::filesystem::path& file) {
-  return read_table<SessionEvent>(file, events_columns(), [](Fields fields) {
+SessionTable<SessionEvent> read_events_csv(const std::filesystem::path& file, bool recording) {
+  return read_table<SessionEvent>(file, events_columns(), recording, [](Fields fields) {
     SessionEvent event;
     event.stamp.ns = fields.whole();
     event.kind = fields.text();

@@ -31,9 +31,10 @@ struct SessionTable {
   bool cut_short = false;
 };
 
+/// A table without its whole header is refused, except while `recording`: then it is empty and cut short.
 /// Errors: InputError with file, line and column.
-SessionTable<JointState> read_joints_csv(const std::filesystem::path& file);
-SessionTable<FrameRecord> read_frames_csv(const std::filesystem::path& file);
-SessionTable<SessionEvent> read_events_csv(const std::filesystem::path& file);
+SessionTable<JointState> read_joints_csv(const std::filesystem::path& file, bool recording = false);
+SessionTable<FrameRecord> read_frames_csv(const std::filesystem::path& file, bool recording = false);
+SessionTable<SessionEvent> read_events_csv(const std::filesystem::path& file, bool recording = false);
 
 }  // namespace tankrig

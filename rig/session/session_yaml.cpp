@@ -84,6 +84,7 @@ std::string session_yaml(const SessionInfo& info) {
   text("noise", info.noise);
   out += "seed: " + std::to_string(info.seed) + "\n";
   optional("light", info.light);
+  if (!info.lux_source.empty()) out += "lux_source: " + info.lux_source + "\n";
   optional("lux_before", info.lux_before);
   optional("lux_after", info.lux_after);
   optional("simulated_s", info.simulated_s);
@@ -111,6 +112,7 @@ SessionInfo read_session_yaml(const std::filesystem::path& file) {
   info.noise = root.text("noise");
   info.seed = read_count(root, "seed");
   info.light = read_optional(root, "light", {0, 1});
+  if (root.has("lux_source")) info.lux_source = root.choice("lux_source", {"meter", "hand"});
   info.lux_before = read_optional(root, "lux_before", {0, 1e7});
   info.lux_after = read_optional(root, "lux_after", {0, 1e7});
   info.simulated_s = root.number_or("simulated_s", 0, {0, 1e9});

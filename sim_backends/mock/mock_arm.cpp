@@ -47,7 +47,7 @@ MockArm::Axis MockArm::axis_after(std::size_t joint, const Axis& begin, double t
 /// Exchange n: encoders are read, the waiting set-point takes effect.
 void MockArm::exchange(std::int64_t n) noexcept {
   const Stamp when = exchange_stamp(n);
-  const bool silent = when - written_ > parameters_.watchdog;
+  const bool silent = when - written_ > parameters_.watchdog && !faults.runs_away;
   JointState& sample = feedback_[static_cast<std::size_t>(sampled_++) % kInFlight];
   sample.stamp = when;
   Axes& next = history_[static_cast<std::size_t>(n % kHistory)];
@@ -66,6 +66,7 @@ void MockArm::advance(Stamp now) noexcept {
 }
 
 Result<std::optional<JointState>> MockArm::try_read() noexcept {
+  const std::lock_guard lock(mutex_);
   const Stamp now = clock_.now();
   advance(now);
   std::optional<JointState> newest;
@@ -81,8 +82,10 @@ Result<std::optional<JointState>> MockArm::try_read() noexcept {
 }
 
 Result<JointVector> MockArm::write_velocity(const JointVector& velocity) noexcept {
+  const std::lock_guard lock(mutex_);
   const Stamp now = clock_.now();
   advance(now);
+  if (faults.runs_away) return velocity;
   double fastest = 0;
   for (std::size_t j = 0; j < kJoints; ++j) {
     double v = velocity[static_cast<int>(j)];
@@ -106,9 +109,12 @@ Result<JointVector> MockArm::write_velocity(const JointVector& velocity) noexcep
 }
 
 Status MockArm::stop() noexcept {
-  advance(clock_.now());
-  demand_.fill(0);
-  written_ = clock_.now();
+  const std::lock_guard lock(mutex_);
+  const Stamp now = clock_.now();
+  if (faults.stop_fails) return Error{ErrorCode::kIo, 0, now, "arm: stop"};
+  advance(now);
+  if (!faults.runs_away) demand_.fill(0);
+  written_ = now;
   return {};
 }
 
@@ -119,6 +125,7 @@ std::int64_t MockArm::exchange_before(Stamp when) noexcept {
 }
 
 JointVector MockArm::truth_at(Stamp when) noexcept {
+  const std::lock_guard lock(mutex_);
   const std::int64_t n = exchange_before(when);
   const double t = std::max(0.0, seconds(when - exchange_stamp(n)));
   JointVector q;
@@ -128,6 +135,7 @@ JointVector MockArm::truth_at(Stamp when) noexcept {
 }
 
 JointVector MockArm::true_velocity_at(Stamp when) noexcept {
+  const std::lock_guard lock(mutex_);
   const std::int64_t n = exchange_before(when);
   const double t = std::max(0.0, seconds(when - exchange_stamp(n)));
   JointVector velocity;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <mutex>
 #include <vector>
 
 #include "core/clock.hpp"
@@ -10,9 +11,16 @@
 
 namespace tankrig::sim {
 
+/// What may be wrong with it, for tests: set by the thread that owns the arm.
+struct MockArmFaults {
+  bool stop_fails = false;  ///< stop() is refused with kIo and changes nothing
+  bool runs_away = false;   ///< set-points and stop() succeed and change nothing; the watchdog sleeps
+};
+
 /// Every exchange_period the carrier takes the last set-point to the actuators and reads the encoders. In between each
 /// actuator's speed [ticks/s] follows its set-point with a first-order lag, integrated exactly.
-/// Threads: one.  RT: the Arm interface is safe.
+/// Threads: any; a mutex guards the memory.  RT: the Arm interface never allocates; it blocks only while another thread
+/// is inside.
 class MockArm final : public Arm {
  public:
   /// Powers on at clock.now(), at rest in posture `q`, which is moved into the limits.
@@ -22,6 +30,8 @@ class MockArm final : public Arm {
   Result<JointVector> write_velocity(const JointVector& velocity) noexcept override;
   Status stop() noexcept override;
   Duration exchange_period() const noexcept override { return parameters_.exchange_period; }
+
+  MockArmFaults faults;
 
   /// Where the links really are at `when`, exactly. Remembers the last kHistory exchanges; older is answered with the
   /// oldest.
@@ -53,6 +63,7 @@ class MockArm final : public Arm {
   const ArmModel model_;
   const MockArmParameters parameters_;
   const Clock& clock_;
+  mutable std::mutex mutex_;  // guards what follows
   Stamp epoch_;
   std::array<double, kJoints> min_ticks_{}, max_ticks_{};
   std::vector<Axes> history_;

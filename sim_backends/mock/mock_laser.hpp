@@ -2,13 +2,21 @@
 #pragma once
 
 #include <array>
+#include <mutex>
 
 #include "core/clock.hpp"
 #include "drivers/laser/laser.hpp"
 
 namespace tankrig::sim {
 
-/// Threads: one.
+/// What may be wrong with it, for tests: set by the thread that owns the laser.
+struct MockLaserFaults {
+  bool stuck_on = false;   ///< the relay has welded: set(false) succeeds and changes nothing
+  bool dead = false;       ///< powered, but never emits
+  bool set_fails = false;  ///< set() is refused with kIo and changes nothing
+};
+
+/// Threads: any; a mutex guards the memory.  RT: no allocation; blocks only while another thread is inside.
 class MockLaser final : public Laser {
  public:
   MockLaser(Duration warm_up, const Clock& clock) : warm_up_(warm_up), clock_(clock) {}
@@ -16,6 +24,8 @@ class MockLaser final : public Laser {
   Status set(bool on) noexcept override;
   Result<LaserState> state() noexcept override;
   Duration warm_up() const noexcept override { return warm_up_; }
+
+  MockLaserFaults faults;
 
   /// Emitted power at `when`, 0 or 1 of the projector's. Remembers the last kEdges switchings.
   double power_at(Stamp when) const noexcept;
@@ -26,10 +36,13 @@ class MockLaser final : public Laser {
     Stamp when{};
     bool on = false;
   };
+  double power(Stamp when) const noexcept;
   const Edge& edge(std::size_t back) const noexcept { return edges_[(count_ - 1 - back) % kEdges]; }
 
   Duration warm_up_;
   const Clock& clock_;
+  mutable std::mutex mutex_;  // guards what follows
+  bool commanded_ = false;
   std::array<Edge, kEdges> edges_{};
   std::size_t count_ = 0;
 };

@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "core/input_error.hpp"
+#include "core/shown_text.hpp"
 
 namespace tankrig::sim {
 namespace {
@@ -66,16 +67,31 @@ SceneElement SceneElement::load(const std::filesystem::path& file, std::string_v
   auto document = std::make_shared<Document>();
   document->file = file;
   std::ifstream in(file, std::ios::binary);
-  std::ostringstream content;
-  if (!std::filesystem::is_regular_file(file) || !in || !(content << in.rdbuf()))
-    throw InputError(file, "found no readable file, expected a scene in XML");
-  document->text = content.str();
-  const auto parsed = document->xml.load_buffer(document->text.data(), document->text.size(), pugi::parse_default,
-                                                pugi::encoding_utf8);
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(file, ignored) || !in)
+    throw InputError(file, "cannot be read, expected a " + std::string(root_name));
+  document->text.assign(std::istreambuf_iterator<char>(in), {});
+  if (trimmed(document->text).empty())
+    throw InputError(file, "is empty, expected a " + std::string(root_name));
+  if (const auto zero = document->text.find('\0'); zero != std::string::npos)
+    throw InputError(file, document->line(static_cast<std::ptrdiff_t>(zero)), "found a byte 0, expected text");
+  const auto parsed =
+      document->xml.load_buffer(document->text.data(), document->text.size(),
+                                pugi::parse_default | pugi::parse_doctype | pugi::parse_fragment, pugi::encoding_utf8);
   if (!parsed)
     throw InputError(file, document->line(parsed.offset),
                      std::string("found XML that does not parse (") + parsed.description() + "), expected a scene");
-  const SceneElement root(document, document->xml.document_element());
+  const pugi::xml_node first = document->xml.document_element();
+  for (const pugi::xml_node node : document->xml.children()) {
+    if (node == first) continue;
+    const auto begin = document->text.find_first_not_of(" \t\r\n", static_cast<std::size_t>(node.offset_debug()));
+    const std::string found = node.type() == pugi::node_doctype   ? "a DOCTYPE"
+                              : node.type() == pugi::node_element ? "a second root element <" + shown_text(node.name()) + ">"
+                                                                  : "text '" + shown_text(trimmed(node.value())) + "'";
+    throw InputError(file, document->line(static_cast<std::ptrdiff_t>(begin)),
+                     "found " + found + ", expected one <" + std::string(root_name) + "> and nothing beside it");
+  }
+  const SceneElement root(document, first);
   if (root.name() != root_name)
     root.fail("found root element <" + root.name() + ">, expected <" + std::string(root_name) + ">");
   return root;
@@ -98,7 +114,7 @@ void SceneElement::expect(std::initializer_list<const char*> once, std::initiali
   for (const pugi::xml_node node : node_.children()) {
     const SceneElement element(document_, node);
     if (node.type() != pugi::node_element)
-      element.fail("<" + name() + ">: found text '" + trimmed(node.value()) + "', expected elements");
+      element.fail("<" + name() + ">: found text '" + shown_text(trimmed(node.value())) + "', expected elements");
     if (holds(not_simulated, node.name())) {
       element.warn("<" + element.name() + "> is known to UWSim but not simulated");
       continue;
@@ -153,7 +169,7 @@ double SceneElement::number(Bounds bounds) const {
   const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), number);
   if (error != std::errc() || end != value.data() + value.size() || !std::isfinite(number) ||
       !(number >= bounds.lower && number <= bounds.upper))
-    fail("<" + name() + ">: found '" + value + "', expected " + shown(bounds));
+    fail("<" + name() + ">: found '" + shown_text(value) + "', expected " + shown(bounds));
   return number;
 }
 

@@ -105,6 +105,7 @@ TEST_F(CloudIo, ReadsAsciiPlyWithOtherElementsListsAndOrder) {
   ASSERT_EQ(cloud.points.size(), 2u);
   EXPECT_EQ(cloud.frame, "c");
   EXPECT_EQ(cloud.points[0].p, Vector3d(1, 2, 3));
+  EXPECT_EQ(cloud.invalid, 1u);
   EXPECT_EQ(cloud.points[1].p, Vector3d(4, 5, 6));
   EXPECT_FLOAT_EQ(cloud.points[0].intensity, 1.0f);
   EXPECT_FLOAT_EQ(cloud.points[1].intensity, 0.2f);
@@ -132,6 +133,8 @@ TEST_F(CloudIo, ReadsAsciiPcdWithCountsAndPadding) {
            "4 5\n");
   const PointCloud cloud = read_cloud(path);
   ASSERT_EQ(cloud.points.size(), 1u);
+  EXPECT_EQ(cloud.invalid, 1u);
+  EXPECT_EQ(transformed(Transform::Identity(), cloud, "o").invalid, 1u);
   EXPECT_EQ(cloud.points[0].p, Vector3d(1, 2, 3));
 }
 

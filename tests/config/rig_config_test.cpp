@@ -65,16 +65,40 @@ TEST(RigConfig, AppliesAPresetToItsScanOnly) {
               HasSubstr("presets: found no 'finer', expected one of: fine"));
 }
 
+TEST(RigConfig, AcceptsTheSlowestSweepAndCycleThatStillWork) {
+  const TemporaryFolder folder;
+  const std::string slow =
+      changed(kSmallRig, "to_rad: 2.1, velocity_rad_s: 0.1,", "to_rad: 1.31, velocity_rad_s: 0.06,");
+  EXPECT_EQ(load_rig(folder.write("rig.yaml", changed(slow, "dark_frames: 8", "dark_frames: 8\n  cycle_hz: 16")))
+                .scan.cycle_hz,
+            16);
+}
+
+TEST(RigConfig, ShowsAHugeNameOnOneShortLine) {
+  const TemporaryFolder folder;
+  const auto error = [&](const char* find, const std::string& replace) {
+    return message_of<InputError>([&] { load_rig(folder.write("rig.yaml", changed(kSmallRig, find, replace))); });
+  };
+  const std::string huge(900, 'x');
+  for (const std::string& text : {error("name: left", "name: /" + huge), error("backend: mock", "backend: " + huge),
+                                  error("fine:\n", huge + ":\n    " + huge + ": 1\n")})
+    EXPECT_LT(text.size(), 400u) << text;
+}
+
 TEST(RigConfig, WrittenAsUsedLoadsAgainToTheSame) {
   const TemporaryFolder folder;
   RigConfig rig = load_rig(folder.write("rig.yaml", kSmallRig), "fine");
   rig.scan.dark_frames = 3;
   rig.scan.sweep_velocity = 1.0 / 7;
+  rig.scan.feed_forward_lead = 1.0 / 70;
+  rig.scan.dead_zone << 0.01, 0.02, 1.0 / 30, 0.04, 0;
   const std::string text = resolved_rig_yaml(rig, "box.obj");
   const RigConfig again = load_rig(folder.write("session/rig.yaml", text));
   EXPECT_EQ(again.scene, rig.scene);
   EXPECT_EQ(again.object.mesh, folder.path() / "session/box.obj");
   EXPECT_EQ(again.scan.sweep_velocity, 1.0 / 7);
+  EXPECT_EQ(again.scan.feed_forward_lead, 1.0 / 70);
+  EXPECT_EQ(again.scan.dead_zone, rig.scan.dead_zone);
   EXPECT_EQ(again.scan.dark_frames, 3);
   EXPECT_EQ(again.scan.passes, 3);
   EXPECT_EQ(again.preset, "fine");
@@ -132,6 +156,20 @@ TEST(RigConfig, NamesFileLineAndKeyOfBadInput) {
       {"velocity_rad_s: 0.1,", "velocity_rad_s: -0.1,",
        "scan.sweep.velocity_rad_s: found '-0.1', expected a number from 0.001 to 2"},
       {"velocity_rad_s: 0.1,", "speed: 0.1,", "scan.sweep.velocity_rad_s: found nothing"},
+      {"velocity_rad_s: 0.1,", "velocity_rad_s: 0.05,",
+       "rig.yaml:27: scan.sweep.velocity_rad_s: found '0.05', expected at least 0.06: below it the arm sticks"},
+      {"control: {", "control: {dead_zone_rad_s: [0.1, 0.1, 0.11, 0.1, 0.1], ",
+       "scan.sweep.velocity_rad_s: found '0.1', expected at least 0.11: below it the arm sticks"},
+      {"velocity_rad_s: 0.0625", "velocity_rad_s: 0.0525",
+       "presets.fine.sweep.velocity_rad_s: found '0.0525', expected at least 0.06: below it the arm sticks"},
+      {"control: {", "control: {dead_zone_rad_s: [0.1, 0.1, -0.1, 0.1, 0.1], ",
+       "scan.control.dead_zone_rad_s: found [0.1, 0.1, -0.1, 0.1, 0.1], expected five speeds from 0 to 2"},
+      {"control: {", "control: {dead_zone_rad_s: [0.1], ", "scan.control.dead_zone_rad_s: found a list of 1"},
+      {"control: {", "control: {feed_forward_lead_s: -1, ", "scan.control.feed_forward_lead_s: found '-1'"},
+      {"to_rad: 2.1, velocity_rad_s: 0.1,", "to_rad: 1.3159, velocity_rad_s: 0.1,",
+       "scan.sweep.velocity_rad_s: found '0.1', a sweep of 0.159 s, expected at least two frame periods of 0.08 s"},
+      {"dark_frames: 8", "dark_frames: 8\n  cycle_hz: 15.9",
+       "scan.cycle_hz: found '15.9', expected at least 16, four cycles in control.feedback_timeout_s"},
       {"passes: 1}", "passes: 1.5}", "scan.sweep.passes: found '1.5', expected a whole number"},
       {"dark_frames: 8", "dark_frames: 8\n  laser_pairs: true",
        "scan.laser_pairs: found true, expected false unless laser.switches_per_frame is true"},

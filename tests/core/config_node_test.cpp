@@ -74,6 +74,28 @@ TEST_F(ConfigNodeTest, NamesTheLineOfBrokenYamlAndTheMissingFile) {
               testing::HasSubstr("/nonexistent/rig.yaml: cannot be read"));
 }
 
+TEST_F(ConfigNodeTest, ShowsBinaryAndHugeValuesOnOneShortLine) {
+  const std::string huge(100000, 'x');
+  const auto expect_short = [](const std::string& text) {
+    EXPECT_NE(text, "");
+    EXPECT_LT(text.size(), 400u);
+    for (const char c : text) EXPECT_GE(static_cast<unsigned char>(c), 0x20u) << text;
+  };
+  expect_short(message([&] { load(huge); }));
+  expect_short(message([&] { load("a: *" + huge); }));
+  expect_short(message([&] { load(huge.substr(0, 900) + ": 1\n" + huge.substr(0, 900) + ": 2\n"); }));
+  expect_short(message([&] { load("? |\n  " + huge + "\n: 1\n").finish(); }));
+  expect_short(message([&] { load("a: " + huge).number("a"); }));
+  expect_short(message([&] { load("a: " + huge).choice("a", {"b"}); }));
+  expect_short(message([&] { load("a: [" + huge + "]").numbers("a"); }));
+  expect_short(message([&] { load("? |\n  " + huge + "\n: {b: c}\n").child(huge + "\n").number("b"); }));
+  EXPECT_THAT(message([&] { load("a: \"1\\n\\e[2J\"\n").number("a"); }),
+              testing::HasSubstr("a: found '1??[2J', expected"));
+  std::string bytes;
+  for (int i = 0; i < 4096; ++i) bytes += static_cast<char>(i * 167 >> 3);
+  expect_short(message([&] { load(bytes); }));
+}
+
 TEST_F(ConfigNodeTest, RefusesAQuaternionOfTheWrongLengthAtItsLine) {
   const ConfigNode sut = load("pose:\n  translation_m: [0, 0, 0]\n  quaternion_xyzw: [0, 0, 0, 2]\n");
   EXPECT_THAT(message([&] { sut.transform("pose"); }),

@@ -74,6 +74,7 @@ struct Bench {
   }
   /// Armed, and running the plan from the next cycle on.
   void go() {
+    sut.set_interlock(true);
     cycle();
     sut.set_armed(true);
     sut.start(now + 5ms);
@@ -234,6 +235,88 @@ TEST(Executive, FaultsWhenTheLaserFails) {
   refused.go();
   for (int i = 0; i < 5000 && refused.last.state != ExecutiveState::kFault; ++i) refused.cycle();
   refused.expect_safe(Fault::kLaser);
+}
+
+TEST(Executive, FaultsWhenTheLaserStaysOnLongerThanItsAllowance) {
+  Bench bench;
+  bench.go_sweeping();
+  bench.laser.stuck_on = true;
+  bench.sut.set_armed(false);  // the beam is dropped, the plan goes on
+  bench.cycles(20);
+  EXPECT_EQ(bench.last.state, ExecutiveState::kRunning);
+  bench.log.clear();
+  bench.cycles(3);
+  EXPECT_EQ(bench.last.state, ExecutiveState::kFault);
+  EXPECT_EQ(bench.last.fault, Fault::kLaser);
+  EXPECT_STREQ(bench.last.error.where, "laser: on though not commanded");
+  EXPECT_LT(bench.log.first("laser off"), bench.log.first("stop")) << "the laser goes off first";
+  EXPECT_EQ(bench.arm.velocity(), JointVector::Zero());
+  bench.laser.stuck_on = false;
+  bench.cycles(100);
+  bench.expect_safe(Fault::kLaser);
+}
+
+TEST(Executive, FaultsWhenTheLaserIsFoundOnBeforeThePlanStarts) {
+  Bench bench;
+  ASSERT_TRUE(bench.laser.set(true).ok());
+  bench.log.clear();
+  bench.cycles(30);
+  bench.expect_safe(Fault::kLaser);
+}
+
+TEST(Executive, FaultsWhenTheLaserStaysDarkBeyondItsWarmUp) {
+  Bench bench;
+  bench.laser.dead = true;
+  bench.go();
+  for (int i = 0; i < 100000 && !bench.laser.on(); ++i) bench.cycle();
+  bench.cycles(50);
+  EXPECT_EQ(bench.last.state, ExecutiveState::kRunning);
+  bench.log.clear();
+  bench.cycles(3);
+  bench.expect_safe(Fault::kLaser);
+  EXPECT_STREQ(bench.last.error.where, "laser: dark after its warm-up");
+}
+
+TEST(Executive, FindsAStuckAndADeadLaserAlsoWhereItSwitchesWithEveryFrame) {
+  for (const bool dead : {false, true}) {
+    ScanSettings s = settings();
+    s.laser_pairs = s.laser_switches_per_frame = true;
+    s.laser_warm_up = 0;
+    s.sweep_to = 1.6;
+    Bench bench(s);
+    bench.go();
+    while (!(bench.laser.on() && bench.plan.segments()[bench.last.segment].phase == Phase::kSweep)) bench.cycle();
+    (dead ? bench.laser.dead : bench.laser.stuck_on) = true;
+    bench.cycles(130);
+    EXPECT_EQ(bench.last.fault, Fault::kLaser) << (dead ? "dead" : "stuck on");
+    EXPECT_EQ(bench.plan.segments()[bench.last.segment].phase, Phase::kSweep);
+  }
+}
+
+TEST(Executive, TriesAgainInEveryCycleWhatFailsToMakeItSafe) {
+  Bench bench;
+  bench.go_sweeping();
+  bench.laser.fail_off = bench.arm.fail_stop = true;
+  bench.sut.request_stop();
+  bench.cycle();
+  EXPECT_FALSE(bench.last.laser_off.ok());
+  EXPECT_FALSE(bench.last.arm_stop.ok());
+  bench.cycles(10);
+  EXPECT_EQ(bench.last.state, ExecutiveState::kFault) << "a laser that refuses to go off is a fault";
+  bench.laser.fail_off = bench.arm.fail_stop = false;
+  bench.log.clear();
+  bench.cycle();
+  EXPECT_TRUE(bench.last.laser_off.ok() && bench.last.arm_stop.ok());
+  bench.expect_safe(Fault::kLaser);
+}
+
+TEST(Executive, StaysDarkUntilItIsToldThatTheInterlockIsClosed) {
+  Bench bench;
+  bench.cycle();
+  bench.sut.set_armed(true);
+  bench.sut.start(bench.now + 5ms);
+  while (bench.last.state != ExecutiveState::kDone && bench.last.cycle < 20000) bench.cycle();
+  EXPECT_EQ(bench.log.first("laser on"), bench.log.count);
 }
 
 TEST(Executive, DropsBeamAndStopsWhenTheHeartbeatIsLate) {

@@ -48,6 +48,7 @@ class FakeArm final : public Arm {
   }
   Status stop() noexcept override {
     log_.add("stop");
+    if (fail_stop) return Error{ErrorCode::kIo, 5, now, "arm: stop"};
     velocity_.setZero();
     return {};
   }
@@ -60,7 +61,7 @@ class FakeArm final : public Arm {
   const JointVector& velocity() const { return velocity_; }
 
   Stamp now{};
-  bool fail_read = false, fail_write = false, silent = false, stuck = false;
+  bool fail_read = false, fail_write = false, fail_stop = false, silent = false, stuck = false;
 
  private:
   CallLog& log_;
@@ -75,17 +76,18 @@ class FakeLaser final : public Laser {
   Status set(bool on) noexcept override {
     log_.add(on ? "laser on" : "laser off");
     if (fail && on) return Error{ErrorCode::kTimeout, 0, {}, "laser: relay"};
-    on_ = on;
+    if (fail_off && !on) return Error{ErrorCode::kTimeout, 0, {}, "laser: relay"};
+    on_ = on || (on_ && stuck_on);
     return {};
   }
   Result<LaserState> state() noexcept override {
     if (fail_state) return Error{ErrorCode::kDisconnected, 0, {}, "laser: state"};
-    return LaserState{on_, on_, on_, {}};
+    return LaserState{on_, on_, on_ && !dead, {}};
   }
   Duration warm_up() const noexcept override { return Duration{0}; }
 
   bool on() const { return on_; }
-  bool fail = false, fail_state = false;
+  bool fail = false, fail_off = false, fail_state = false, stuck_on = false, dead = false;
 
  private:
   CallLog& log_;

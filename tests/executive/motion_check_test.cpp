@@ -131,6 +131,31 @@ TEST(MotionCheck, LooksAtTheProjectorAndTheToolToo) {
   expect_refused(settings(), o, {"projector"});
 }
 
+TEST(MotionCheck, MissesNoObstacleOfAFewMillimetresOnAFastPath) {
+  ScanSettings s = settings();
+  s.sweep_from = 1.3;
+  s.sweep_to = 1.6;
+  s.sweep_velocity = 0.5;
+  s.sweep_acceleration = 2;
+  MotionLimits limits;
+  limits.max_ticks_per_s = 1e6;
+  Obstacles o = tank();
+  o.link_radius = 0;
+  o.margin = 0.001;
+  const ArmModel arm = arm5e();
+  JointVector q = s.posture;
+  q[kElbow] = 1.0;
+  s.park = s.posture;
+  s.park[kElbow] = 1.8;
+  const ScanPlan plan = make_scan_plan(s, q);  // passes the pins once, in the sweep
+  for (int i = 0; i < 100; ++i) {
+    q[kElbow] = 1.4 + 0.001 * i;
+    const Vector3d tip = arm.bMe(q) * Vector3d(0, 0, 0.001);  // only the tip itself comes so near
+    o.boxes = {{"pin", Transform(Eigen::Translation3d(tip)), Vector3d::Constant(0.0015)}};
+    EXPECT_THROW(check_motion(plan, arm, o, limits), InputError) << i;
+  }
+}
+
 TEST(MotionCheck, ReportsTheClearanceThatGeometryGives) {
   ScanSettings s = settings();
   s.park = s.posture;  // the elbow only

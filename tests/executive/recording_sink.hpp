@@ -1,6 +1,7 @@
 // A session in memory.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <stdexcept>
 #include <string>
@@ -15,6 +16,7 @@ class RecordingSink final : public ScanSink {
   void joints(const JointState& state) override { states.push_back(state); }
   void frame(const FrameRecord& record, const cv::Mat& image) override {
     if (static_cast<int>(frames.size()) == throw_at) throw std::runtime_error("disk full");
+    if (on_frame) on_frame(record);
     frames.push_back(record);
     pixels.push_back(image.at<unsigned char>(0, 0));
   }
@@ -31,6 +33,14 @@ class RecordingSink final : public ScanSink {
   std::vector<int> pixels;
   std::vector<Event> events;
   int throw_at = -1;
+  std::function<void(const FrameRecord&)> on_frame;
+
+  /// Is there an event of this kind whose text has `words` in it?
+  bool told(const std::string& kind, const std::string& words) const {
+    for (const Event& e : events)
+      if (e.kind == kind && e.text.find(words) != std::string::npos) return true;
+    return false;
+  }
 
   /// Frames of a camera in a phase.
   std::vector<FrameRecord> of(const std::string& camera, Phase phase) const {

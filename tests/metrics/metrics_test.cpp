@@ -185,6 +185,22 @@ TEST(PointVerdict, PutsEachPointWhereTheRulesSay) {
   EXPECT_DOUBLE_EQ(*m.rejected, 0.8);
 }
 
+TEST(Metrics, CountsThePointsItsReaderLeftOutAsRejected) {
+  PointCloud cloud = faces({{2, 1}}, 0.005);
+  const std::size_t present = cloud.points.size();
+  const Metrics without = evaluate(cloud, tank_box(), without_ground());
+  cloud.points.push_back({Vector3d::Constant(std::numeric_limits<double>::quiet_NaN())});
+  cloud.invalid = present - 1;
+  const Metrics m = evaluate(cloud, tank_box(), without_ground());
+  EXPECT_EQ(m.points, 2 * present);
+  EXPECT_EQ(m.invalid_points, present);
+  EXPECT_EQ(m.object_points, present);
+  EXPECT_EQ(m.rejected, 0.5);
+  EXPECT_EQ(m.outliers, 0.0);
+  EXPECT_EQ(m.verdicts.size(), present + 1);
+  EXPECT_EQ(m.error->mean, without.error->mean);
+}
+
 TEST(PointVerdict, TakesTheGroundPlaneItIsGiven) {
   MetricThresholds t;
   t.ground = Plane{Vector3d::UnitZ(), 0.26};

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cmath>
+#include <thread>
 
 namespace tankrig::sim {
 namespace {
@@ -151,6 +153,56 @@ TEST(MockArm, StopsWhenTold) {
   ASSERT_TRUE(sut.stop().ok());
   bench.clock.sleep_until(bench.clock.now() + 500ms);
   EXPECT_EQ(sut.true_velocity_at(bench.clock.now())[kElbow], 0);
+}
+
+TEST(MockArm, FailsInTheWaysATestAsksFor) {
+  Bench bench;
+  MockArm sut = bench.make();
+  drive(bench, sut, elbow(0.1), 300ms);
+  sut.faults.stop_fails = true;
+  EXPECT_EQ(sut.stop().error().code, ErrorCode::kIo);
+  bench.clock.sleep_until(bench.clock.now() + 300ms);
+  EXPECT_GT(sut.true_velocity_at(bench.clock.now())[kElbow], 0.09);
+  sut.faults = {};
+  sut.faults.runs_away = true;
+  ASSERT_TRUE(sut.stop().ok());
+  drive(bench, sut, JointVector::Zero(), 1s);
+  EXPECT_GT(sut.true_velocity_at(bench.clock.now())[kElbow], 0.09);
+  sut.faults = {};
+  ASSERT_TRUE(sut.stop().ok());
+  bench.clock.sleep_until(bench.clock.now() + 500ms);
+  EXPECT_EQ(sut.true_velocity_at(bench.clock.now())[kElbow], 0);
+}
+
+TEST(MockArm, MayBeStoppedFromAnyThread) {
+  MonotonicClock clock;
+  MockArmParameters parameters;
+  parameters.exchange_period = 2us;
+  parameters.feedback_latency = 0s;
+  MockArm sut(arm5e(), parameters, (JointVector() << 0, 0.12, 1.0, 0, 0.1).finished(), clock);
+  ASSERT_TRUE(sut.write_velocity(elbow(0.1)).ok());
+  sut.faults.runs_away = true;  // it keeps moving, so that an exchange made twice or left out is seen
+  std::atomic<bool> done{false};
+  std::thread other([&] {
+    while (!done) (void)sut.stop();
+  });
+  JointState last;
+  int backwards = 0;
+  for (const Stamp end = clock.now() + 100ms; clock.now() < end;) {
+    const auto state = sut.try_read().value();
+    if (!state) continue;
+    backwards += state->stamp <= last.stamp || state->q[kElbow] < last.q[kElbow];
+    last = *state;
+  }
+  done = true;
+  other.join();
+  EXPECT_EQ(backwards, 0);
+  EXPECT_GT(last.q[kElbow], 1.002);
+  sut.faults = {};
+  std::thread([&] { EXPECT_TRUE(sut.stop().ok()); }).join();
+  const Stamp stopped = clock.now();
+  for (const Stamp end = stopped + 100ms; clock.now() < end;) (void)sut.try_read();
+  EXPECT_LT(sut.true_velocity_at(clock.now())[kElbow], 0.02);
 }
 
 TEST(MockArm, StopsAtItsJointLimits) {

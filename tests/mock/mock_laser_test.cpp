@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <thread>
+
 namespace tankrig::sim {
 namespace {
 
@@ -45,6 +48,48 @@ TEST(MockLaser, StaysDarkIfSwitchedOffWhileWarmingUp) {
   clock.sleep_until({500'000'000});
   ASSERT_TRUE(sut.set(false).ok());
   for (std::int64_t t = 0; t < 3'000'000'000; t += 100'000'000) EXPECT_EQ(sut.power_at({t}), 0);
+}
+
+TEST(MockLaser, FailsInTheWaysATestAsksFor) {
+  VirtualClock clock;
+  MockLaser sut(0s, clock);
+  sut.faults.set_fails = true;
+  EXPECT_EQ(sut.set(true).error().code, ErrorCode::kIo);
+  EXPECT_FALSE(sut.state().value().powered);
+  sut.faults = {};
+  sut.faults.dead = true;
+  ASSERT_TRUE(sut.set(true).ok());
+  EXPECT_TRUE(sut.state().value().powered);
+  EXPECT_FALSE(sut.state().value().emitting);
+  sut.faults = {};
+  sut.faults.stuck_on = true;
+  ASSERT_TRUE(sut.set(false).ok());
+  EXPECT_FALSE(sut.state().value().commanded);
+  EXPECT_TRUE(sut.state().value().powered);
+  EXPECT_TRUE(sut.state().value().emitting);
+}
+
+TEST(MockLaser, MayBeSwitchedOffFromAnyThread) {
+  MonotonicClock clock;
+  MockLaser sut(0s, clock);
+  const Stamp begin = clock.now();
+  std::atomic<bool> done{false};
+  std::thread other([&] {
+    while (!done) (void)sut.set(false);
+  });
+  int lit = 0;
+  for (int i = 0; i < 200'000; ++i) {
+    (void)sut.set(true);
+    const LaserState s = sut.state().value();
+    EXPECT_EQ(s.emitting, s.powered);
+    EXPECT_GE(s.since, begin);
+    lit += s.powered;
+  }
+  done = true;
+  other.join();
+  ASSERT_TRUE(sut.set(false).ok());
+  EXPECT_FALSE(sut.state().value().powered);
+  EXPECT_GT(lit, 0);
 }
 
 TEST(MockLaser, RemembersManySwitchings) {

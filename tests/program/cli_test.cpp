@@ -14,10 +14,13 @@ using testing::Not;
 namespace tankrig::test {
 namespace {
 
-/// One line on standard error, exit code 1, nothing at `forbidden`.
+/// One line on standard error (warnings aside), exit code 1, nothing at `forbidden`.
 void expect_refusal(const ProgramRun& run, const std::vector<std::string>& words, const fs::path& forbidden = {}) {
   EXPECT_EQ(run.exit_code, 1) << run.err;
-  EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
+  std::istringstream lines(run.err);
+  int refusals = 0;
+  for (std::string line; std::getline(lines, line);) refusals += line.find("warning:") == std::string::npos;
+  EXPECT_EQ(refusals, 1) << run.err;
   for (const std::string& word : words) EXPECT_THAT(run.err, HasSubstr(word));
   EXPECT_FALSE(!forbidden.empty() && fs::exists(forbidden)) << forbidden;
 }
@@ -117,6 +120,15 @@ TEST(BadInput, AMotionThroughTheBoxIsRefusedBeforeAnythingMoves) {
                                   "bMo: {translation_m: [0.45, 0.0, 0.6]");
   const fs::path out = scratch_folder() / "session";
   expect_refusal(run_tankrig({"scan", "--rig", rig.string(), "--out", out.string()}), {"object", "comes within"}, out);
+}
+
+TEST(Warnings, ARigThatIsNotCalibratedToItsSceneIsTold) {
+  const fs::path rig = edited_rig(scratch_folder() / "rig", "bMc: {translation_m: [0.716, 0.228, 0.585]",
+                                  "bMc: {translation_m: [0.741, 0.228, 0.585]");
+  const ProgramRun run = run_tankrig({"scan", "--rig", rig.string(), "--dry-run"});
+  EXPECT_EQ(run.exit_code, 0);
+  EXPECT_THAT(run.err, HasSubstr("camera mono stands 25.0 mm"));
+  EXPECT_THAT(run_tankrig({"scan", "--dry-run"}).err, Not(HasSubstr("warning")));
 }
 
 TEST(BadInput, ASessionDirectoryInUseIsLeftAlone) {
@@ -220,9 +232,19 @@ TEST(Interruption, CtrlCLeavesTheLaserOffTheArmAtRestAndTheSessionReadable) {
   EXPECT_THAT(session.info.status, testing::StartsWith("stopped"));
   EXPECT_FALSE(session.frames.empty());
   const std::string events = read_text(out / "events.csv");
-  const std::size_t laser_off = events.find("laser,off"), stop = events.find("stop");
-  EXPECT_NE(laser_off, std::string::npos) << events;
-  EXPECT_NE(stop, std::string::npos) << events;
+  const std::size_t on = events.rfind(",laser,on"), off = events.rfind(",laser,off"),
+                    dark = events.rfind(",laser,dark");
+  ASSERT_NE(on, std::string::npos) << events;
+  EXPECT_GT(off, on) << events;    // the last command to the laser
+  EXPECT_GT(dark, off) << events;  // and what it then reported
+  std::istringstream rows(read_text(out / "joints.csv"));
+  std::string row, last;
+  while (std::getline(rows, row)) last = row;
+  // stamp_ns, five joints, five velocities [rad/s]: the elbow's is the eighth of the numbers after the stamp.
+  std::vector<std::string> fields;
+  for (std::istringstream cells(last); std::getline(cells, row, ',');) fields.push_back(row);
+  ASSERT_GT(fields.size(), 8u) << last;
+  EXPECT_NEAR(std::stod(fields[8]), 0, 0.01) << last;
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sched.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -14,7 +15,7 @@ namespace fs = std::filesystem;
 namespace tankrig::test {
 
 ProgramRun run_tankrig(const std::vector<std::string>& arguments,
-                       const std::function<void(const std::string&, int)>& on_error_line) {
+                       const std::function<void(const std::string&, int)>& on_error_line, bool one_core) {
   const fs::path out_file = scratch_folder() / "stdout.txt";
   int error_pipe[2];
   if (pipe(error_pipe) != 0) throw std::runtime_error("pipe failed");
@@ -23,6 +24,12 @@ ProgramRun run_tankrig(const std::vector<std::string>& arguments,
     std::vector<char*> argv{const_cast<char*>(TANKRIG_PROGRAM)};
     for (const std::string& a : arguments) argv.push_back(const_cast<char*>(a.c_str()));
     argv.push_back(nullptr);
+    if (one_core) {
+      cpu_set_t first;
+      CPU_ZERO(&first);
+      CPU_SET(0, &first);
+      if (sched_setaffinity(0, sizeof first, &first) != 0) _exit(125);
+    }
     dup2(error_pipe[1], STDERR_FILENO);
     dup2(open(out_file.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644), STDOUT_FILENO);
     close(error_pipe[0]);

@@ -17,9 +17,9 @@ struct ProgramRun {
 };
 
 /// Runs `tankrig arguments...` in the source folder. `on_error_line` sees every line of standard error as it comes,
-/// with the program's pid.
+/// with the program's pid. `one_core` keeps the program, and so its threads, on a single processor.
 ProgramRun run_tankrig(const std::vector<std::string>& arguments,
-                       const std::function<void(const std::string&, int)>& on_error_line = {});
+                       const std::function<void(const std::string&, int)>& on_error_line = {}, bool one_core = false);
 
 /// An empty folder of the running test's own.
 std::filesystem::path scratch_folder();

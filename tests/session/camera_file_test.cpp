@@ -9,6 +9,7 @@
 namespace tankrig {
 namespace {
 
+using testing::ContainsRegex;
 using testing::HasSubstr;
 
 constexpr const char* kOpenCv = R"(%YAML:1.0
@@ -113,12 +114,35 @@ TEST(CameraFile, NamesFileLineAndFieldOfBadInput) {
   EXPECT_THAT(error(changed(kOpenCv, "Distortion_", "")), HasSubstr("c.yaml: distortion_coefficients: missing"));
   EXPECT_THAT(error(changed(kOpenCv, "0., 0., 1. ]", "0., 1. ]")),
               HasSubstr("c.yaml:10: Camera_Matrix.data: found 8 numbers, expected rows x cols = 9"));
-  EXPECT_THAT(error(changed(kOpenCv, "685.5", "-685.5")), HasSubstr("expected fx > 0 and fy > 0"));
+  EXPECT_THAT(error(changed(kOpenCv, "685.5", "-685.5")), HasSubstr("c.yaml:6: Camera_Matrix: found fy = -685.5, expected a number from 1e-09 to"));
   EXPECT_THAT(error(changed(kOpenCv, "5.14e+02, 0.", "5.14e+02, 2.")), HasSubstr("found skew"));
   EXPECT_THAT(error(changed(kRos, "plumb_bob", "equidistant")),
               HasSubstr("c.yaml:8: distortion_model: found 'equidistant', expected plumb_bob"));
-  EXPECT_THAT(error("a: [1\nb: 2\n"), HasSubstr("expected valid YAML"));
-  EXPECT_THAT(error("just text"), HasSubstr("found no mapping"));
+  EXPECT_THAT(error("a: [1\nb: 2\n"), ContainsRegex("c.yaml:[0-9]+: .+, expected a camera calibration in YAML$"));
+  EXPECT_THAT(error("just text"), HasSubstr("c.yaml:1: found no mapping, expected a camera calibration in YAML"));
+  std::string bytes("\x89PNG\r\n\x1a\n\0\0", 10);
+  for (int i = 0; i < 4096; ++i) bytes += static_cast<char>(i * 167 >> 3);
+  const std::string binary = error(bytes);
+  EXPECT_THAT(binary, ContainsRegex("c.yaml:[0-9]+: .+, expected a camera calibration in YAML$"));
+  EXPECT_LT(binary.size(), 300u);
+  EXPECT_EQ(binary.find('\n'), std::string::npos) << "one line";
+  EXPECT_LT(error(changed(kOpenCv, "640", std::string(5000, '9'))).size(), 300u);
+}
+
+TEST(CameraFile, RefusesACameraThatCannotBe) {
+  const TemporaryFolder folder;
+  const auto error = [&](const char* find, const char* replace) {
+    return message_of<InputError>([&] { read_camera_file(folder.write("c.yaml", changed(kRos, find, replace))); });
+  };
+  EXPECT_THAT(error("765.4", "0"), HasSubstr("camera_matrix: found fx = 0, expected"));
+  EXPECT_THAT(error("762.9", "1.1e5"), HasSubstr("camera_matrix: found fy = 110000, expected"));
+  EXPECT_THAT(error("315.7", "-10001"), HasSubstr("camera_matrix: found cx = -10001, expected"));
+  EXPECT_THAT(error("236.8", "100001"), HasSubstr("camera_matrix: found cy = 100001, expected"));
+  EXPECT_THAT(error("-0.3745", "101"), HasSubstr("distortion_coefficients: found k1 = 101, expected"));
+  EXPECT_THAT(error("0.1606", "-101"), HasSubstr("distortion_coefficients: found k2 = -101, expected"));
+  EXPECT_THAT(error("0.00096", "11"), HasSubstr("distortion_coefficients: found p1 = 11, expected"));
+  EXPECT_THAT(error("-6e-6, 0]", "-11, 0]"), HasSubstr("distortion_coefficients: found p2 = -11, expected"));
+  EXPECT_THAT(error("-6e-6, 0]", "-6e-6, 101]"), HasSubstr("distortion_coefficients: found k3 = 101, expected"));
 }
 
 }  // namespace

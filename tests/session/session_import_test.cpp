@@ -39,8 +39,13 @@ TEST(ParsePlane, ScalesToAUnitNormal) {
   EXPECT_DOUBLE_EQ(plane.offset, 0.5);
 }
 
+TEST(ParsePlane, OnlyALasersPlaneMustNotPassThroughTheOrigin) {
+  EXPECT_EQ(parse_plane("0,0,1,0").offset, 0);
+  EXPECT_THROW(parse_laser_plane("0,0,1,0"), InputError);
+}
+
 TEST(ParsePlane, SaysWhatIsWrong) {
-  const auto error = [](const char* text) { return message_of<InputError>([&] { parse_plane(text); }); };
+  const auto error = [](const char* text) { return message_of<InputError>([&] { parse_laser_plane(text); }); };
   EXPECT_THAT(error("1,2,3"), HasSubstr("plane '1,2,3': found 3 numbers, expected a,b,c,d"));
   EXPECT_THAT(error("1,2,x,4"), HasSubstr("found 'x', expected a number"));
   EXPECT_THAT(error("1,2,,4"), HasSubstr("found '', expected a number"));
@@ -65,11 +70,40 @@ TEST(PlanesCsv, NamesFileAndLineOfBadInput) {
   const auto error = [&](const std::string& text) {
     return message_of<InputError>([&] { read_planes_csv(folder.write("p.csv", text)); });
   };
-  EXPECT_THAT(error("file,a,b,c,d\na.png,1,0,0\n"), HasSubstr("p.csv:2: found 3 numbers, expected a,b,c,d"));
+  EXPECT_THAT(error("file,a,b,c,d\na.png,1,0,0\n"), HasSubstr("p.csv:2: found 4 fields, expected 5: file,a,b,c,d"));
   EXPECT_THAT(error("a.png,1,0,0,1\na.png,1,0,0,1\n"), HasSubstr("p.csv:2: found 'a.png' for the second time"));
   EXPECT_THAT(error(""), HasSubstr("p.csv: holds no plane"));
   EXPECT_THAT(message_of<InputError>([&] { read_planes_csv(folder.path() / "no.csv"); }),
               HasSubstr("no.csv: cannot be read"));
+}
+
+TEST(PlanesCsv, TakesTheColumnsInTheOrderOfItsHeader) {
+  const TemporaryFolder folder;
+  const auto planes = read_planes_csv(folder.write("p.csv", "d, c,b,a,file\r\n-0.5,0,0,1,a.png\r\n"));
+  ASSERT_EQ(planes.size(), 1u);
+  EXPECT_EQ(planes.at("a.png").normal, Vector3d::UnitX());
+  EXPECT_EQ(planes.at("a.png").offset, -0.5);
+}
+
+TEST(PlanesCsv, SkipsAByteOrderMark) {
+  const TemporaryFolder folder;
+  for (const char* header : {"", "file,a,b,c,d\n"})
+    EXPECT_EQ(read_planes_csv(folder.write("p.csv", std::string("\xef\xbb\xbf") + header + "a.png,1,0,0,-0.5\n"))
+                  .count("a.png"),
+              1u);
+}
+
+TEST(PlanesCsv, RefusesAHeaderWithOtherColumns) {
+  const TemporaryFolder folder;
+  const auto error = [&](const std::string& header) {
+    return message_of<InputError>([&] { read_planes_csv(folder.write("p.csv", header + "\na.png,1,0,0,-0.5\n")); });
+  };
+  EXPECT_THAT(error("name,a,b,c,d"),
+              HasSubstr("p.csv:1: column 1: found 'name', expected exactly the columns file,a,b,c,d"));
+  EXPECT_THAT(error("file,a,b,c,d,e"), HasSubstr("p.csv:1: column 6: found 'e'"));
+  EXPECT_THAT(error("file,a,b,b,d"), HasSubstr("p.csv:1: column 4: found 'b' for the second time"));
+  EXPECT_THAT(error("file,a,b,d"), HasSubstr("p.csv:1: found no column 'c'"));
+  EXPECT_THAT(error("file,1,2,3,4"), HasSubstr("p.csv:1: column 2: found '1'"));
 }
 
 TEST(NaturalOrder, CountsAsPeopleDo) {
@@ -119,6 +153,41 @@ TEST(ImportSession, TakesThePlaneOfEachImageByItsName) {
   const Session session = Session::open(request.out);
   EXPECT_EQ(session.laser_plane(session.frames[0]).offset, 1);
   EXPECT_EQ(session.laser_plane(session.frames[1]).offset, 2);
+}
+
+TEST(ImportSession, RefusesDarkImagesOfAnotherKind) {
+  const TemporaryFolder folder;
+  put_image(folder, "in/a.png", 1);
+  fs::create_directories(folder.path() / "dark");
+  ImportRequest request = request_in(folder);
+  request.dark = folder.path() / "dark";
+  const auto error_with = [&](int type) {
+    cv::imwrite((folder.path() / "dark/b.png").string(), cv::Mat(6, 8, type, cv::Scalar::all(1)));
+    return message_of<InputError>([&] { write_import_session(request); });
+  };
+  EXPECT_THAT(error_with(CV_8UC1), HasSubstr("dark/b.png: found 1 x 8 bits a pixel, expected 3 x 8 bits as in a.png"));
+  EXPECT_THAT(error_with(CV_16UC3),
+              HasSubstr("dark/b.png: found 3 x 16 bits a pixel, expected 3 x 8 bits as in a.png"));
+  EXPECT_FALSE(fs::exists(request.out));
+  EXPECT_EQ(error_with(CV_8UC3), "no error");
+}
+
+TEST(ImportSession, RefusesToLieAmongItsOwnImages) {
+  const TemporaryFolder folder;
+  put_image(folder, "in/a.png", 1);
+  put_image(folder, "dark/a.png", 1);
+  fs::create_directory_symlink(folder.path() / "in", folder.path() / "link");
+  ImportRequest request = request_in(folder);
+  request.dark = folder.path() / "dark";
+  for (const char* out : {"in/s", "dark/deep/s", "in/../in/s", "link/s"}) {
+    request.out = folder.path() / out;
+    EXPECT_THAT(message_of<InputError>([&] { write_import_session(request); }), HasSubstr("lies in the folder of the "))
+        << out;
+  }
+  EXPECT_FALSE(fs::exists(folder.path() / "in/s"));
+  EXPECT_FALSE(fs::exists(folder.path() / "dark/deep"));
+  request.out = folder.path() / "in2";
+  write_import_session(request);
 }
 
 TEST(ImportSession, RefusesBadInputAndLeavesNothingBehind) {

@@ -195,6 +195,37 @@ TEST(Session, KeepsEveryWholeLineWhenATableIsCutAtAnyByte) {
   EXPECT_EQ(session.warnings, std::vector<std::string>{"frames.csv: its last line is incomplete and left out"});
 }
 
+TEST(Session, RefusesATableWithoutItsHeaderOnceTheRecordingIsOver) {
+  const TemporaryFolder folder;
+  const fs::path path = recorded(folder);
+  const std::string expected = "expected the header " + frames_header().substr(0, frames_header().size() - 1);
+  for (const std::string text : {"", "camera,ind", "mono"}) {
+    folder.write("s/frames.csv", text);
+    EXPECT_THAT(error_of_opening(path), AllOf(HasSubstr("frames.csv:1: found "), HasSubstr(expected))) << text;
+  }
+  EXPECT_THAT(message_of<InputError>([&] { read_joints_csv(folder.write("joints.csv", "")); }),
+              HasSubstr("joints.csv:1: found nothing, expected the header stamp_ns,"));
+  EXPECT_THAT(message_of<InputError>([&] { read_events_csv(folder.write("events.csv", "")); }),
+              HasSubstr("events.csv:1: found nothing, expected the header stamp_ns,kind,text"));
+}
+
+TEST(Session, OpensARecordingCutInAHeader) {
+  const TemporaryFolder folder;
+  const fs::path path = recorded(folder);
+  std::string yaml = folder.read("s/session.yaml");
+  folder.write("s/session.yaml", yaml.replace(yaml.find("complete"), 8, "recording"));
+  for (const std::string text : {"", "camera,ind"}) {
+    folder.write("s/frames.csv", text);
+    const Session session = Session::open(path);
+    EXPECT_TRUE(session.frames.empty());
+    EXPECT_THAT(session.warnings, testing::Contains(HasSubstr("frames.csv: ")));
+    EXPECT_TRUE(read_joints_csv(folder.write("joints.csv", ""), true).cut_short);
+    EXPECT_TRUE(read_events_csv(folder.write("events.csv", ""), true).cut_short);
+  }
+  folder.write("s/frames.csv", "mono");
+  EXPECT_THAT(error_of_opening(path), HasSubstr("frames.csv:1: found 'mono' without a line end, expected the header"));
+}
+
 TEST(Session, LeavesOutFramesWhoseImageACutRecordingNeverWrote) {
   const TemporaryFolder folder;
   SessionWriter writer(folder.path() / "s", some_info());
@@ -249,6 +280,10 @@ TEST(Session, NamesFileLineAndFieldOfBadInput) {
       {"session.yaml", "seed: 1", "seed: -1", "seed: found '-1"},
       {"session.yaml", "light: 0.3", "light: 7.3", "light: found '7.3"},
       {"session.yaml", "fx_px: 10.1", "fx_px: ten", "fx_px: found 'ten"},
+      {"session.yaml", "fx_px: 10.1", "fx_px: 200000.1", "fx_px: found '200000.1"},
+      {"session.yaml", "cy_px: 2.5", "cy_px: -20000", "cy_px: found '-20000', expected a number from -10000 to 100000"},
+      {"session.yaml", "k1: -0.37", "k1: -370", "k1: found '-370', expected a number from -100 to 100"},
+      {"session.yaml", "p2: 0.0029", "p2: 29", "p2: found '29', expected a number from -10 to 10"},
       {"session.yaml", "role: mono", "role: third", "role: found 'third', expected one of: mono, left, right"},
       {"session.yaml", "name: \"s\"", "name: \"s\"\nsurprise: 1", "session.yaml:3: surprise: unknown key"},
       {"frames.csv", "camera,index", "camera,number", "frames.csv:1: column 2: found 'number', expected 'index'"},

@@ -70,6 +70,34 @@ TEST(SceneFile, DefaultSceneReadsWithoutWarning) {
   EXPECT_EQ(scene.water.particles_per_m3, 300);
 }
 
+TEST(SceneFile, TellsAMissingFileFromAnEmptyOne) {
+  const auto error = [](auto action) {
+    try {
+      action();
+    } catch (const InputError& e) {
+      return std::string(e.what());
+    }
+    return std::string("no error");
+  };
+  EXPECT_THAT(error([] { read(""); }), ::testing::EndsWith("scene_test.xml: is empty, expected a UWSimScene"));
+  EXPECT_THAT(error([] { read(" \n\n"); }), ::testing::EndsWith("scene_test.xml: is empty, expected a UWSimScene"));
+  EXPECT_THAT(error([] { read_scene("/no/such/scene.xml"); }),
+              ::testing::EndsWith("/no/such/scene.xml: cannot be read, expected a UWSimScene"));
+  EXPECT_THAT(error([] { read_scene(kEtc); }), ::testing::HasSubstr(": cannot be read"));
+  EXPECT_THAT(error([] { read("<?xml version=\"1.0\"?>\n"); }), ::testing::HasSubstr("expected <UWSimScene>"));
+  EXPECT_THAT(error([] { read(default_text() + std::string("\0rest", 5)); }), ::testing::HasSubstr("found a byte 0"));
+}
+
+TEST(SceneFile, RefusesWhatStandsBesideItsRootElement) {
+  const auto after = [](const std::string& more) { return "</UWSimScene>\n" + more; };
+  expect_refused("</UWSimScene>", after("\n  junk\n"), "junk", "found text 'junk', expected one <UWSimScene>");
+  expect_refused("</UWSimScene>", after("<UWSimScene/>"), "<UWSimScene/>", "found a second root element <UWSimScene>");
+  expect_refused("<UWSimScene>", "<!DOCTYPE UWSimScene [\n<!ENTITY a \"b\">\n]>\n<UWSimScene>", "<!DOCTYPE",
+                 "found a DOCTYPE");
+  expect_refused("<UWSimScene>", "junk\n<UWSimScene>", "junk", "found text 'junk'");
+  EXPECT_NO_THROW(read(default_text() + "<!-- a comment -->\n"));
+}
+
 TEST(SceneFile, LightOneGivesThePapersBrightConditionAtTheLuxMeter) {
   EXPECT_NEAR(TankWorld::load(kEtc / "scenes/tank.xml", {}).lux(), 207, 3);
 }

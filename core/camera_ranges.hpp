@@ -1,0 +1,13 @@
+// What a calibrated camera can be: the ranges every reader of one holds it to.
+#pragma once
+
+#include "core/config_node.hpp"
+
+namespace tankrig {
+
+inline constexpr ConfigRange kFocalRange{1e-9, 1e5};           ///< fx, fy [px]
+inline constexpr ConfigRange kPrincipalPointRange{-1e4, 1e5};  ///< cx, cy [px]
+inline constexpr ConfigRange kRadialRange{-100, 100};          ///< k1, k2, k3
+inline constexpr ConfigRange kTangentialRange{-10, 10};        ///< p1, p2
+
+}  // namespace tankrig

@@ -1,0 +1,13 @@
+// A user's value as a message may show it: short, printable, on one line.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+
+namespace tankrig {
+
+/// At most `longest` characters, then "..."; '?' for every control character and every byte that is not UTF-8.
+std::string shown_text(std::string_view value, std::size_t longest = 60);
+
+}  // namespace tankrig

@@ -1,0 +1,47 @@
+// Whether a scan really left the rig safe: the laser read back dark, the arm measured at rest.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "rig/executive/cycle_record.hpp"
+#include "rig/executive/scan_settings.hpp"
+
+namespace tankrig {
+
+/// What was confirmed by the devices themselves after the end, not what was commanded.
+struct OutputsLeft {
+  bool laser_dark = false;   ///< Laser::state() was read: neither powered nor emitting
+  bool arm_at_rest = false;  ///< measured velocities were below creep for a while
+
+  bool safe() const noexcept { return laser_dark && arm_at_rest; }
+};
+
+/// "laser off, arm at rest", or for each that is not confirmed what the people at the tank must do.
+std::string to_string(const OutputsLeft& left);
+
+/// Looks at the cycle's records from the end of the plan, a stop or a fault on.  Threads: one.
+class SafeEnd {
+ public:
+  explicit SafeEnd(const ScanSettings& settings) : settings_(settings) {}
+
+  /// Records in order of their stamps.
+  void add(const CycleRecord& record);
+
+  /// The executive has ended: done, stopped or in fault.
+  bool ended() const noexcept { return ended_at_.has_value(); }
+  /// Ended, and both confirmed, or rest_timeout has passed.
+  bool settled() const noexcept;
+  OutputsLeft left() const noexcept { return left_; }
+
+ private:
+  static constexpr Duration kRestWindow = std::chrono::milliseconds{100};
+
+  const ScanSettings settings_;
+  std::optional<Stamp> ended_at_;
+  std::optional<Stamp> resting_since_;  // first of an unbroken run of joint samples at rest, after the end
+  Stamp now_{};
+  OutputsLeft left_;
+};
+
+}  // namespace tankrig

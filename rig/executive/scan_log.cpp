@@ -1,0 +1,62 @@
+#include "rig/executive/scan_log.hpp"
+
+#include <algorithm>
+#include <cstdio>
+
+namespace tankrig {
+namespace {
+
+std::string describe(const CycleRecord& record, const ScanPlan& plan) {
+  std::string text = to_string(record.fault);
+  if (record.fault == Fault::kFollowingError) {
+    char number[48];
+    std::snprintf(number, sizeof number, " of %.4f rad", record.following_error);
+    text += std::string(": joint ") + kJointNames[static_cast<std::size_t>(std::max(record.joint, 0))] + number;
+  } else if (record.error.where[0] != '\0') {
+    text += ": " + describe(record.error);
+  }
+  return text + " in \"" + plan.segments()[record.segment].name + "\"";
+}
+
+}  // namespace
+
+std::string describe(const Error& error) {
+  std::string text = std::string(error.where) + ": " + to_string(error.code);
+  if (error.os_errno != 0) text += " (errno " + std::to_string(error.os_errno) + ")";
+  return text;
+}
+
+void ScanLog::add(const CycleRecord& r, const std::string& why_stopped) {
+  const bool entered = r.state != last_.state;
+  if (r.state == ExecutiveState::kRunning && (entered || r.segment != last_.segment))
+    sink_.event(r.stamp, "phase", plan_.segments()[r.segment].name);
+  if (r.laser_commanded != last_.laser_commanded) sink_.event(r.stamp, "laser", r.laser_commanded ? "on" : "off");
+  if (r.laser_emitting != last_.laser_emitting)
+    sink_.event(r.laser_since, "laser", r.laser_emitting ? "emitting" : "dark");
+  failed("laser not switched off: ", r.stamp, r.laser_off, last_.laser_off);
+  failed("arm not stopped: ", r.stamp, r.arm_stop, last_.arm_stop);
+  if (entered && r.state == ExecutiveState::kFault) {
+    fault_ = describe(r, plan_);
+    sink_.event(r.stamp, "fault", fault_);
+  }
+  if (entered && r.state == ExecutiveState::kStopped)
+    sink_.event(r.stamp, "stop", why_stopped.empty() ? "asked for" : why_stopped);
+  if (entered && r.state == ExecutiveState::kDone) sink_.event(r.stamp, "phase", "done");
+  last_ = r;
+}
+
+/// Once for a run of failures: the executive tries again in every cycle.
+void ScanLog::failed(const char* what, Stamp when, const Status& now, const Status& before) {
+  if (!now.ok() && before.ok()) sink_.event(when, "fault", what + describe(now.error()));
+}
+
+void ScanLog::summary(Stamp now, double max_following_error, Duration worst_residual, const OutputsLeft& left) {
+  char line[80];
+  std::snprintf(line, sizeof line, "largest following error %.5f rad", max_following_error);
+  sink_.event(now, "summary", line);
+  std::snprintf(line, sizeof line, "largest sync residual %.3f ms", 1e3 * seconds(worst_residual));
+  sink_.event(now, "summary", line);
+  sink_.event(now, left.safe() ? "summary" : "fault", to_string(left));
+}
+
+}  // namespace tankrig

@@ -1,0 +1,37 @@
+// What a scan tells its session beside joints and frames: phases, laser, faults, and how it ended.
+#pragma once
+
+#include <string>
+
+#include "rig/executive/cycle_record.hpp"
+#include "rig/executive/safe_end.hpp"
+#include "rig/executive/scan_plan.hpp"
+#include "rig/executive/scan_sink.hpp"
+
+namespace tankrig {
+
+/// "arm: read joints: timeout (errno 5)"
+std::string describe(const Error& error);
+
+/// Turns changes between cycle records into events.  Threads: one.  RT: never.
+class ScanLog {
+ public:
+  ScanLog(const ScanPlan& plan, ScanSink& sink) : plan_(plan), sink_(sink) {}
+
+  /// Records in order of their stamps. `why_stopped`: empty if somebody asked for it.
+  void add(const CycleRecord& record, const std::string& why_stopped);
+  void summary(Stamp now, double max_following_error, Duration worst_residual, const OutputsLeft& left);
+
+  /// The latched fault in words; empty if there is none.
+  const std::string& fault() const noexcept { return fault_; }
+
+ private:
+  void failed(const char* what, Stamp when, const Status& now, const Status& before);
+
+  const ScanPlan& plan_;
+  ScanSink& sink_;
+  CycleRecord last_;
+  std::string fault_;
+};
+
+}  // namespace tankrig

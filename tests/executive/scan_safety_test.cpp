@@ -1,0 +1,216 @@
+// How a scan ends when the devices do not do what they are told.
+#include <gtest/gtest.h>
+
+#include <utility>
+
+#include "core/input_error.hpp"
+#include "tests/executive/mock_rig.hpp"
+
+namespace tankrig {
+namespace {
+
+using namespace std::chrono_literals;
+using testing_support::MockRig;
+
+/// Does `what` once, in the middle of the sweep.
+void in_the_sweep(MockRig& rig, std::function<void()> what) {
+  rig.progress = [&rig, what, done = false](const ScanProgress& p) mutable {
+    if (!done && p.phase == Phase::kSweep && p.fraction > 0.5) {
+      done = true;
+      what();
+    }
+  };
+}
+
+bool arm_rests(MockRig& rig) {
+  return rig.arm->true_velocity_at(rig.clock.now()).cwiseAbs().maxCoeff() < rig.s.rest_velocity;
+}
+
+TEST(ScanSafety, ConfirmsLaserDarkAndArmAtRestAtTheEndOfAPlan) {
+  MockRig rig;
+  const ScanResult result = rig.run();
+  EXPECT_TRUE(result.complete());
+  EXPECT_TRUE(result.left.laser_dark);
+  EXPECT_TRUE(result.left.arm_at_rest);
+  EXPECT_TRUE(rig.sink.told("summary", "laser off, arm at rest"));
+}
+
+TEST(ScanSafety, SaysThatTheLaserMayBeOnWhenItsRelayHasWelded) {
+  MockRig rig;
+  in_the_sweep(rig, [&] {
+    rig.laser->faults.stuck_on = true;
+    rig.stop = true;
+  });
+  const ScanResult result = rig.run();
+  ASSERT_TRUE(rig.laser->state().value().powered);
+  EXPECT_FALSE(result.left.laser_dark);
+  EXPECT_TRUE(result.left.arm_at_rest);
+  EXPECT_EQ(to_string(result.left), "LASER MAY BE ON: cut its supply; arm at rest");
+  EXPECT_TRUE(rig.sink.told("fault", "laser: on though not commanded"));
+  EXPECT_TRUE(rig.sink.told("fault", "LASER MAY BE ON"));
+}
+
+TEST(ScanSafety, NoticesAWeldedRelayInTheDarkBlockAfterTheSweep) {
+  MockRig rig;
+  in_the_sweep(rig, [&] { rig.laser->faults.stuck_on = true; });
+  const ScanResult result = rig.run();
+  EXPECT_NE(result.status.find("laser: on though not commanded"), std::string::npos) << result.status;
+  EXPECT_FALSE(result.left.laser_dark);
+  EXPECT_EQ(rig.sink.of("mono", Phase::kDarkAfter).size(), 0u);
+}
+
+TEST(ScanSafety, RetriesALaserThatRefusesToGoOffAndTellsItOnce) {
+  MockRig rig;
+  int asked = 0;
+  rig.interlock_closed = [&] {  // asked in every round: the laser recovers 50 cycles after the stop
+    if (rig.stop && ++asked == 50) rig.laser->faults.set_fails = false;
+    return true;
+  };
+  in_the_sweep(rig, [&] { rig.laser->faults.set_fails = rig.stop = true; });
+  const ScanResult result = rig.run();
+  EXPECT_GE(asked, 50);
+  EXPECT_TRUE(result.left.safe());
+  EXPECT_FALSE(rig.laser->state().value().powered);
+  int told = 0;
+  for (const auto& e : rig.sink.events)
+    told += e.kind == "fault" && e.text.starts_with("laser not switched off: laser: switch");
+  EXPECT_EQ(told, 1);
+}
+
+TEST(ScanSafety, GivesUpALaserThatNeverGoesOffAfterItsTimeAndSaysSo) {
+  MockRig rig;
+  Stamp stopped;
+  in_the_sweep(rig, [&] {
+    rig.laser->faults.set_fails = rig.stop = true;
+    stopped = rig.clock.now();
+  });
+  const ScanResult result = rig.run();
+  EXPECT_FALSE(result.left.laser_dark);
+  EXPECT_NEAR(seconds(rig.clock.now() - stopped), rig.s.rest_timeout, 0.05);
+}
+
+TEST(ScanSafety, WaitsForTheArmThatRefusesToStopUntilItsWatchdogHasStoppedIt) {
+  MockRig rig;
+  in_the_sweep(rig, [&] { rig.arm->faults.stop_fails = rig.stop = true; });
+  const ScanResult result = rig.run();
+  EXPECT_TRUE(result.left.safe());
+  EXPECT_TRUE(arm_rests(rig));
+  EXPECT_TRUE(rig.sink.told("fault", "arm not stopped: arm: stop"));
+}
+
+TEST(ScanSafety, SaysThatTheArmMayBeMovingWhenItRunsAway) {
+  MockRig rig;
+  rig.s.rest_timeout = 1;  // before the arm comes to its limit
+  in_the_sweep(rig, [&] { rig.arm->faults.runs_away = rig.stop = true; });
+  const ScanResult result = rig.run();
+  ASSERT_FALSE(arm_rests(rig));
+  EXPECT_TRUE(result.left.laser_dark);
+  EXPECT_FALSE(result.left.arm_at_rest);
+  EXPECT_EQ(to_string(result.left), "laser off; ARM MAY BE MOVING: cut its power");
+}
+
+TEST(ScanSafety, IsNotCompleteWhereTheArmDoesNotRestAfterThePlan) {
+  MockRig rig;
+  rig.s.following_error_limit = 10;
+  rig.progress = [&](const ScanProgress& p) {
+    if (p.segment == "move to park") rig.arm->faults.runs_away = true;
+  };
+  const ScanResult result = rig.run();
+  EXPECT_FALSE(result.complete());
+  EXPECT_FALSE(result.left.arm_at_rest);
+}
+
+TEST(ScanSafety, ConfirmsTheEndOnTheWayOutByAnExceptionToo) {
+  MockRig safe, welded;
+  safe.sink.throw_at = welded.sink.throw_at = 50;
+  EXPECT_THROW(safe.run(), std::runtime_error);
+  EXPECT_TRUE(safe.left.safe());
+  EXPECT_TRUE(arm_rests(safe));
+  welded.sink.on_frame = [&](const FrameRecord& f) {
+    if (f.phase == Phase::kSweep) welded.laser->faults.stuck_on = true;
+  };
+  EXPECT_THROW(welded.run(), std::runtime_error);
+  EXPECT_FALSE(welded.left.laser_dark);
+  EXPECT_TRUE(welded.left.arm_at_rest);
+  EXPECT_TRUE(welded.sink.told("fault", "disk full; LASER MAY BE ON"));
+}
+
+TEST(ScanSafety, StopsWhereTheLaserStaysDark) {
+  MockRig rig;
+  rig.power_on();
+  rig.laser->faults.dead = true;
+  const ScanResult result = rig.run();
+  EXPECT_NE(result.status.find("laser: dark after its warm-up"), std::string::npos) << result.status;
+  EXPECT_EQ(rig.sink.of("mono", Phase::kDarkAfter).size(), 0u);
+  EXPECT_TRUE(result.left.safe());
+}
+
+TEST(ScanSafety, RefusesToScanWithTheInterlockOpenOrUnknown) {
+  for (const bool known : {true, false}) {
+    MockRig rig;
+    if (known)
+      rig.interlock_closed = [] { return false; };
+    else
+      rig.interlock_closed = nullptr;
+    try {
+      rig.run();
+      ADD_FAILURE() << "scanned";
+    } catch (const InputError& e) {
+      EXPECT_STREQ(e.what(), "scan: laser interlock: found open, expected closed");
+    }
+    EXPECT_TRUE(rig.sink.states.empty());
+  }
+}
+
+TEST(ScanSafety, DropsBeamAndStopsWhenTheInterlockOpensInTheSweep) {
+  MockRig rig;
+  bool closed = true;
+  rig.interlock_closed = [&] { return closed; };
+  in_the_sweep(rig, [&] { closed = false; });
+  const ScanResult result = rig.run();
+  EXPECT_NE(result.status.find("interlock open"), std::string::npos) << result.status;
+  EXPECT_TRUE(result.left.safe());
+  EXPECT_FALSE(rig.laser->state().value().powered);
+}
+
+TEST(ScanSafety, DoesNotScanWithoutBeamWhenTheInterlockOpensBeforeItIsArmed) {
+  MockRig rig;
+  int asked = 0;
+  rig.interlock_closed = [&] { return ++asked == 1; };
+  const ScanResult result = rig.run();
+  EXPECT_EQ(result.status, "stopped: laser interlock: found open, expected closed");
+  EXPECT_TRUE(rig.sink.frames.empty());
+}
+
+TEST(ScanSafety, TakesARoundThatIsHeldUpForALateHeartbeat) {
+  for (const Duration held : {200ms, 300ms}) {
+    MockRig rig;
+    rig.mock.arm.watchdog = 1s;
+    rig.s.feedback_timeout = 1;
+    bool once = true;
+    rig.sink.on_frame = [&](const FrameRecord& f) {
+      if (f.phase == Phase::kSweep && f.index > 30 && std::exchange(once, false))
+        rig.clock.sleep_until(rig.clock.now() + held);
+    };
+    const ScanResult result = rig.run();
+    if (held < 250ms)
+      EXPECT_TRUE(result.complete()) << result.status;
+    else
+      EXPECT_NE(result.status.find("heartbeat late"), std::string::npos) << result.status;
+    EXPECT_TRUE(result.left.safe());
+  }
+}
+
+TEST(ScanSafety, WritesItsWorstFollowingErrorAndSyncResidualIntoTheSession) {
+  MockRig rig;
+  const ScanResult result = rig.run();
+  char line[80];
+  std::snprintf(line, sizeof line, "largest following error %.5f rad", result.max_following_error);
+  EXPECT_TRUE(rig.sink.told("summary", line));
+  std::snprintf(line, sizeof line, "largest sync residual %.3f ms", 1e3 * seconds(result.worst_residual));
+  EXPECT_TRUE(rig.sink.told("summary", line));
+  EXPECT_GT(result.max_following_error, 0);
+}
+
+}  // namespace
+}  // namespace tankrig

@@ -1,0 +1,92 @@
+// Stripes so bright that the image shows a clipped plateau instead of a peak.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iostream>
+#include <opencv2/core.hpp>
+
+#include "reconstruction/stripe/stripe_detector.hpp"
+#include "tests/stripe/generated_stripe.hpp"
+
+namespace tankrig {
+namespace {
+
+struct Overexposed {
+  double peak, sd;  ///< [DN], [px]
+
+  /// Of the clipped plateau [px], above a background of 30 DN.
+  double plateau() const { return 2 * sd * std::sqrt(2 * std::log(peak / 225)); }
+};
+
+constexpr Overexposed kStripes[] = {{600, 2.6},  {1500, 1.9}, {1500, 2.0}, {1000, 2.2}, {800, 3.0}, {300, 8.0},
+                                    {1500, 2.6}, {1500, 3.0}, {3000, 3.0}, {3000, 4.5}, {3000, 5.0}};
+
+GeneratedStripe generated(const Overexposed& overexposed, bool white, double noise, unsigned seed) {
+  GeneratedStripe stripe;
+  stripe.width = 320;
+  stripe.height = 240;
+  stripe.peak = overexposed.peak;
+  stripe.sd = overexposed.sd;
+  stripe.bgr = white ? Eigen::Vector3d{1, 1, 1} : Eigen::Vector3d{0, 0, 1};
+  stripe.noise = noise;
+  stripe.seed = seed;
+  stripe.scene = [](int x, int y) { return 30 + 0.03 * x - 0.02 * y; };
+  return stripe;
+}
+
+struct Errors {
+  double mean = 0, rms = 0, worst = 0, worst_normalised = 0;
+};
+
+Errors errors_of(const StripeDetection& detection, const GeneratedStripe& truth) {
+  Errors e;
+  for (const StripePeak& peak : detection.peaks) {
+    const double error = peak.position - truth.true_row(static_cast<int>(peak.column));
+    e.mean += error / static_cast<double>(detection.peaks.size());
+    e.rms += error * error / static_cast<double>(detection.peaks.size());
+    e.worst = std::max(e.worst, std::abs(error));
+    e.worst_normalised = std::max(e.worst_normalised, std::abs(error) / peak.sigma_px);
+  }
+  e.rms = std::sqrt(e.rms);
+  return e;
+}
+
+TEST(StripePlateau, OfUpToTwentyPixelsIsCentredWithAnHonestSigma) {
+  unsigned seed = 20;
+  for (const Overexposed& overexposed : kStripes)
+    for (const bool white : {true, false})
+      for (const bool rows : {true, false})
+        for (const bool with_dark : {true, false})
+          for (const double noise : {0.0, 2.0, 5.0}) {
+            const GeneratedStripe stripe = generated(overexposed, white, noise, ++seed);
+            GeneratedStripe unlit = stripe;
+            unlit.laser = false;
+            unlit.seed = seed + 1000;
+            cv::Mat image = stripe.image(), dark = with_dark ? unlit.image() : cv::Mat();
+            if (rows) {
+              cv::transpose(image, image);
+              if (with_dark) cv::transpose(dark, dark);
+            }
+            StripeParameters p;
+            p.smoothing_px = 0;
+            const StripeDetection detection = detect_stripe(image, dark, p);
+            const Errors e = errors_of(detection, stripe);
+            SCOPED_TRACE(testing::Message() << "peak " << overexposed.peak << " sd " << overexposed.sd << " plateau "
+                                            << overexposed.plateau() << " white " << white << " rows " << rows
+                                            << " dark " << with_dark << " noise " << noise << " seed " << seed);
+            if (rows && white && with_dark)
+              std::cout << "plateau " << overexposed.plateau() << " px, noise " << noise << " DN: bias " << e.mean
+                        << " rms " << e.rms << " px, worst over sigma " << e.worst_normalised << ", "
+                        << detection.peaks.size() << " of " << stripe.width << " columns\n";
+            EXPECT_EQ(detection.orientation, rows ? StripeOrientation::kRows : StripeOrientation::kColumns);
+            EXPECT_GE(detection.peaks.size(), 0.97 * stripe.width);
+            EXPECT_LT(std::abs(e.mean), 0.05);
+            EXPECT_LT(e.rms, 0.1);
+            EXPECT_LT(e.worst, 0.5);
+            EXPECT_LT(e.worst_normalised, 7);
+          }
+}
+
+}  // namespace
+}  // namespace tankrig
