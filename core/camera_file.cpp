@@ -177,6 +177,7 @@ CameraModel read_camera_file(const std::filesystem::path& path) {
   camera.height = file.size({"image_height", "image_Height", "height"}, 1);
   read_matrix(file, camera);
   read_distortion(file, camera);
+  if (!camera.invertible()) throw InputError(path, kFoldsOver);
   return camera;
 }
 

@@ -46,6 +46,20 @@ Vector3d CameraModel::ray(double u, double v) const {
   return Vector3d{p.x(), p.y(), 1.0}.normalized();
 }
 
+bool CameraModel::invertible() const {
+  constexpr int kSteps = 16;
+  for (int i = 0; i <= kSteps; ++i)
+    for (int j = 0; j <= kSteps; ++j) {
+      const Vector2d pixel(i * (width - 1.0) / kSteps, j * (height - 1.0) / kSteps);
+      const Vector2d p = normalized(pixel.x(), pixel.y());
+      Eigen::Matrix2d jacobian;
+      const Vector2d d = distort(*this, p, &jacobian);
+      const Vector2d back(fx * d.x() + cx, fy * d.y() + cy);
+      if (!((back - pixel).norm() < 1e-6) || !(jacobian.determinant() > 0) || !(p.norm() < 100)) return false;
+    }
+  return true;
+}
+
 std::vector<Vector3d> pixel_rays(const CameraModel& camera) {
   std::vector<Vector3d> rays;
   rays.reserve(static_cast<std::size_t>(camera.width) * camera.height);

@@ -28,6 +28,9 @@ struct CameraModel {
   /// Unit direction of the ray of pixel (u, v), camera frame.
   Vector3d ray(double u, double v) const;
 
+  /// Whether every pixel has its own ray: false where the distortion folds over within the image.
+  bool invertible() const;
+
   bool contains(const Vector2d& pixel) const {
     return pixel.x() >= -0.5 && pixel.x() < width - 0.5 && pixel.y() >= -0.5 && pixel.y() < height - 0.5;
   }

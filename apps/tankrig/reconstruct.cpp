@@ -49,7 +49,7 @@ int reconstruct(const ReconstructOptions& options) {
   fs::path written = options.out, stripe = stripe_file(session, options.method);
   if (options.out.empty()) {
     write_clouds(session, reconstruction);
-    write_checksums(session.path);
+    if (session.info.status != "recording") write_checksums(session.path);
     written = session.path / "clouds" / (options.method + ".ply");
   } else {
     write_cloud(options.out, reconstruction.cloud);

@@ -132,6 +132,7 @@ CameraModel read_camera_model(const ConfigNode& node) {
   c.p1 = node.number_or("p1", 0, kTangentialRange);
   c.p2 = node.number_or("p2", 0, kTangentialRange);
   c.k3 = node.number_or("k3", 0, kRadialRange);
+  if (!c.invertible()) node.fail("k1", kFoldsOver);
   return c;
 }
 

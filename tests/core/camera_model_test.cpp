@@ -48,6 +48,15 @@ TEST(CameraModel, RayOfAPixelProjectsBackToIt) {
     }
 }
 
+TEST(CameraModel, KnowsADistortionThatFoldsOver) {
+  CameraModel sut = bowtech();
+  EXPECT_TRUE(sut.invertible());
+  sut.k1 = -2;
+  EXPECT_FALSE(sut.invertible());
+  sut.k1 = 1e30;
+  EXPECT_FALSE(sut.invertible());
+}
+
 TEST(CameraModel, SeesNothingBehindIt) {
   EXPECT_FALSE(bowtech().project({0.1, 0.1, -1}));
   EXPECT_FALSE(bowtech().project({0.1, 0.1, 0}));

@@ -188,7 +188,7 @@ TEST(MockArm, MayBeStoppedFromAnyThread) {
   });
   JointState last;
   int backwards = 0;
-  for (const Stamp end = clock.now() + 100ms; clock.now() < end;) {
+  for (const Stamp end = clock.now() + 400ms; clock.now() < end;) {
     const auto state = sut.try_read().value();
     if (!state) continue;
     backwards += state->stamp <= last.stamp || state->q[kElbow] < last.q[kElbow];
