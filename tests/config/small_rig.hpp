@@ -39,7 +39,7 @@ presets:
 cameras:
   - name: mono
     role: mono
-    model: {width_px: 720, height_px: 576, fx_px: 626.08, fy_px: 682.78, cx_px: 368.93, cy_px: 284.83, k1: -0.37}
+    model: {width_px: 720, height_px: 576, fx_px: 626.08, fy_px: 682.78, cx_px: 368.93, cy_px: 284.83, k1: -0.37, k2: 0.174}
     bMc: {translation_m: [0.1, 0.2, 0.3], quaternion_xyzw: [0.5, 0.5, 0.5, 0.5]}
     record: all
     rate_hz: 12.5

@@ -71,10 +71,17 @@ TEST(CameraFile, KnowsTheNamesPeopleUse) {
     EXPECT_EQ(read_camera_file(folder.write("c.yaml", changed(kOpenCv, "Camera_Matrix", name))).fy, 685.5);
   for (const char* name : {"distortion_coefficients", "D"})
     EXPECT_EQ(read_camera_file(folder.write("c.yaml", changed(kOpenCv, "Distortion_Coefficients", name))).k2, 0.158);
-  EXPECT_EQ(read_camera_file(
-                folder.write("c.yaml", "image_size: [6, 5]\nK: [[1, 0, 2], [0, 3, 4], [0, 0, 1]]\nD: [0, 0, 0, 1]\n"))
-                .p2,
-            1);
+  EXPECT_EQ(
+      read_camera_file(
+          folder.write("c.yaml", "image_size: [6, 5]\nK: [[10, 0, 2], [0, 30, 4], [0, 0, 1]]\nD: [0, 0, 0, 0.01]\n"))
+          .p2,
+      0.01);
+}
+
+TEST(CameraFile, RefusesADistortionThatFoldsOver) {
+  const TemporaryFolder folder;
+  EXPECT_THAT(message_of<InputError>([&] { read_camera_file(folder.write("c.yaml", changed(kRos, "-0.3745", "-3"))); }),
+              HasSubstr("c.yaml: distortion folds over within the image"));
 }
 
 TEST(CameraFile, ReadsRosCameraInfo) {
@@ -114,7 +121,8 @@ TEST(CameraFile, NamesFileLineAndFieldOfBadInput) {
   EXPECT_THAT(error(changed(kOpenCv, "Distortion_", "")), HasSubstr("c.yaml: distortion_coefficients: missing"));
   EXPECT_THAT(error(changed(kOpenCv, "0., 0., 1. ]", "0., 1. ]")),
               HasSubstr("c.yaml:10: Camera_Matrix.data: found 8 numbers, expected rows x cols = 9"));
-  EXPECT_THAT(error(changed(kOpenCv, "685.5", "-685.5")), HasSubstr("c.yaml:6: Camera_Matrix: found fy = -685.5, expected a number from 1e-09 to"));
+  EXPECT_THAT(error(changed(kOpenCv, "685.5", "-685.5")),
+              HasSubstr("c.yaml:6: Camera_Matrix: found fy = -685.5, expected a number from 1e-09 to"));
   EXPECT_THAT(error(changed(kOpenCv, "5.14e+02, 0.", "5.14e+02, 2.")), HasSubstr("found skew"));
   EXPECT_THAT(error(changed(kRos, "plumb_bob", "equidistant")),
               HasSubstr("c.yaml:8: distortion_model: found 'equidistant', expected plumb_bob"));
