@@ -41,12 +41,6 @@ std::array<Transform, 4> ArmModel::link_frames(const JointVector& q) const {
 
 Transform ArmModel::bMe(const JointVector& q) const { return link_frames(q)[3]; }
 
-bool ArmModel::within_limits(const JointVector& q) const {
-  for (int i = 0; i < kJoints; ++i)
-    if (!(q[i] >= limits[i].lower && q[i] <= limits[i].upper)) return false;
-  return true;
-}
-
 ArmModel arm5e() {
   constexpr double half_pi = std::numbers::pi / 2;
   ArmModel m;

@@ -51,8 +51,6 @@ struct ArmModel {
 
   /// Frames after each DH link (index 3 is bMe), in b: for drawing and clearance.
   std::array<Transform, 4> link_frames(const JointVector& q) const;
-
-  bool within_limits(const JointVector& q) const;
 };
 
 /// The public ARM5E: DH of the UWSim/merbots model with d4 = 0.54938 m, controller geometry of ARM5Control.

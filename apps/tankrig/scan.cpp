@@ -100,6 +100,10 @@ ScanResult record(const ScanOptions& options, const RigConfig& rig, const ScanPl
   writer.add_file(rig.object.mesh, mesh);
   writer.add_text("rig.yaml", resolved_rig_yaml(rig, mesh));
 
+  fs::create_directory(path / "cameras");
+  for (const RigCamera& camera : rig.cameras)
+    write_camera_file(path / "cameras" / (camera.name + ".yaml"), camera.model, camera.name);
+
   SessionSink sink(writer);
   std::vector<ScanCamera> cameras;
   const std::vector<Camera*> devices = backend.cameras();
