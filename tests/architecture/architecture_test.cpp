@@ -7,6 +7,7 @@
 #include <string>
 
 #include "tests/architecture/include_rule.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace tankrig::testing {
 namespace {
@@ -97,17 +98,14 @@ TEST(Architecture, KnowsEveryFolder) {
 }
 
 TEST(Architecture, ReadsTheFilesOfATree) {
-  const std::filesystem::path root = std::filesystem::path(::testing::TempDir()) / "architecture tree";
-  std::filesystem::remove_all(root);
-  for (const char* folder : {"core", "rig/executive", "build-debug/core", ".git"})
-    std::filesystem::create_directories(root / folder);
-  std::ofstream(root / "core/a.hpp") << "// A.\n";
-  std::ofstream(root / "rig/executive/b.cpp") << "// B.\n#include \"core/a.hpp\"\n#include \"core/gone.hpp\"\n";
-  std::ofstream(root / "build-debug/core/generated.cpp") << "int x;\n";
-  std::ofstream(root / ".git/c.cpp") << "int x;\n";
+  const TemporaryFolder folder;
+  const std::filesystem::path root = folder.path() / "architecture tree";
+  folder.write("architecture tree/core/a.hpp", "// A.\n");
+  folder.write("architecture tree/rig/executive/b.cpp", "// B.\n#include \"core/a.hpp\"\n#include \"core/gone.hpp\"\n");
+  folder.write("architecture tree/build-debug/core/generated.cpp", "int x;\n");
+  folder.write("architecture tree/.git/c.cpp", "int x;\n");
   EXPECT_THAT(sources_of(root), ElementsAre("core/a.hpp", "rig/executive/b.cpp"));
   EXPECT_THAT(check_tree(root), ElementsAre(HasSubstr("rig/executive/b.cpp:3: includes \"core/gone.hpp\"")));
-  std::filesystem::remove_all(root);
 }
 
 }  // namespace

@@ -4,19 +4,15 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <fstream>
-
 #include "core/input_error.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace tankrig {
 namespace {
 
 class ConfigNodeTest : public testing::Test {
  protected:
-  ConfigNode load(const std::string& text) {
-    std::ofstream(file_) << text;
-    return ConfigNode::load(file_);
-  }
+  ConfigNode load(const std::string& text) { return ConfigNode::load(folder_.write("config_node_test.yaml", text)); }
   /// The message of the InputError that `action` throws; "" if it throws none.
   template <class F>
   std::string message(F action) {
@@ -27,7 +23,7 @@ class ConfigNodeTest : public testing::Test {
     }
     return "";
   }
-  std::filesystem::path file_ = testing::TempDir() + "config_node_test.yaml";
+  TemporaryFolder folder_;
 };
 
 TEST_F(ConfigNodeTest, ReadsEveryKindOfValue) {
@@ -47,7 +43,7 @@ TEST_F(ConfigNodeTest, ReadsEveryKindOfValue) {
 TEST_F(ConfigNodeTest, NamesFileLineKeyValueAndExpectation) {
   const ConfigNode sut = load("ok: 1\nscan:\n  velocity: fast\n");
   const std::string text = message([&] { sut.child("scan").number("velocity", {0.01, 1}); });
-  EXPECT_EQ(text, file_.string() + ":3: scan.velocity: found 'fast', expected a number from 0.01 to 1");
+  EXPECT_EQ(text, (folder_.path() / "config_node_test.yaml").string() + ":3: scan.velocity: found 'fast', expected a number from 0.01 to 1");
 }
 
 TEST_F(ConfigNodeTest, RefusesNumbersOutOfRangeAndNotWhole) {

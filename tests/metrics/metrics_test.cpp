@@ -10,6 +10,7 @@
 
 #include "core/input_error.hpp"
 #include "tests/metrics/shapes.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace tankrig {
 namespace {
@@ -255,10 +256,11 @@ TEST(Metrics, RefuseThresholdsOutOfOrderAndAForeignCeiling) {
 }
 
 TEST(MetricThresholds, ComeFromTheRigFile) {
-  const auto file = std::filesystem::path(testing::TempDir()) / "metric_thresholds_test.yaml";
-  std::ofstream(file) << "inlier_m: 0.004\noutlier_m: 0.02\ncoverage_m: [0.001, 0.003]\ncoverage_headline_m: 0.003\n"
-                         "ground_band_m: 0.015\nmax_incidence_deg: 60\nsurface_samples: 50000\n";
-  const ConfigNode node = ConfigNode::load(file);
+  const TemporaryFolder folder;
+  const auto load = [&](const char* yaml) { return ConfigNode::load(folder.write("thresholds.yaml", yaml)); };
+  const ConfigNode node = load(
+      "inlier_m: 0.004\noutlier_m: 0.02\ncoverage_m: [0.001, 0.003]\ncoverage_headline_m: 0.003\n"
+      "ground_band_m: 0.015\nmax_incidence_deg: 60\nsurface_samples: 50000\n");
   const MetricThresholds t = metric_thresholds_from(node);
   node.finish();
   EXPECT_EQ(t.inlier_m, 0.004);
@@ -269,10 +271,8 @@ TEST(MetricThresholds, ComeFromTheRigFile) {
   EXPECT_NEAR(t.max_incidence, std::numbers::pi / 3, 1e-12);
   EXPECT_EQ(t.surface_samples, 50'000u);
 
-  std::ofstream(file) << "inlier_m: 0.02\noutlier_m: 0.01\n";
-  EXPECT_THROW(metric_thresholds_from(ConfigNode::load(file)), InputError);
-  std::ofstream(file) << "coverage_m: [0.001, -3]\n";
-  EXPECT_THROW(metric_thresholds_from(ConfigNode::load(file)), InputError);
+  EXPECT_THROW(metric_thresholds_from(load("inlier_m: 0.02\noutlier_m: 0.01\n")), InputError);
+  EXPECT_THROW(metric_thresholds_from(load("coverage_m: [0.001, -3]\n")), InputError);
 }
 
 }  // namespace

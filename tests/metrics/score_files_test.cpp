@@ -11,6 +11,7 @@
 #include "bench/metrics/verdict_cloud.hpp"
 #include "core/input_error.hpp"
 #include "tests/metrics/shapes.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace tankrig {
 namespace {
@@ -18,11 +19,12 @@ namespace {
 using testing::HasSubstr;
 using testing::Not;
 
-std::filesystem::path file_with(const std::string& name, const std::string& text) {
-  const auto file = std::filesystem::path(testing::TempDir()) / ("tankrig_metrics_" + name);
-  std::ofstream(file, std::ios::binary) << text;
-  return file;
+const TemporaryFolder& folder() {
+  static const TemporaryFolder folder;
+  return folder;
 }
+
+std::filesystem::path file_with(const std::string& name, const std::string& text) { return folder().write(name, text); }
 
 std::string error_of(const std::filesystem::path& file) {
   try {
@@ -89,8 +91,7 @@ TEST(ReadMesh, SaysInOneLineWhatIsWrong) {
   EXPECT_THAT(error_of(file_with("points.ply", points)), HasSubstr("expected"));
   EXPECT_THAT(error_of(file_with("flat.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n")), HasSubstr("expected"));
   for (const char* name : {"bad.ply", "bad.xyzzy", "points.ply", "flat.obj"})
-    EXPECT_THAT(error_of(std::filesystem::path(testing::TempDir()) / (std::string("tankrig_metrics_") + name)),
-                Not(HasSubstr("\n")));
+    EXPECT_THAT(error_of(folder().path() / name), Not(HasSubstr("\n")));
 }
 
 TEST(Topology, KnowsOpenAndTornMeshes) {
@@ -145,7 +146,7 @@ TEST(MetricsJson, OfTheReferenceNamesItsOdditiesAndItsThresholds) {
 
 TEST(VerdictCloud, IsGroundBlackObjectGreenOutliersBlue) {
   PointCloud cloud = shapes::cloud_of({{1, 2, 3}, {0, 0, 0}, {-1, 0, 0.5}, {NAN, 0, 0}});
-  const auto file = std::filesystem::path(testing::TempDir()) / "tankrig_metrics_verdicts.ply";
+  const auto file = folder().path() / "verdicts.ply";
   write_verdict_cloud(file, cloud,
                       {PointVerdict::kGround, PointVerdict::kObject, PointVerdict::kOutlier, PointVerdict::kRejected});
   std::ifstream in(file, std::ios::binary);

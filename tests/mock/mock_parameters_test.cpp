@@ -2,10 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include <filesystem>
-#include <fstream>
-
 #include "core/input_error.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace tankrig::sim {
 namespace {
@@ -13,10 +11,8 @@ namespace {
 using namespace std::chrono_literals;
 
 MockParameters read(const std::string& yaml) {
-  const auto file =
-      std::filesystem::path(testing::TempDir()) / ("mock_" + std::to_string(std::hash<std::string>{}(yaml)) + ".yaml");
-  std::ofstream(file) << yaml;
-  return parameters_from(ConfigNode::load(file));
+  const TemporaryFolder folder;
+  return parameters_from(ConfigNode::load(folder.write("mock.yaml", yaml)));
 }
 
 TEST(MockParameters, KeepDefaultsForWhatIsNotThere) {

@@ -4,7 +4,7 @@
 
 #include "core/camera_model.hpp"
 #include "core/input_error.hpp"
-#include "tests/session/temporary_folder.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace tankrig {
 namespace {

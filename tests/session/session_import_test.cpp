@@ -9,7 +9,7 @@
 #include "core/input_error.hpp"
 #include "rig/session/checksums.hpp"
 #include "rig/session/session.hpp"
-#include "tests/session/temporary_folder.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace tankrig {
 namespace {

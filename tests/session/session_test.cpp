@@ -10,7 +10,7 @@
 #include "rig/session/session_summary.hpp"
 #include "rig/session/session_tables.hpp"
 #include "rig/session/session_writer.hpp"
-#include "tests/session/temporary_folder.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace tankrig {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "core/input_error.hpp"
 #include "rig/session/checksums.hpp"
-#include "tests/session/temporary_folder.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace tankrig {
 namespace {

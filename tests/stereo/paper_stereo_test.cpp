@@ -9,6 +9,7 @@
 #include "core/input_error.hpp"
 #include "tests/stereo/errors.hpp"
 #include "tests/stereo/textured_scene.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace tankrig::testing {
 namespace {
@@ -70,15 +71,15 @@ TEST(PaperStereo, CannotSeeNearerThanItsDisparityRange) {
 }
 
 TEST(PaperStereo, ReadsItsParametersAndRefusesUnknownOnes) {
-  const auto file = std::filesystem::path(::testing::TempDir()) / "paper_stereo_parameters.yaml";
-  std::ofstream(file) << "disparity_range: 96\n";
-  const PaperStereoParameters p = paper_stereo_parameters_from(ConfigNode::load(file));
+  const TemporaryFolder folder;
+  const auto parameters = [&](const char* yaml) {
+    return paper_stereo_parameters_from(ConfigNode::load(folder.write("paper_stereo_parameters.yaml", yaml)));
+  };
+  const PaperStereoParameters p = parameters("disparity_range: 96\n");
   EXPECT_EQ(p.disparity_range, 96);
   EXPECT_EQ(p.correlation_window_size, 15);
-  for (const char* bad : {"disparity_range: 100\n", "prefilter_size: 8\n", "disparity: 64\n"}) {
-    std::ofstream(file) << bad;
-    EXPECT_THROW(paper_stereo_parameters_from(ConfigNode::load(file)), InputError) << bad;
-  }
+  for (const char* bad : {"disparity_range: 100\n", "prefilter_size: 8\n", "disparity: 64\n"})
+    EXPECT_THROW(parameters(bad), InputError) << bad;
 }
 
 }  // namespace

@@ -14,6 +14,7 @@
 #include "reconstruction/stereo/paper_stereo.hpp"
 #include "tests/stereo/errors.hpp"
 #include "tests/stereo/textured_scene.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace tankrig::testing {
 namespace {
@@ -205,16 +206,16 @@ TEST(Stereo, RefusesWhatDoesNotFitTheCalibration) {
 }
 
 TEST(Stereo, ReadsItsParametersAndRefusesUnknownOnes) {
-  const auto file = std::filesystem::path(::testing::TempDir()) / "stereo_parameters.yaml";
-  std::ofstream(file) << "min_depth_m: 0.3\nwindow_radius_px: 7\n";
-  const StereoParameters p = stereo_parameters_from(ConfigNode::load(file));
+  const TemporaryFolder folder;
+  const auto parameters = [&](const char* yaml) {
+    return stereo_parameters_from(ConfigNode::load(folder.write("stereo_parameters.yaml", yaml)));
+  };
+  const StereoParameters p = parameters("min_depth_m: 0.3\nwindow_radius_px: 7\n");
   EXPECT_EQ(p.min_depth_m, 0.3);
   EXPECT_EQ(p.window_radius_px, 7);
   EXPECT_EQ(p.max_depth_m, StereoParameters{}.max_depth_m);
-  for (const char* bad : {"windo_radius_px: 7\n", "match_window_px: 4\n", "min_depth_m: 3\nmax_depth_m: 1\n"}) {
-    std::ofstream(file) << bad;
-    EXPECT_THROW(stereo_parameters_from(ConfigNode::load(file)), InputError) << bad;
-  }
+  for (const char* bad : {"windo_radius_px: 7\n", "match_window_px: 4\n", "min_depth_m: 3\nmax_depth_m: 1\n"})
+    EXPECT_THROW(parameters(bad), InputError) << bad;
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include "core/input_error.hpp"
 #include "reconstruction/stripe/particle_filter.hpp"
 #include "tests/stripe/generated_stripe.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace tankrig {
 namespace {
@@ -216,7 +217,8 @@ TEST(ParticleFilter, KeepsSurfacesAndDropsWhatFloatsAlone) {
 }
 
 TEST(StripeCsv, NamesWhatRunsAlongAndAcross) {
-  const auto path = std::filesystem::temp_directory_path() / ("tankrig_stripe_" + std::to_string(getpid()) + ".csv");
+  const TemporaryFolder folder;
+  const auto path = folder.path() / "stripe.csv";
   const auto text = [&] {
     std::ostringstream out;
     out << std::ifstream(path).rdbuf();
@@ -227,16 +229,15 @@ TEST(StripeCsv, NamesWhatRunsAlongAndAcross) {
   EXPECT_EQ(text(), "frame,column_px,row_px,sigma_px,intensity\n3,12,100.2500,0.1250,0.5000\n");
   write_stripe_csv(path, rows, StripeOrientation::kRows);
   EXPECT_EQ(text(), "frame,row_px,column_px,sigma_px,intensity\n3,12,100.2500,0.1250,0.5000\n");
-  std::filesystem::remove(path);
   EXPECT_THROW(write_stripe_csv("/nowhere/at/all.csv", rows, StripeOrientation::kRows), InputError);
 }
 
 TEST(StripeConfig, ReadsBothSectionsAndRefusesWhatIsOutOfRange) {
-  const auto path = std::filesystem::temp_directory_path() / ("tankrig_stripe_" + std::to_string(getpid()) + ".yaml");
-  std::ofstream(path)
-      << "laser:\n  orientation: rows\n  min_snr: 4\n  smoothing_px: 3\nlaser_paper:\n  preset: simulation\n"
-         "  hue_min: 40\nbad:\n  hue_min: 60\n  hue_max: 50\n";
-  const ConfigNode node = ConfigNode::load(path);
+  const TemporaryFolder folder;
+  const ConfigNode node = ConfigNode::load(
+      folder.write("stripe.yaml",
+                   "laser:\n  orientation: rows\n  min_snr: 4\n  smoothing_px: 3\nlaser_paper:\n  preset: simulation\n"
+                   "  hue_min: 40\nbad:\n  hue_min: 60\n  hue_max: 50\n"));
   const StripeParameters ours = stripe_parameters_from(node.child("laser"));
   EXPECT_EQ(ours.orientation, StripeOrientation::kRows);
   EXPECT_EQ(ours.min_snr, 4);
@@ -248,7 +249,6 @@ TEST(StripeConfig, ReadsBothSectionsAndRefusesWhatIsOutOfRange) {
   EXPECT_EQ(paper.value_min, 40);
   EXPECT_THROW(paper_stripe_parameters_from(node.child("bad")), InputError);
   node.finish();
-  std::filesystem::remove(path);
 }
 
 }  // namespace

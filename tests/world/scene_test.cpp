@@ -1,17 +1,18 @@
 // Scene files: what they mean, and what each kind of mistake is told.
 #include "sim_backends/world/scene.hpp"
 
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
 #include <algorithm>
 #include <array>
 #include <fstream>
 #include <map>
 #include <sstream>
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include "core/input_error.hpp"
 #include "sim_backends/world/tank_world.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace tankrig::sim {
 namespace {
@@ -35,9 +36,8 @@ std::string replaced(const std::string& from, const std::string& to) {
 }
 
 Scene read(const std::string& text) {
-  const auto file = std::filesystem::path(::testing::TempDir()) / "scene_test.xml";
-  std::ofstream(file, std::ios::binary) << text;
-  return read_scene(file);
+  const TemporaryFolder folder;
+  return read_scene(folder.write("scene_test.xml", text));
 }
 
 int line_of(const std::string& text, const std::string& part) {
@@ -63,7 +63,8 @@ TEST(SceneFile, DefaultSceneReadsWithoutWarning) {
   ASSERT_EQ(scene.cameras.size(), 3u);
   EXPECT_EQ(scene.cameras[0].model.width, 720);
   EXPECT_DOUBLE_EQ(scene.cameras[0].model.k1, -0.370);
-  EXPECT_TRUE((scene.cameras[1].wMc.inverse() * scene.cameras[2].wMc).isApprox(Transform(Eigen::Translation3d(0.088, 0, 0))));
+  EXPECT_TRUE(
+      (scene.cameras[1].wMc.inverse() * scene.cameras[2].wMc).isApprox(Transform(Eigen::Translation3d(0.088, 0, 0))));
   EXPECT_TRUE(scene.laser.eMl.isApprox(Transform(Eigen::Translation3d(-0.09796, 0, -0.188))));
   EXPECT_NEAR(scene.laser.fan, 0.9, 1e-5);
   EXPECT_TRUE(scene.objects.at(0).target);
@@ -103,8 +104,10 @@ TEST(SceneFile, LightOneGivesThePapersBrightConditionAtTheLuxMeter) {
 }
 
 TEST(SceneFile, CameraAtAKnownPoseSeesAKnownPointAtItsPixel) {
-  const Scene scene = read(replaced("<x>0.575</x><y>0.215</y><z>0.57</z></position>\n      <quaternion><x>0.397810856</x><y>-0.280376899</y><z>-0.584590789</z><w>0.649144766</w></quaternion>",
-                                    "<x>-0.3</x><y>0</y><z>0.25</z></position>"));
+  const Scene scene = read(
+      replaced("<x>0.575</x><y>0.215</y><z>0.57</z></position>\n      "
+               "<quaternion><x>0.397810856</x><y>-0.280376899</y><z>-0.584590789</z><w>0.649144766</w></quaternion>",
+               "<x>-0.3</x><y>0</y><z>0.25</z></position>"));
   // b is (0.2, 0, 1.18) with z down, so c is at w (-0.1, 0, 0.93), looks straight down, its y along -y of w.
   const auto pixel = scene.cameras[1].model.project(scene.cameras[1].wMc.inverse() * Vector3d(0.0, -0.2, 0.43));
   ASSERT_TRUE(pixel);
