@@ -8,8 +8,11 @@ find_package(nlohmann_json REQUIRED)
 pkg_check_modules(YAML_CPP REQUIRED IMPORTED_TARGET yaml-cpp)
 pkg_check_modules(PUGIXML REQUIRED IMPORTED_TARGET pugixml)
 find_package(CLI11 REQUIRED)
+find_package(JPEG REQUIRED)
 find_package(embree 3 REQUIRED)
 pkg_check_modules(ASSIMP REQUIRED IMPORTED_TARGET assimp)
+pkg_check_modules(ARAVIS REQUIRED IMPORTED_TARGET aravis-0.8)
+pkg_check_modules(LIBSERIAL REQUIRED IMPORTED_TARGET libserial)
 find_path(NANOFLANN_INCLUDE_DIR nanoflann.hpp REQUIRED)
 
 # OpenCVConfig.cmake is only in libopencv-dev, which pulls four times what we use: find the modules by hand.

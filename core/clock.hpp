@@ -13,6 +13,8 @@ class Clock {
   virtual Stamp now() const noexcept = 0;
   /// Returns at or after `when`; at once if `when` has passed.
   virtual void sleep_until(Stamp when) noexcept = 0;
+  /// Time passes whether anybody sleeps or not.
+  virtual bool real_time() const noexcept = 0;
 };
 
 /// CLOCK_MONOTONIC with clock_nanosleep(TIMER_ABSTIME).  RT: safe.
@@ -20,6 +22,7 @@ class MonotonicClock final : public Clock {
  public:
   Stamp now() const noexcept override;
   void sleep_until(Stamp when) noexcept override;
+  bool real_time() const noexcept override { return true; }
 };
 
 /// Time that moves only when somebody sleeps.  Threads: one sleeps, any may ask for now().
@@ -30,6 +33,7 @@ class VirtualClock final : public Clock {
   void sleep_until(Stamp when) noexcept override {
     if (when > now()) now_ns_.store(when.ns, std::memory_order_relaxed);
   }
+  bool real_time() const noexcept override { return false; }
 
  private:
   std::atomic<std::int64_t> now_ns_;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <map>
 #include <set>
 #include <sstream>
 
@@ -13,11 +14,19 @@
 
 namespace tankrig {
 
+namespace {
+
+/// Dotted keys that stand in another file than their mapping, and that file.
+using Borrowed = std::map<std::string, std::filesystem::path, std::less<>>;
+
+}  // namespace
+
 struct ConfigNode::Node {
   std::filesystem::path file;
   YAML::Node yaml;
   std::string path;   ///< dotted keys down to this mapping
   std::string place;  ///< the same, for messages
+  std::shared_ptr<const Borrowed> borrowed = std::make_shared<const Borrowed>();
   std::set<std::string, std::less<>> taken;
   std::vector<std::shared_ptr<Node>> children;
 
@@ -25,6 +34,10 @@ struct ConfigNode::Node {
     return path.empty() ? std::string(key) : path + "." + std::string(key);
   }
   std::string full_place(std::string_view key) const { return (place.empty() ? "" : place + ".") + shown_text(key); }
+  const std::filesystem::path& file_of(std::string_view key) const {
+    const auto it = borrowed->find(full(key));
+    return it == borrowed->end() ? file : it->second;
+  }
   YAML::Node find(std::string_view key) {
     taken.emplace(key);
     // A const lookup: yaml-cpp's non-const operator[] would insert the key.
@@ -57,6 +70,27 @@ std::optional<double> to_number(const YAML::Node& node) {
   const auto [end, ec] = std::from_chars(first, s.data() + s.size(), value);
   if (ec != std::errc{} || end != s.data() + s.size() || !std::isfinite(value)) return std::nullopt;
   return value;
+}
+
+/// `own` with what it lacks taken from `base`, mapping by mapping; `prefix` is the dotted key down to here.
+YAML::Node merged(const YAML::Node& own, const YAML::Node& base, const std::string& prefix,
+                  const std::filesystem::path& base_file, Borrowed& borrowed) {
+  YAML::Node out(YAML::NodeType::Map);
+  const auto value_in = [](const YAML::Node& mapping, const std::string& key) { return mapping[key]; };
+  for (const auto& entry : own) {
+    const std::string key = entry.first.Scalar();
+    const YAML::Node beneath = value_in(base, key);
+    const bool both = entry.second.IsMap() && beneath.IsDefined() && beneath.IsMap();
+    out[entry.first] =
+        both ? merged(entry.second, beneath, prefix + key + ".", base_file, borrowed) : YAML::Node(entry.second);
+  }
+  for (const auto& entry : base) {
+    const std::string key = entry.first.Scalar();
+    if (value_in(own, key).IsDefined()) continue;
+    out[entry.first] = entry.second;
+    borrowed[prefix + key] = base_file;
+  }
+  return out;
 }
 
 std::string in_words(const ConfigNode::Range& range) {
@@ -96,12 +130,22 @@ ConfigNode ConfigNode::load(const std::filesystem::path& file) {
   return ConfigNode(std::move(node));
 }
 
+ConfigNode ConfigNode::over(const ConfigNode& base) const {
+  auto borrowed = std::make_shared<Borrowed>();
+  auto node = std::make_shared<Node>();
+  node->file = node_->file;
+  node->yaml = merged(node_->yaml, base.node_->yaml, "", base.node_->file, *borrowed);
+  node->borrowed = std::move(borrowed);
+  return ConfigNode(std::move(node));
+}
+
 const std::filesystem::path& ConfigNode::file() const { return node_->file; }
 
 std::string ConfigNode::yaml() const { return YAML::Dump(node_->yaml) + "\n"; }
 
 void ConfigNode::fail(std::string_view key, const std::string& message) const {
-  throw InputError(node_->file, line_of_key(node_->yaml, std::string(key)), node_->full_place(key) + ": " + message);
+  throw InputError(node_->file_of(key), line_of_key(node_->yaml, std::string(key)),
+                   node_->full_place(key) + ": " + message);
 }
 
 bool ConfigNode::has(std::string_view key) const { return node_->find(key).IsDefined(); }
@@ -157,6 +201,11 @@ std::string ConfigNode::choice(std::string_view key, const std::vector<std::stri
   fail(key, "found '" + shown_text(value) + "', expected one of: " + list);
 }
 
+std::string ConfigNode::choice_or(std::string_view key, std::string_view fallback,
+                                  const std::vector<std::string>& allowed) const {
+  return has(key) ? choice(key, allowed) : std::string(fallback);
+}
+
 std::vector<double> ConfigNode::numbers(std::string_view key, std::size_t count) const {
   const YAML::Node value = node_->find(key);
   const std::string expected =
@@ -198,7 +247,7 @@ Transform ConfigNode::as_transform() const {
 std::filesystem::path ConfigNode::path(std::string_view key) const {
   const std::string value = text(key);
   if (value.empty()) fail(key, "found nothing, expected a file name");
-  return std::filesystem::absolute(node_->file.parent_path() / value).lexically_normal();
+  return std::filesystem::absolute(node_->file_of(key).parent_path() / value).lexically_normal();
 }
 
 ConfigNode ConfigNode::child(std::string_view key) const {
@@ -208,13 +257,14 @@ ConfigNode ConfigNode::child(std::string_view key) const {
   for (const auto& entry : value)
     if (!seen.insert(entry.first.Scalar()).second)
       throw InputError(
-          node_->file, entry.first.Mark().line + 1,
+          node_->file_of(key), entry.first.Mark().line + 1,
           node_->full_place(key) + "." + shown_text(entry.first.Scalar()) + ": stands twice, expected once");
   for (const auto& known : node_->children)
     if (known->path == node_->full(key)) return ConfigNode(known);
   auto node = std::make_shared<Node>();
-  node->file = node_->file;
+  node->file = node_->file_of(key);
   node->yaml = value;
+  node->borrowed = node_->borrowed;
   node->path = node_->full(key);
   node->place = node_->full_place(key);
   node_->children.push_back(node);
@@ -239,7 +289,7 @@ std::vector<ConfigNode> ConfigNode::items(std::string_view key) const {
   for (std::size_t i = 0; i < value.size(); ++i) {
     if (!value[i].IsMap()) fail(key, "found " + shown(value[i]) + " in the list, expected mappings");
     auto node = std::make_shared<Node>();
-    node->file = node_->file;
+    node->file = node_->file_of(key);
     node->yaml = value[i];
     node->path = node_->full(key) + "[" + std::to_string(i) + "]";
     node->place = node_->full_place(key) + "[" + std::to_string(i) + "]";
@@ -253,7 +303,7 @@ void ConfigNode::finish() const {
   for (const auto& entry : node_->yaml) {
     const std::string key = entry.first.Scalar();
     if (!node_->taken.contains(key))
-      throw InputError(node_->file, entry.first.Mark().line + 1,
+      throw InputError(node_->file_of(key), entry.first.Mark().line + 1,
                        node_->full_place(key) + ": unknown key, expected one of those in docs/formats.md");
   }
   for (const auto& child : node_->children) ConfigNode(child).finish();

@@ -27,6 +27,10 @@ class ConfigNode {
 
   static ConfigNode load(const std::filesystem::path& file);
 
+  /// This file, with what its mappings lack taken from the mappings of the same name in `base`; each keeps its file and
+  /// line. Lists are not merged.
+  ConfigNode over(const ConfigNode& base) const;
+
   bool has(std::string_view key) const;
   double number(std::string_view key, Range range = {}) const;
   double number_or(std::string_view key, double fallback, Range range = {}) const;
@@ -38,6 +42,7 @@ class ConfigNode {
   std::string text_or(std::string_view key, std::string_view fallback) const;
   /// One of `allowed`.
   std::string choice(std::string_view key, const std::vector<std::string>& allowed) const;
+  std::string choice_or(std::string_view key, std::string_view fallback, const std::vector<std::string>& allowed) const;
   /// Exactly `count` numbers (any count if 0).
   std::vector<double> numbers(std::string_view key, std::size_t count = 0) const;
   std::vector<std::string> texts(std::string_view key) const;

@@ -1,6 +1,7 @@
 // The devices of a rig, by the backend its file names: the one place that knows which backends exist.
 #pragma once
 
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -32,11 +33,24 @@ class Backend {
   virtual std::vector<std::string> warnings() const = 0;
   /// What makes the cameras' noise, for the session.
   virtual std::string noise() const = 0;
+  /// Keeps what passes on the wire in the session from now on, where a device can: can.log.
+  virtual void record_wire(const std::filesystem::path& /*session*/) {}
+  /// What every device counted, as "DEVICE.NAME".
+  virtual Statistics statistics() const { return {}; }
   /// The simulated tank; null on a real rig.
   virtual const sim::TankWorld* world() const = 0;
 };
 
-/// Errors: InputError if the rig and its scene contradict each other.
-std::unique_ptr<Backend> make_backend(const RigConfig& rig, const sim::WorldOptions& options);
+struct BackendOptions {
+  sim::WorldOptions world = {};        ///< of what is simulated or emulated
+  std::string carrier = {};            ///< of the arm: "can" or "serial"; empty: the rig file's
+  std::filesystem::path runtime = {};  ///< of devices emulated by a running `tankrig emulate`; empty: emulate them here
+};
+
+/// Errors: InputError if the rig and its scene contradict each other, or a device cannot be opened.
+std::unique_ptr<Backend> make_backend(const RigConfig& rig, const BackendOptions& options);
+
+std::unique_ptr<Backend> make_mock_backend(const RigConfig& rig, const sim::WorldOptions& options);
+std::unique_ptr<Backend> make_device_backend(const RigConfig& rig, const BackendOptions& options);
 
 }  // namespace tankrig::app

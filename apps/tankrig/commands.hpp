@@ -17,6 +17,7 @@ struct ScanOptions {
   std::optional<std::string> sensor;
   std::uint64_t seed = 1;
   std::string lux = "auto";  ///< "auto" reads the lux meter, or a value by hand
+  std::string carrier;       ///< of the arm: "can" or "serial"; empty: the rig file's
   std::string operator_name, notes;
   std::filesystem::path out;  ///< session directory; empty: sessions/<rig>-<UTC>
   bool json = false, dry_run = false;

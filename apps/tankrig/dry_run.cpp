@@ -41,9 +41,11 @@ Harvest harvest_of(const ScanPlan& plan, const RigConfig& rig) {
 }  // namespace
 
 MotionCheck check_plan(const RigConfig& rig, const ScanPlan& plan) {
-  const RigMotionLimits& limits = rig.motion_limits;
-  return check_motion(plan, rig.arm, obstacles_of(rig),
-                      {limits.angle_margin, limits.max_velocity, limits.max_ticks_per_s});
+  MotionLimits limits;
+  limits.angle_margin = rig.motion_limits.angle_margin;
+  limits.max_velocity = rig.motion_limits.max_velocity;
+  limits.max_ticks_per_s = rig.motion_limits.max_ticks_per_s;
+  return check_motion(plan, rig.arm, obstacles_of(rig), limits);
 }
 
 void print_dry_run(const RigConfig& rig, const ScanPlan& plan, const MotionCheck& check, bool json) {

@@ -6,6 +6,7 @@
 #include "apps/tankrig/rig_files.hpp"
 #include "core/config_node.hpp"
 #include "core/input_error.hpp"
+#include "rig/config/rig_config.hpp"
 #include "rig/session/text_files.hpp"
 
 namespace fs = std::filesystem;
@@ -22,16 +23,25 @@ std::string without_folder(const std::string& text, const std::string& name) {
 }  // namespace
 
 int init(const InitOptions& options) {
-  const fs::path rig_file = find_rig(options.from);
+  const fs::path file = find_rig(options.from);
   if (fs::exists(options.directory)) throw InputError(options.directory, "exists already, expected a new folder");
-  const ConfigNode rig = ConfigNode::load(rig_file);
-  const fs::path scene = rig.path("scene"), mesh = rig.child("object").path("mesh");
+  const ConfigNode root = rig_file(file);
+  if (!root.has("scene")) root.fail("scene", "found nothing, expected a scene to start from");
+  const fs::path scene = root.path("scene"), mesh = root.child("object").path("mesh");
   fs::path building = options.directory;
   building += ".partial";
   fs::remove_all(building);
   fs::create_directories(building);
-  const std::string text = without_folder(read_whole_file(rig_file), scene.filename());
-  write_whole_file(building / "rig.yaml", without_folder(text, mesh.filename()));
+  const auto rig_text = [&](const fs::path& of) {
+    return without_folder(without_folder(read_whole_file(of), scene.filename()), mesh.filename());
+  };
+  if (!root.has("base")) {
+    write_whole_file(building / "rig.yaml", rig_text(file));
+  } else {
+    write_whole_file(building / "base.yaml", rig_text(root.path("base")));
+    write_whole_file(building / "rig.yaml",
+                     std::regex_replace(rig_text(file), std::regex(R"((^|\n)base: *[^ #\n]+)"), "$1base: base.yaml"));
+  }
   write_whole_file(building / scene.filename(), without_folder(read_whole_file(scene), mesh.filename()));
   copy_whole_file(mesh, building / mesh.filename());
   fs::rename(building, options.directory);

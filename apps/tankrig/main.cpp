@@ -3,7 +3,10 @@
 #include <cstdio>
 #include <exception>
 
+#include "apps/tankrig/arm_commands.hpp"
+#include "apps/tankrig/camera_commands.hpp"
 #include "apps/tankrig/commands.hpp"
+#include "apps/tankrig/emulate.hpp"
 #include "apps/tankrig/output.hpp"
 #include "core/input_error.hpp"
 
@@ -25,6 +28,8 @@ void add_scan(CLI::App& app, ScanOptions& o) {
   c->add_option("--seed", o.seed, "Seed of every random number")->capture_default_str();
   c->add_option("--lux", o.lux, "'auto' reads the lux meter before and after the sweep; or a value by hand [lx]")
       ->capture_default_str();
+  c->add_option("--carrier", o.carrier, "The arm's wire on a rig with devices (default: the rig file's)")
+      ->check(CLI::IsMember({"can", "serial"}));
   c->add_option("--operator", o.operator_name, "Who runs the experiment");
   c->add_option("--notes", o.notes, "Free text kept in the session");
   c->add_option("--out", o.out, "Session directory, which must not exist (default: sessions/RIG-DATE)");
@@ -118,12 +123,18 @@ int main(int argc, char** argv) {
   SessionInfoOptions info_options;
   ReportOptions report_options;
   InitOptions init_options;
+  ArmCommandOptions arm_options;
+  CameraPreviewOptions preview_options;
+  EmulateOptions emulate_options;
   add_scan(app, scan_options);
   add_reconstruct(app, reconstruct_options);
   add_evaluate(app, evaluate_options);
   add_session(app, import_options, info_options);
   add_report(app, report_options);
   add_init(app, init_options);
+  add_arm(app, arm_options);
+  add_camera(app, preview_options);
+  add_emulate(app, emulate_options);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
@@ -135,6 +146,9 @@ int main(int argc, char** argv) {
     if (app.got_subcommand("evaluate")) return evaluate(evaluate_options);
     if (app.got_subcommand("report")) return report(report_options);
     if (app.got_subcommand("init")) return init(init_options);
+    if (app.got_subcommand("arm")) return arm_options.run(arm_options);
+    if (app.got_subcommand("camera")) return camera_preview(preview_options);
+    if (app.got_subcommand("emulate")) return emulate(emulate_options);
     if (app.get_subcommand("session")->got_subcommand("import")) return import_session(import_options);
     return session_info(info_options);
   };

@@ -11,6 +11,7 @@
 #include "apps/tankrig/summary.hpp"
 #include "core/input_error.hpp"
 #include "reconstruction/cloud/cloud_io.hpp"
+#include "rig/config/rig_config.hpp"
 #include "rig/session/checksums.hpp"
 
 namespace fs = std::filesystem;
@@ -41,9 +42,9 @@ int reconstruct(const ReconstructOptions& options) {
   check_extension(options.out);
   Progress progress;
   const Session session = open_session(options.session, progress);
-  const ReconstructionParameters parameters =
-      options.rig.empty() ? reconstruction_parameters(session)
-                          : reconstruction_parameters(ConfigNode::load(find_rig(options.rig.string())));
+  const ReconstructionParameters parameters = options.rig.empty()
+                                                  ? reconstruction_parameters(session)
+                                                  : reconstruction_parameters(rig_file(find_rig(options.rig.string())));
   const Reconstruction reconstruction = reconstruct_session(session, parameters, options.method, progress);
   const bool laser = options.method.starts_with("laser");
   fs::path written = options.out, stripe = stripe_file(session, options.method);

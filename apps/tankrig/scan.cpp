@@ -17,6 +17,7 @@
 #include "apps/tankrig/stop.hpp"
 #include "apps/tankrig/summary.hpp"
 #include "core/input_error.hpp"
+#include "core/utc.hpp"
 #include "rig/session/checksums.hpp"
 #include "rig/session/session_writer.hpp"
 
@@ -94,7 +95,7 @@ ScanResult record(const ScanOptions& options, const RigConfig& rig, const ScanPl
     info.lux_before = meter ? read_lux(backend) : std::stod(options.lux);
   }
   SessionWriterOptions writer_options;
-  writer_options.wait_when_full = backend.world() != nullptr;
+  writer_options.wait_when_full = !backend.clock().real_time();
   SessionWriter writer(path, std::move(info), writer_options);
   const std::string mesh = rig.object.mesh.filename().string();
   writer.add_file(rig.object.mesh, mesh);
@@ -104,6 +105,7 @@ ScanResult record(const ScanOptions& options, const RigConfig& rig, const ScanPl
   for (const RigCamera& camera : rig.cameras)
     write_camera_file(path / "cameras" / (camera.name + ".yaml"), camera.model, camera.name);
 
+  backend.record_wire(path);
   SessionSink sink(writer);
   std::vector<ScanCamera> cameras;
   const std::vector<Camera*> devices = backend.cameras();
@@ -134,6 +136,9 @@ ScanResult record(const ScanOptions& options, const RigConfig& rig, const ScanPl
     }
   writer.info().simulated_s = result.simulated_s;
   writer.info().counts.insert(result.counts.begin(), result.counts.end());
+  for (const Statistic& s : backend.statistics()) writer.info().devices[s.name] = s.value;
+  writer.info().devices["sync.residual_p99_ms"] = 1e3 * seconds(result.residual_p99);
+  writer.info().devices["sync.residual_max_ms"] = 1e3 * seconds(result.worst_residual);
   writer.close(result.status);
   return result;
 }
@@ -158,7 +163,8 @@ int scan(const ScanOptions& options) {
   const RigConfig rig = load_rig(find_rig(options.rig), options.preset);
   const ReconstructionParameters parameters = reconstruction_parameters(rig.root);
   const std::unique_ptr<Backend> backend =
-      make_backend(rig, {options.light, options.noise, options.sensor, options.particles, options.seed});
+      make_backend(rig, {.world = {options.light, options.noise, options.sensor, options.particles, options.seed},
+                         .carrier = options.carrier});
   for (const std::string& warning : backend->warnings()) progress.warn(warning);
 
   const JointVector posture = read_posture(backend->arm(), backend->clock(), std::chrono::seconds(2));

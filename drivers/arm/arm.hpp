@@ -6,6 +6,7 @@
 
 #include "core/arm_model.hpp"
 #include "core/result.hpp"
+#include "drivers/statistics.hpp"
 
 namespace tankrig {
 
@@ -35,6 +36,9 @@ class Arm {
 
   /// How often the carrier exchanges set-point and state; at most the cycle's rate is useful.
   virtual Duration exchange_period() const noexcept = 0;
+
+  /// Threads: any, never the cycle's.
+  virtual Statistics statistics() const { return {}; }
 };
 
 }  // namespace tankrig

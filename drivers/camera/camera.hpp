@@ -8,6 +8,7 @@
 
 #include "core/camera_model.hpp"
 #include "core/result.hpp"
+#include "drivers/statistics.hpp"
 
 namespace tankrig {
 
@@ -42,6 +43,9 @@ class Camera {
   virtual std::optional<Stamp> next_frame_at() const { return std::nullopt; }
   virtual void stop() noexcept = 0;
   virtual CameraCounters counters() const = 0;
+  /// Exposes one frame now, on a camera that is set to software trigger.  Errors: kRefused on one that is not.
+  virtual Status trigger() { return Error{ErrorCode::kRefused, 0, {}, "camera: not set to software trigger"}; }
+  virtual Statistics statistics() const { return {}; }
 };
 
 }  // namespace tankrig

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "core/result.hpp"
+#include "drivers/statistics.hpp"
 
 namespace tankrig {
 
@@ -18,23 +19,34 @@ struct CanFrame {
 };
 
 /// ISO 11898 fault confinement, and what an interface adds to it.
+/// kDown: the interface is not up; kGone: it does not exist (any more), or the other end of the carrier has closed.
 enum class CanState : std::uint8_t { kErrorActive, kErrorWarning, kErrorPassive, kBusOff, kDown, kGone };
 
+const char* to_string(CanState state) noexcept;
+
 struct CanCounters {
-  std::uint64_t sent = 0, received = 0, send_buffer_full = 0, receive_dropped = 0, error_frames = 0, bus_off = 0;
+  std::uint64_t sent = 0, received = 0, send_buffer_full = 0, receive_dropped = 0, error_frames = 0, bus_off = 0,
+                no_ack = 0, foreign = 0, reopened = 0;
+  std::uint64_t restarted = 0, lost_arbitration = 0, bus_errors = 0, send_timeouts = 0, controller_overflow = 0;
 };
 
-/// Threads: one (the cycle's).
+/// Names as in the session's events.csv: "can_sent", "can_received", ..., and "can_state" (order of CanState).
+Statistics statistics_of(const CanCounters& counters, CanState state);
+
+/// Threads: one (the cycle's); state() and counters() any.
 class CanBus {
  public:
   virtual ~CanBus() = default;
   /// kRefused with os_errno ENOBUFS when the queue is full: an ordinary outcome, counted.  RT: safe.
+  /// Errors: kDisconnected (interface down or gone), kNotReady (bus-off: handed on, but hardly sent), kOutOfRange.
   virtual Status try_send(const CanFrame& frame) noexcept = 0;
   /// Next received frame; nothing if none waits.  RT: safe.
+  /// Errors: kDisconnected with os_errno ENETDOWN or ENODEV for as long as the interface is down or gone.
   virtual Result<std::optional<CanFrame>> try_receive() noexcept = 0;
+  /// As the error frames read so far tell it, and the interface.
   virtual CanState state() const noexcept = 0;
   virtual CanCounters counters() const noexcept = 0;
-  /// Readable when a frame waits; for poll.
+  /// Readable when a frame waits; for poll. -1 while there is none to ask.
   virtual int descriptor() const noexcept = 0;
 };
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/result.hpp"
+#include "drivers/statistics.hpp"
 
 namespace tankrig {
 
@@ -16,6 +17,7 @@ class LuxMeter {
   virtual ~LuxMeter() = default;
   /// Waits for one reading, at most `timeout`.
   virtual Result<LuxReading> read(Duration timeout) = 0;
+  virtual Statistics statistics() const { return {}; }
 };
 
 }  // namespace tankrig

@@ -71,13 +71,14 @@ void make_absolute(std::string& text, const std::string& key, const std::string&
 std::string resolved_rig_yaml(const RigConfig& rig, const std::string& mesh) {
   std::string out = "# The rig as it was used by this scan.\n";
   out += "name: " + yaml_quoted(rig.name) + "\ndescription: " + yaml_quoted(rig.description) +
-         "\nbackend: " + rig.backend + "\nscene: " + yaml_quoted(rig.scene.string()) + "\n";
+         "\nbackend: " + rig.backend + "\n";
+  if (!rig.scene.empty()) out += "scene: " + yaml_quoted(rig.scene.string()) + "\n";
   if (!rig.preset.empty()) out += "applied_preset: " + yaml_quoted(rig.preset) + "\n";
   out += "arm:\n" + yaml_of(rig.arm, 2) + motion_limits_yaml(rig.motion_limits);
   out += cameras_yaml(rig.cameras) + laser_yaml(rig);
   out += "object:\n  mesh: " + yaml_quoted(mesh) + "\n  bMo: " + yaml_of(rig.object.bMo) + "\n";
   out += obstacles_yaml(rig.obstacles) + "scan:\n" + scan_section_yaml(rig.scan, rig.read_lux);
-  for (const char* name : {"reconstruction", "evaluation", "mock", "workspace"})
+  for (const char* name : {"reconstruction", "evaluation", "mock", "workspace", "devices", "emulation"})
     if (const auto node = rig.section(name)) out += std::string(name) + ":\n" + indented(node->yaml());
   return out;
 }
@@ -85,9 +86,10 @@ std::string resolved_rig_yaml(const RigConfig& rig, const std::string& mesh) {
 std::string rig_file_for_elsewhere(const std::filesystem::path& file) {
   std::string text = read_whole_file(file);
   const ConfigNode root = ConfigNode::load(file);
-  make_absolute(text, "scene", root.text("scene"), root.path("scene"));
-  const ConfigNode object = root.child("object");
-  make_absolute(text, "mesh", object.text("mesh"), object.path("mesh"));
+  for (const char* key : {"base", "scene"})
+    if (root.has(key)) make_absolute(text, key, root.text(key), root.path(key));
+  if (const auto object = root.optional_child("object"))
+    make_absolute(text, "mesh", object->text("mesh"), object->path("mesh"));
   return text;
 }
 

@@ -13,9 +13,9 @@
 namespace tankrig {
 namespace {
 
-constexpr std::array kOtherSections{"reconstruction", "evaluation", "mock", "workspace"};
-constexpr std::array kOwnKeys{"name", "description", "backend", "scene", "applied_preset", "arm",
-                              "scan", "presets",     "cameras", "laser", "object",         "obstacles"};
+constexpr std::array kOtherSections{"reconstruction", "evaluation", "mock", "workspace", "devices", "emulation"};
+constexpr std::array kOwnKeys{"base", "name",    "description", "backend", "scene",  "applied_preset", "arm",
+                              "scan", "presets", "cameras",     "laser",   "object", "obstacles"};
 
 void refuse_unknown_keys(const ConfigNode& root) {
   for (const std::string& key : root.keys()) {
@@ -46,7 +46,8 @@ RigCamera read_camera(const ConfigNode& node) {
   camera.name = node.text("name");
   if (camera.name.empty() || camera.name.find_first_of("/\\,\"\n ") != std::string::npos ||
       camera.name.starts_with('.'))
-    node.fail("name", "found '" + shown_text(camera.name) + "', expected a name that can be a folder's, without blanks or commas");
+    node.fail("name", "found '" + shown_text(camera.name) +
+                          "', expected a name that can be a folder's, without blanks or commas");
   const std::string role = node.choice("role", {"mono", "left", "right"});
   camera.role = role == "mono" ? CameraRole::kMono : role == "left" ? CameraRole::kLeft : CameraRole::kRight;
   camera.model = read_camera_model(node.child("model"));
@@ -153,22 +154,27 @@ void RigConfig::describe(SessionInfo& info) const {
   info.object = SessionObject{object.mesh.filename().string(), object.bMo};
 }
 
+ConfigNode rig_file(const std::filesystem::path& file) {
+  const ConfigNode root = ConfigNode::load(file);
+  if (!root.has("base")) return root;
+  const ConfigNode base = ConfigNode::load(root.path("base"));
+  if (base.has("base")) base.fail("base", "found a base of a base, expected a rig file that stands alone");
+  return root.over(base);
+}
+
 std::vector<std::string> rig_presets(const std::filesystem::path& file) {
-  const auto presets = ConfigNode::load(file).optional_child("presets");
+  const auto presets = rig_file(file).optional_child("presets");
   return presets ? presets->keys() : std::vector<std::string>{};
 }
 
 RigConfig load_rig(const std::filesystem::path& file, const std::string& preset) {
-  RigConfig rig(ConfigNode::load(file));
+  RigConfig rig(rig_file(file));
   const ConfigNode& root = rig.root;
   refuse_unknown_keys(root);
   rig.name = root.text("name");
   rig.description = root.text_or("description", "");
-  rig.backend = root.text("backend");
-  if (rig.backend != "mock")
-    root.fail("backend", "found '" + shown_text(rig.backend) +
-                             "', expected mock (devices on wires and real devices are not supported by this version)");
-  rig.scene = root.path("scene");
+  rig.backend = root.choice("backend", {"mock", "devices"});
+  if (rig.backend == "mock" || root.has("scene")) rig.scene = root.path("scene");
   read_arm(root.child("arm"), rig);
   read_cameras(root, rig);
   read_laser(root.child("laser"), rig);

@@ -65,8 +65,8 @@ struct RigConfig {
 
   std::filesystem::path file;
   std::string name, description;
-  std::string backend;          ///< "mock"
-  std::filesystem::path scene;  ///< of the mock backend, absolute
+  std::string backend;          ///< "mock": simulated in this process; "devices": drivers on wires, real or emulated
+  std::filesystem::path scene;  ///< what is simulated or emulated, absolute; empty on a real rig
   std::string preset;           ///< applied to `scan`; empty if none
   ArmModel arm;
   RigMotionLimits motion_limits;
@@ -77,7 +77,8 @@ struct RigConfig {
   RigObject object;
   RigObstacles obstacles;
 
-  /// The sections other folders read themselves: "reconstruction", "evaluation", "mock", "workspace".
+  /// The sections other folders read themselves: "reconstruction", "evaluation", "mock", "workspace", "devices",
+  /// "emulation".
   /// Nothing if the file does not have it.
   std::optional<ConfigNode> section(std::string_view name) const;
 
@@ -88,6 +89,9 @@ struct RigConfig {
 
   ConfigNode root;  ///< the whole file, for section()
 };
+
+/// A rig file as YAML; with `base: FILE`, all that rig says and this file does not.  Errors: InputError.
+ConfigNode rig_file(const std::filesystem::path& file);
 
 /// Names of the presets in a rig file.
 std::vector<std::string> rig_presets(const std::filesystem::path& file);

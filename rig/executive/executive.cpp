@@ -61,6 +61,7 @@ void Executive::read_laser(CycleRecord& record) noexcept {
   record.laser_powered = laser.value().powered;
   record.laser_emitting = laser.value().emitting;
   record.laser_since = laser.value().since;
+  loop_closed_ = laser.value().interlock_closed.value_or(true);
   check_laser(record);
 }
 
@@ -103,7 +104,7 @@ InterlockOutputs Executive::decide(const CycleRecord& record) noexcept {
   const Duration silence{record.stamp.ns - heartbeat_ns_.load(std::memory_order_relaxed)};
   InterlockInputs in;
   in.arm = armed_.load(std::memory_order_relaxed);
-  in.interlock_closed = interlock_.load(std::memory_order_relaxed);
+  in.interlock_closed = interlock_.load(std::memory_order_relaxed) && loop_closed_;
   in.heartbeat_fresh = seconds(silence) <= settings_.heartbeat_timeout;
   in.sweeping = running && segment.sweeping;
   in.device_fault = fault_ != Fault::kNone;

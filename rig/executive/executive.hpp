@@ -5,11 +5,11 @@
 #include <limits>
 #include <optional>
 
+#include "core/spsc_ring.hpp"
 #include "drivers/arm/arm.hpp"
 #include "drivers/laser/laser.hpp"
 #include "rig/executive/cycle_record.hpp"
 #include "rig/executive/scan_plan.hpp"
-#include "rig/executive/spsc_ring.hpp"
 #include "rig/safety/laser_interlock.hpp"
 
 namespace tankrig {
@@ -79,6 +79,7 @@ class Executive {
   Stamp last_news_{};
   Stamp last_step_{};
   bool laser_on_ = false;                  // last command the driver accepted
+  bool loop_closed_ = true;                // the interlock's, as the laser's device reads it where it does
   Duration laser_stray_{}, laser_dark_{};  // powered though not commanded, dark though commanded, for so long
 };
 

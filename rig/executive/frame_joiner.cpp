@@ -1,6 +1,7 @@
 #include "rig/executive/frame_joiner.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 
 namespace tankrig {
@@ -107,10 +108,19 @@ bool FrameJoiner::try_join(const Waiting& waiting) {
   record.laser_on = on;
   record.q = joints.value().q;
   record.sync_residual = joints.value().residual;
-  worst_residual_ = std::max(worst_residual_, record.sync_residual);
+  residuals_.push_back(record.sync_residual);
   ++counts_[camera.name + ".recorded"];
   sink_.frame(record, frame.image);
   return true;
+}
+
+Duration FrameJoiner::residual(double share) const {
+  if (residuals_.empty()) return {};
+  std::vector<Duration> sorted = residuals_;
+  const auto rank = static_cast<std::size_t>(std::ceil(share * static_cast<double>(sorted.size())));
+  const auto nth = sorted.begin() + static_cast<std::ptrdiff_t>(std::max<std::size_t>(rank, 1) - 1);
+  std::nth_element(sorted.begin(), nth, sorted.end());
+  return *nth;
 }
 
 void FrameJoiner::not_used(const PerCamera& camera, const char* reason, Stamp when, std::uint64_t count) {

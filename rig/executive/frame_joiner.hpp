@@ -45,8 +45,8 @@ class FrameJoiner {
 
   /// Frames not used, by reason; also "CAMERA.recorded".
   const std::map<std::string, std::uint64_t>& counts() const { return counts_; }
-  /// Largest sync residual of a recorded frame.
-  Duration worst_residual() const { return worst_residual_; }
+  /// The sync residual that this share of the recorded frames does not exceed; 1: none does.
+  Duration residual(double share) const;
 
  private:
   struct PerCamera {
@@ -76,7 +76,7 @@ class FrameJoiner {
   std::vector<PerCamera> cameras_;
   std::deque<Waiting> waiting_;
   std::map<std::string, std::uint64_t> counts_;
-  Duration worst_residual_{};
+  std::vector<Duration> residuals_;
 };
 
 }  // namespace tankrig

@@ -85,14 +85,27 @@ template <class... Args>
 [[noreturn]] void refuse(const Segment& segment, double t, const char* format, Args... args) {
   char detail[200], line[320];
   std::snprintf(detail, sizeof detail, format, args...);
-  std::snprintf(line, sizeof line, "scan: motion refused: %s, in \"%s\" at %.2f s", detail, segment.name.c_str(), t);
+  std::snprintf(line, sizeof line, "motion refused: %s, in \"%s\" at %.2f s", detail, segment.name.c_str(), t);
   throw InputError(line);
 }
 
-void check_joints(const MotionPoint& p, const ArmModel& arm, const MotionLimits& limits, const Segment& segment,
-                  double t) {
+/// Where every joint may be. One that stands at or a little beyond its stop when the plan begins may start from there.
+std::array<JointLimit, kJoints> allowed_angles(const ArmModel& arm, const MotionLimits& limits,
+                                               const JointVector& start) {
+  std::array<JointLimit, kJoints> allowed;
   for (int j = 0; j < kJoints; ++j) {
-    const double lower = arm.limits[j].lower + limits.angle_margin, upper = arm.limits[j].upper - limits.angle_margin;
+    const JointLimit& stops = arm.limits[j];
+    const double lower = stops.lower + limits.angle_margin, upper = stops.upper - limits.angle_margin;
+    allowed[j] = {std::min(lower, std::max(start[j], stops.lower - limits.stop_margin)),
+                  std::max(upper, std::min(start[j], stops.upper + limits.stop_margin))};
+  }
+  return allowed;
+}
+
+void check_joints(const MotionPoint& p, const ArmModel& arm, const std::array<JointLimit, kJoints>& allowed,
+                  const MotionLimits& limits, const Segment& segment, double t) {
+  for (int j = 0; j < kJoints; ++j) {
+    const auto [lower, upper] = allowed[j];
     if (!(p.q[j] >= lower && p.q[j] <= upper))
       refuse(segment, t, "joint %s: found %.4f rad, expected %.4f to %.4f", kJointNames[j], p.q[j], lower, upper);
     const double speed = std::abs(p.velocity[j]);
@@ -132,12 +145,13 @@ MotionCheck check_motion(const ScanPlan& plan, const ArmModel& arm, const Obstac
   MotionCheck result;
   result.min_clearance = std::numeric_limits<double>::infinity();
   const JointVector reach = reaches(arm, obstacles);
+  const auto allowed = allowed_angles(arm, limits, plan.at(0).q);
   for (const Segment& segment : plan.segments()) {
     const int steps = steps_of(segment.motion, reach);
     for (int i = 0; i <= steps; ++i) {
       const double t = segment.motion.duration() * i / steps;
       const MotionPoint p = segment.motion.at(t);
-      check_joints(p, arm, limits, segment, segment.begin + t);
+      check_joints(p, arm, allowed, limits, segment, segment.begin + t);
       const Nearest nearest = nearest_obstacle(bodies_at(arm, p.q, obstacles), obstacles);
       if (nearest.clearance < obstacles.margin)
         refuse(segment, segment.begin + t, "%s comes within %.1f mm, expected at least %.1f mm", nearest.what.c_str(),

@@ -35,6 +35,7 @@ struct Obstacles {
 /// What a joint may do beyond its limits in the arm model.
 struct MotionLimits {
   double angle_margin = 0;        ///< distance kept from every joint limit [rad]
+  double stop_margin = 0.02;      ///< how far beyond a limit a joint may stand at its stop when the plan begins [rad]
   double max_velocity = 1.0;      ///< any joint [rad/s]
   double max_ticks_per_s = 2000;  ///< any actuator; the laboratory's RPM_LIMIT
 };

@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "core/input_error.hpp"
-#include "rig/executive/cycle_grid.hpp"
+#include "rig/executive/cycle.hpp"
 #include "rig/executive/executive.hpp"
 #include "rig/executive/frame_joiner.hpp"
 #include "rig/executive/scan_log.hpp"
@@ -39,12 +39,12 @@ class ScanRun {
   explicit ScanRun(ScanJob& job)
       : job_(job),
         begin_(job.clock.now()),
-        grid_(begin_, from_seconds(1.0 / job.settings.cycle_hz)),
         executive_(job.plan, job.settings, job.arm, job.laser),
         joints_(kJointSamples, from_seconds(job.settings.max_joint_gap)),
         joiner_(job.plan, job.settings, joints_, laser_, job.sink),
         end_(job.settings),
-        log_(job.plan, job.sink) {
+        log_(job.plan, job.sink),
+        cycle_(executive_, job.clock, from_seconds(1.0 / job.settings.cycle_hz)) {
     for (const ScanCamera& c : job_.cameras)
       feeds_.push_back({c.camera, joiner_.add_camera(c.camera->info().name, c.record), c.record, false});
   }
@@ -53,9 +53,10 @@ class ScanRun {
     try {
       start();
       while (!end_.settled()) {
-        cycle();
+        take_turn();
         supervise();
       }
+      cycle_.end();
       job_.left = end_.left();
       joiner_.finish();
       return result();
@@ -85,8 +86,9 @@ class ScanRun {
 
   void start() {
     read_interlock();
-    cycle();
-    executive_.set_armed(true);
+    cycle_.begin();
+    take_turn();
+    executive_.set_armed(job_.plan.uses_laser());
     if (Feed* feed = grid_camera())
       start_camera(*feed);
     else
@@ -94,23 +96,19 @@ class ScanRun {
     executive_.heartbeat(job_.clock.now());
   }
 
-  /// One step of the executive at the grid's next point, and what it left in the ring.
-  void cycle() {
-    job_.clock.sleep_until(grid_.next());
-    const Stamp now = job_.clock.now();
+  /// About one period of the cycle, and what it left in the ring.
+  void take_turn() {
     if (job_.stop.load(std::memory_order_relaxed)) executive_.request_stop();
-    round_began_ = now;
-    executive_.step(now);
-    grid_.advance(job_.clock.now());
+    cycle_.turn();
+    round_began_ = job_.clock.now();
     CycleRecord record;
     while (executive_.try_pop(record)) consume(record);
-    if (!plan_zero_ && now - begin_ > kFirstFrameTimeout) device_failed("camera: no frame to set the frame grid by");
+    if (!plan_zero_ && round_began_ - begin_ > kFirstFrameTimeout)
+      device_failed("camera: no frame to set the frame grid by");
   }
 
   /// Everything beside the cycle: interlock, cameras, disk, screen. Its heartbeat is as old as the round that gave it,
   /// so a camera or a disk that holds a round up for longer than heartbeat_timeout costs the beam in the next cycle.
-  /// Both take turns in one thread: while a round hangs, so does the cycle, and only the devices' own watchdogs act. A
-  /// supervisor in its own thread comes with the real drivers.
   void supervise() {
     read_interlock();
     if (plan_zero_) schedule_cameras();
@@ -121,23 +119,23 @@ class ScanRun {
     executive_.heartbeat(round_began_);
   }
 
-  /// An open interlock ends the scan even where it opens before the executive is armed.
+  /// An open interlock ends a scan even where it opens before the executive is armed; a plan without light goes on.
   void read_interlock() {
     const bool closed = job_.interlock_closed && job_.interlock_closed();
     executive_.set_interlock(closed);
-    if (!closed) device_failed(kInterlockOpen);
+    if (!closed && job_.plan.uses_laser()) device_failed(kInterlockOpen);
   }
 
   /// The way out by an exception: the sink and the cameras are not asked again, the executive runs until all is safe.
   void leave_safe(const char* why) noexcept {
     executive_.request_stop();
+    cycle_.begin();
     while (!end_.settled()) {
-      job_.clock.sleep_until(grid_.next());
-      executive_.step(job_.clock.now());
-      grid_.advance(job_.clock.now());
+      cycle_.turn();
       CycleRecord record;
       while (executive_.try_pop(record)) end_.add(record);
     }
+    cycle_.end();
     job_.left = end_.left();
     try {
       job_.sink.event(job_.clock.now(), job_.left.safe() ? "stop" : "fault", why + ("; " + to_string(job_.left)));
@@ -232,14 +230,15 @@ class ScanRun {
       if (c.incomplete > 0) r.counts[feed.camera->info().name + ".incomplete"] = c.incomplete;
       if (c.overrun > 0) r.counts[feed.camera->info().name + ".overrun"] = c.overrun;
     }
-    r.counts["cycle.overruns"] = grid_.overruns();
+    r.counts["cycle.overruns"] = cycle_.overruns();
     r.counts["cycle.records_dropped"] = executive_.records_dropped();
-    if (grid_.overruns() > 0)
+    if (cycle_.overruns() > 0)
       job_.sink.event(
           job_.clock.now(), "overrun",
-          std::to_string(grid_.overruns()) + " cycles late, " + std::to_string(grid_.missed_cycles()) + " left out");
+          std::to_string(cycle_.overruns()) + " cycles late, " + std::to_string(cycle_.missed_cycles()) + " left out");
     r.max_following_error = max_following_error_;
-    r.worst_residual = joiner_.worst_residual();
+    r.worst_residual = joiner_.residual(1);
+    r.residual_p99 = joiner_.residual(0.99);
     r.left = job_.left;
     log_.summary(job_.clock.now(), r.max_following_error, r.worst_residual, r.left);
     return r;
@@ -247,7 +246,6 @@ class ScanRun {
 
   ScanJob& job_;
   Stamp begin_;
-  CycleGrid grid_;
   Executive executive_;
   JointHistory joints_;
   LaserTimeline laser_;
@@ -261,6 +259,7 @@ class ScanRun {
   std::string failure_;
   Stamp next_progress_{};
   double max_following_error_ = 0;
+  Cycle cycle_;  // last: its thread ends before what it steps is gone
 };
 
 }  // namespace
@@ -269,11 +268,11 @@ JointVector read_posture(Arm& arm, Clock& clock, Duration timeout) {
   const Stamp deadline = clock.now() + timeout;
   while (true) {
     const auto news = arm.try_read();
-    if (!news.ok()) throw InputError("scan: " + describe(news.error()));
-    if (news.value()) return news.value()->q;
-    if (clock.now() >= deadline)
-      throw InputError("scan: arm: found no joint state, expected one within " + std::to_string(seconds(timeout)) +
-                       " s");
+    const bool late = clock.now() >= deadline;
+    if (!news.ok() && (late || news.error().code != ErrorCode::kTimeout)) throw InputError(describe(news.error()));
+    if (news.ok() && news.value()) return news.value()->q;
+    if (late)
+      throw InputError("arm: found no joint state, expected one within " + std::to_string(seconds(timeout)) + " s");
     clock.sleep_until(clock.now() + arm.exchange_period());
   }
 }
@@ -290,7 +289,7 @@ void check_laser_ready(const ScanSettings& settings, const Laser& laser, bool in
 }
 
 ScanResult run_scan(ScanJob& job) {
-  check_laser_ready(job.settings, job.laser, job.interlock_closed && job.interlock_closed());
+  if (job.plan.uses_laser()) check_laser_ready(job.settings, job.laser, job.interlock_closed && job.interlock_closed());
   const CamerasStopped guard(job);
   ScanRun run(job);
   return run.run();

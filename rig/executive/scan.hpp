@@ -49,25 +49,25 @@ struct ScanResult {
   std::map<std::string, std::uint64_t>
       counts;                      ///< "CAMERA.REASON", "CAMERA.recorded", "cycle.overruns", "cycle.records_dropped"
   double max_following_error = 0;  ///< [rad]
-  Duration worst_residual{};
+  Duration worst_residual{}, residual_p99{};  ///< of the recorded frames
   OutputsLeft left;  ///< confirmed after the end
 
   bool complete() const { return status == "complete"; }
 };
 
 /// Reads joints until the arm has told its posture once: what a plan starts from.
-/// Errors: InputError after `timeout`, or with the driver's failure.
+/// Errors: InputError after `timeout`, or with a failure of the driver other than silence.
 JointVector read_posture(Arm& arm, Clock& clock, Duration timeout);
 
 /// What run_scan refuses before anything moves.
 /// Errors: InputError if the laser warms up longer than the plan waits, or its interlock is open.
 void check_laser_ready(const ScanSettings& settings, const Laser& laser, bool interlock_closed);
 
-/// Runs the plan. Under a VirtualClock single-threaded and bit-reproducible; under a MonotonicClock in real time.
-/// However it ends - plan done, stop asked for, fault, exception of the sink - the laser is commanded off first, then
-/// the arm to rest, again in every cycle until both are confirmed or rest_timeout has passed. Errors:
-/// check_laser_ready's; rethrows what the sink or the progress callback throws, after an event if the sink still takes
-/// one. A failing device is no exception but a status.
+/// Runs the plan. One that uses no laser never arms it and does not mind its interlock. Under a VirtualClock
+/// single-threaded and bit-reproducible; under a MonotonicClock in real time. However it ends - plan done, stop asked
+/// for, fault, exception of the sink - the laser is commanded off first, then the arm to rest, again in every cycle
+/// until both are confirmed or rest_timeout has passed. Errors: check_laser_ready's; rethrows what the sink or the
+/// progress callback throws, after an event if the sink still takes one. A failing device is no exception but a status.
 ScanResult run_scan(ScanJob& job);
 
 }  // namespace tankrig

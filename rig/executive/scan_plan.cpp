@@ -128,6 +128,10 @@ double crossing_phase(const ScanSettings& s, int pass, bool backwards) {
 
 }  // namespace
 
+bool ScanPlan::uses_laser() const noexcept {
+  return std::any_of(segments_.begin(), segments_.end(), [](const Segment& s) { return s.laser; });
+}
+
 std::size_t ScanPlan::segment_at(double t) const noexcept {
   std::size_t i = 0;
   while (i + 1 < segments_.size() && t >= segments_[i].end()) ++i;

@@ -34,6 +34,7 @@ class ScanPlan {
 
   const std::vector<Segment>& segments() const noexcept { return segments_; }
   double duration() const noexcept { return segments_.back().end(); }
+  bool uses_laser() const noexcept;
   /// Index of the segment that holds at `t`; the first before the plan, the last after it.  RT: safe.
   std::size_t segment_at(double t) const noexcept;
   /// Set-point at `t`; at rest before and after the plan.  RT: safe.

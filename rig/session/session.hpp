@@ -82,6 +82,7 @@ struct SessionInfo {
   std::optional<double> lux_before, lux_after;
   double simulated_s = 0;                       ///< length of the run on its own clock
   std::map<std::string, std::uint64_t> counts;  ///< every frame not used has a reason here
+  std::map<std::string, double> devices;        ///< what drivers counted and measured, by "DEVICE.NAME"
   std::vector<SessionCamera> cameras;
   SessionCalibration calibration;
   std::optional<SessionObject> object;

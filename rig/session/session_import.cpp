@@ -11,6 +11,7 @@
 
 #include "core/input_error.hpp"
 #include "core/shown_text.hpp"
+#include "core/utc.hpp"
 #include "rig/session/checksums.hpp"
 #include "rig/session/csv.hpp"
 #include "rig/session/session_tables.hpp"

@@ -1,10 +1,10 @@
 #include "rig/session/session_writer.hpp"
 
 #include <cstdio>
-#include <ctime>
 #include <exception>
 
 #include "core/input_error.hpp"
+#include "core/utc.hpp"
 #include "rig/session/session_tables.hpp"
 #include "rig/session/session_yaml.hpp"
 
@@ -31,15 +31,6 @@ std::string numbered(int index) {
 }
 
 }  // namespace
-
-std::string utc_now() {
-  const std::time_t now = std::time(nullptr);
-  std::tm parts{};
-  gmtime_r(&now, &parts);
-  char text[32];
-  std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &parts);
-  return text;
-}
 
 SessionWriter::SessionWriter(fs::path path, SessionInfo info, SessionWriterOptions options)
     : path_(make_folder(std::move(path))),

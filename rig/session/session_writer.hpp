@@ -69,7 +69,4 @@ class SessionWriter {
   bool closed_ = false;
 };
 
-/// The present as ISO 8601 in UTC, e.g. 2017-05-03T09:12:44Z.
-std::string utc_now();
-
 }  // namespace tankrig

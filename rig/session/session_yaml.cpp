@@ -91,6 +91,8 @@ std::string session_yaml(const SessionInfo& info) {
   out += info.counts.empty() ? "counts: {}\n" : "counts:\n";
   for (const auto& [reason, count] : info.counts)
     out += "  " + yaml_quoted(reason) + ": " + std::to_string(count) + "\n";
+  if (!info.devices.empty()) out += "devices:\n";
+  for (const auto& [name, value] : info.devices) out += "  " + yaml_quoted(name) + ": " + exact_text(value) + "\n";
   const std::string calibration = calibration_yaml(info);
   text("calibration_sha256", sha256_of_text(calibration));
   return out + calibration;
@@ -118,6 +120,8 @@ SessionInfo read_session_yaml(const std::filesystem::path& file) {
   info.simulated_s = root.number_or("simulated_s", 0, {0, 1e9});
   const ConfigNode counts = root.child("counts");
   for (const std::string& reason : counts.keys()) info.counts[reason] = read_count(counts, reason);
+  if (const auto devices = root.optional_child("devices"))
+    for (const std::string& name : devices->keys()) info.devices[name] = devices->number(name);
   info.calibration_hash = root.text("calibration_sha256");
   read_calibration(root, info);
   root.finish();

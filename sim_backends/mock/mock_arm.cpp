@@ -3,46 +3,27 @@
 #include <algorithm>
 #include <cmath>
 
+#include "drivers/arm/velocity_demand.hpp"
+
 namespace tankrig::sim {
 namespace {
 
-constexpr double kStandstill = 1e-3;  // below it an axis asked to rest is at rest [ticks/s]
+ArmPlantParameters plant_parameters(const MockArmParameters& mock) {
+  ArmPlantParameters plant;
+  plant.time_constant = mock.time_constant;
+  plant.backlash_ticks = mock.backlash_ticks;
+  return plant;
+}
 
 }  // namespace
 
 MockArm::MockArm(const ArmModel& model, const MockArmParameters& parameters, const JointVector& q, const Clock& clock)
-    : model_(model), parameters_(parameters), clock_(clock), epoch_(clock.now()), history_(kHistory), written_(epoch_) {
-  Axes& begin = history_[0];
-  for (std::size_t j = 0; j < kJoints; ++j) {
-    const double a = model_.actuators[j].ticks(model_.limits[j].lower),
-                 b = model_.actuators[j].ticks(model_.limits[j].upper);
-    min_ticks_[j] = std::min(a, b);
-    max_ticks_[j] = std::max(a, b);
-    const double ticks = model_.actuators[j].ticks(q[static_cast<int>(j)]);
-    begin[j].ticks = begin[j].link = std::clamp(ticks, min_ticks_[j], max_ticks_[j]);
-  }
-}
-
-double MockArm::slope(std::size_t joint, double ticks) const noexcept {
-  const Actuator& a = model_.actuators[joint];
-  return a.d == 0 ? a.rad_per_tick : a.sign * a.resolution(a.angle(ticks));
-}
-
-MockArm::Axis MockArm::axis_after(std::size_t joint, const Axis& begin, double t) const noexcept {
-  const double decay = std::exp(-t / parameters_.time_constant);
-  const double excess = begin.speed - begin.demand;
-  Axis end = begin;
-  end.ticks += begin.demand * t + excess * parameters_.time_constant * (1 - decay);
-  end.speed = begin.demand + excess * decay;
-  if (end.ticks <= min_ticks_[joint] || end.ticks >= max_ticks_[joint]) {
-    end.ticks = std::clamp(end.ticks, min_ticks_[joint], max_ticks_[joint]);
-    end.speed = 0;
-  }
-  if (begin.demand == 0 && std::abs(end.speed) < kStandstill) end.speed = 0;
-  const double play = 0.5 * parameters_.backlash_ticks[joint];
-  end.link = std::clamp(begin.link, end.ticks - play, end.ticks + play);
-  return end;
-}
+    : model_(model),
+      parameters_(parameters),
+      clock_(clock),
+      epoch_(clock.now()),
+      plant_(model, plant_parameters(parameters), q, epoch_),
+      written_(epoch_) {}
 
 /// Exchange n: encoders are read, the waiting set-point takes effect.
 void MockArm::exchange(std::int64_t n) noexcept {
@@ -50,14 +31,13 @@ void MockArm::exchange(std::int64_t n) noexcept {
   const bool silent = when - written_ > parameters_.watchdog && !faults.runs_away;
   JointState& sample = feedback_[static_cast<std::size_t>(sampled_++) % kInFlight];
   sample.stamp = when;
-  Axes& next = history_[static_cast<std::size_t>(n % kHistory)];
+  plant_.drive(when, silent ? std::array<double, kJoints>{} : demand_);
+  const ArmPlant::Axes axes = plant_.newest();
   for (std::size_t j = 0; j < kJoints; ++j) {
-    next[j] = axis_after(j, axes(n - 1)[j], seconds(parameters_.exchange_period));
-    next[j].demand = silent ? 0 : demand_[j];
-    const double ticks = std::round(next[j].ticks);
+    const double ticks = std::round(axes[j].ticks);
     sample.ticks[j] = static_cast<std::int32_t>(ticks);
     sample.q[static_cast<int>(j)] = model_.actuators[j].angle(ticks);
-    sample.velocity[static_cast<int>(j)] = std::round(next[j].speed) * slope(j, ticks);
+    sample.velocity[static_cast<int>(j)] = std::round(axes[j].speed) * signed_slope(model_.actuators[j], ticks);
   }
 }
 
@@ -86,26 +66,15 @@ Result<JointVector> MockArm::write_velocity(const JointVector& velocity) noexcep
   const Stamp now = clock_.now();
   advance(now);
   if (faults.runs_away) return velocity;
-  double fastest = 0;
-  for (std::size_t j = 0; j < kJoints; ++j) {
-    double v = velocity[static_cast<int>(j)];
-    if (!std::isfinite(v)) return Error{ErrorCode::kOutOfRange, 0, now, "arm: velocity is not a number"};
-    const double dead_zone = parameters_.dead_zone[static_cast<int>(j)];
-    if (std::abs(v) < parameters_.creep)
-      v = 0;
-    else if (std::abs(v) < dead_zone)
-      v = std::copysign(dead_zone, v);
-    demand_[j] = v / slope(j, axes(last_)[j].ticks);
-    fastest = std::max(fastest, std::abs(demand_[j]));
-  }
-  const double scale = fastest > parameters_.max_ticks_per_s ? parameters_.max_ticks_per_s / fastest : 1;
-  JointVector applied;
-  for (std::size_t j = 0; j < kJoints; ++j) {
-    demand_[j] = std::round(demand_[j] * scale);
-    applied[static_cast<int>(j)] = demand_[j] * slope(j, axes(last_)[j].ticks);
-  }
+  const ArmPlant::Axes axes = plant_.newest();
+  std::array<double, kJoints> ticks;
+  for (std::size_t j = 0; j < kJoints; ++j) ticks[j] = axes[j].ticks;
+  const VelocityShaping shaping{parameters_.creep, parameters_.dead_zone, parameters_.max_ticks_per_s};
+  const auto demand = velocity_demand(model_, shaping, ticks, velocity);
+  if (!demand) return Error{ErrorCode::kOutOfRange, 0, now, "arm: velocity is not a number"};
+  demand_ = demand->ticks_per_s;
   written_ = now;
-  return applied;
+  return demand->applied;
 }
 
 Status MockArm::stop() noexcept {
@@ -118,32 +87,16 @@ Status MockArm::stop() noexcept {
   return {};
 }
 
-std::int64_t MockArm::exchange_before(Stamp when) noexcept {
-  advance(clock_.now());
-  return std::clamp((when - epoch_) / parameters_.exchange_period, std::max<std::int64_t>(0, last_ - kHistory + 1),
-                    last_);
-}
-
 JointVector MockArm::truth_at(Stamp when) noexcept {
   const std::lock_guard lock(mutex_);
-  const std::int64_t n = exchange_before(when);
-  const double t = std::max(0.0, seconds(when - exchange_stamp(n)));
-  JointVector q;
-  for (std::size_t j = 0; j < kJoints; ++j)
-    q[static_cast<int>(j)] = model_.actuators[j].angle(axis_after(j, axes(n)[j], t).link);
-  return q;
+  advance(clock_.now());
+  return plant_.truth_at(when);
 }
 
 JointVector MockArm::true_velocity_at(Stamp when) noexcept {
   const std::lock_guard lock(mutex_);
-  const std::int64_t n = exchange_before(when);
-  const double t = std::max(0.0, seconds(when - exchange_stamp(n)));
-  JointVector velocity;
-  for (std::size_t j = 0; j < kJoints; ++j) {
-    const Axis axis = axis_after(j, axes(n)[j], t);
-    velocity[static_cast<int>(j)] = axis.speed * slope(j, axis.ticks);
-  }
-  return velocity;
+  advance(clock_.now());
+  return plant_.true_velocity_at(when);
 }
 
 }  // namespace tankrig::sim

@@ -3,11 +3,11 @@
 
 #include <array>
 #include <mutex>
-#include <vector>
 
 #include "core/clock.hpp"
 #include "drivers/arm/arm.hpp"
 #include "sim_backends/mock/mock_parameters.hpp"
+#include "sim_backends/world/arm_plant.hpp"
 
 namespace tankrig::sim {
 
@@ -33,40 +33,25 @@ class MockArm final : public Arm {
 
   MockArmFaults faults;
 
-  /// Where the links really are at `when`, exactly. Remembers the last kHistory exchanges; older is answered with the
-  /// oldest.
+  /// Where the links really are at `when`, exactly. Remembers the last ArmPlant::kHistory exchanges; older is answered
+  /// with the oldest.
   JointVector truth_at(Stamp when) noexcept;
   /// Velocity of the links at `when`, without backlash [rad/s].
   JointVector true_velocity_at(Stamp when) noexcept;
 
  private:
-  static constexpr std::int64_t kHistory = 4096;
   static constexpr std::size_t kInFlight = 256;  // feedback on the wire
 
-  /// One axis between two exchanges.
-  struct Axis {
-    double ticks = 0, speed = 0;  ///< of the encoder's side, at the begin [ticks, ticks/s]
-    double demand = 0;            ///< [ticks/s]
-    double link = 0;              ///< of the link's side, behind the backlash [ticks]
-  };
-  using Axes = std::array<Axis, kJoints>;
-
-  Axis axis_after(std::size_t joint, const Axis& begin, double t) const noexcept;
   Stamp exchange_stamp(std::int64_t n) const noexcept { return epoch_ + parameters_.exchange_period * n; }
-  const Axes& axes(std::int64_t n) const noexcept { return history_[static_cast<std::size_t>(n % kHistory)]; }
-  /// The exchange at or before `when`, of those remembered.
-  std::int64_t exchange_before(Stamp when) noexcept;
   void advance(Stamp now) noexcept;
   void exchange(std::int64_t n) noexcept;
-  double slope(std::size_t joint, double ticks) const noexcept;  // dq/dticks [rad/tick]
 
   const ArmModel model_;
   const MockArmParameters parameters_;
   const Clock& clock_;
   mutable std::mutex mutex_;  // guards what follows
   Stamp epoch_;
-  std::array<double, kJoints> min_ticks_{}, max_ticks_{};
-  std::vector<Axes> history_;
+  ArmPlant plant_;
   std::int64_t last_ = 0;  // newest exchange
   std::array<double, kJoints> demand_{};
   Stamp written_{};

@@ -22,16 +22,9 @@ Status MockCamera::start() {
 }
 
 Exposure MockCamera::exposure(std::int64_t n) const {
-  Exposure e;
-  e.mid = middle(n);
-  e.index = static_cast<std::uint64_t>(n);
-  const Stamp begin = e.mid - parameters_.exposure / 2;
-  for (std::size_t i = 0; i < Exposure::kSamples; ++i) {
-    const Stamp t = begin + parameters_.exposure * (2 * static_cast<std::int64_t>(i) + 1) / (2 * Exposure::kSamples);
-    e.q[i] = arm_.truth_at(t);
-    e.laser[i] = laser_.power_at(t);
-  }
-  return e;
+  return sample_exposure(
+      middle(n), parameters_.exposure, static_cast<std::uint64_t>(n), [&](Stamp t) { return arm_.truth_at(t); },
+      [&](Stamp t) { return laser_.power_at(t); });
 }
 
 Result<std::optional<Frame>> MockCamera::try_grab() {

@@ -1,7 +1,6 @@
 // The simulated tank: scene, arm, laser and water, seen by its cameras and its lux meter.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -15,6 +14,7 @@
 #include "core/camera_model.hpp"
 #include "core/frames.hpp"
 #include "core/time.hpp"
+#include "sim_backends/world/exposure.hpp"
 
 namespace tankrig::sim {
 
@@ -27,15 +27,6 @@ struct WorldOptions {
   std::optional<std::string> sensor;  ///< "gaussian" | "emva1288"
   std::optional<double> particles_per_m3;
   std::uint64_t seed = 1;
-};
-
-/// What is true of the rig while one frame is exposed.
-struct Exposure {
-  static constexpr int kSamples = 3;           ///< times in the exposure interval, evenly spaced, mid-interval rule
-  std::array<JointVector, kSamples> q{};       ///< joints at those times
-  std::array<double, kSamples> laser{};        ///< emitted power at those times, 0 .. 1 of the projector's
-  Stamp mid{};                                 ///< moves the floating particles
-  std::uint64_t index = 0;                     ///< with seed and camera name: seeds noise and speckle
 };
 
 struct SceneCamera {

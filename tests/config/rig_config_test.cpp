@@ -134,8 +134,8 @@ struct Damage {
 
 TEST(RigConfig, NamesFileLineAndKeyOfBadInput) {
   const Damage damages[] = {
-      {"name: small", "nome: small", "rig.yaml:1: nome: unknown key, expected one of: name, description"},
-      {"backend: mock", "backend: real", "rig.yaml:3: backend: found 'real', expected mock"},
+      {"name: small", "nome: small", "rig.yaml:1: nome: unknown key, expected one of: base, name, description"},
+      {"backend: mock", "backend: real", "rig.yaml:3: backend: found 'real', expected one of: mock, devices"},
       {"scene: scenes/tank.xml\n", "", "scene: found nothing, expected a text"},
       {"  dh:\n    - {a_m: 0.08052, alpha_rad: 1.5707963267948966, d_m: 0, theta0_rad: 0}\n", "  dh:\n",
        "arm.dh: found 3 links, expected 4"},
@@ -201,6 +201,46 @@ TEST(RigConfig, NamesFileLineAndKeyOfBadInput) {
   }
   EXPECT_THAT(message_of<InputError>([] { load_rig("/no/such/rig.yaml"); }),
               HasSubstr("/no/such/rig.yaml: cannot be read"));
+}
+
+TEST(RigConfig, TakesFromItsBaseWhatItDoesNotSayItself) {
+  const TemporaryFolder folder;
+  folder.write("base/rig.yaml", kSmallRig);
+  const auto file =
+      folder.write("over/rig.yaml", "base: ../base/rig.yaml\nname: wired\nbackend: devices\nlaser:\n  fan_rad: x\n");
+  try {
+    load_rig(file);
+    FAIL();
+  } catch (const InputError& e) {
+    EXPECT_THAT(e.what(), testing::HasSubstr("over/rig.yaml:5: laser.fan_rad: found 'x'"));
+  }
+  folder.write("over/rig.yaml",
+               "base: ../base/rig.yaml\nname: wired\nbackend: devices\ndevices: {arm: {driver: arm5e}}\n");
+  const RigConfig rig = load_rig(file, "fine");
+  EXPECT_EQ(rig.name, "wired");
+  EXPECT_EQ(rig.backend, "devices");
+  EXPECT_EQ(rig.scan.passes, 3);
+  EXPECT_EQ(rig.scene, folder.path() / "base/scenes/tank.xml");
+  EXPECT_EQ(rig.section("devices")->child("arm").text("driver"), "arm5e");
+  const auto kept = folder.write("kept/rig.yaml", resolved_rig_yaml(rig, "box.obj"));
+  EXPECT_EQ(load_rig(kept).section("devices")->child("arm").text("driver"), "arm5e");
+}
+
+TEST(RigConfig, NamesTheBaseFileForWhatIsWrongThere) {
+  const TemporaryFolder folder;
+  std::string base = kSmallRig;
+  base.replace(base.find("dark_frames: 8"), 14, "dark_frames: x");
+  folder.write("base/rig.yaml", base);
+  const auto file = folder.write("over/rig.yaml", "base: ../base/rig.yaml\nname: wired\n");
+  try {
+    load_rig(file);
+    FAIL();
+  } catch (const InputError& e) {
+    EXPECT_THAT(e.what(), testing::HasSubstr("base/rig.yaml:"));
+    EXPECT_THAT(e.what(), testing::HasSubstr("scan.dark_frames: found 'x'"));
+  }
+  folder.write("base/rig.yaml", "base: other.yaml\n");
+  EXPECT_THROW(load_rig(file), InputError);
 }
 
 }  // namespace

@@ -340,6 +340,17 @@ TEST(Executive, DropsBeamAndStopsWhenTheInterlockOpens) {
   bench.expect_safe(Fault::kInterlock);
 }
 
+TEST(Executive, DropsBeamAndStopsWhenTheLasersDeviceReadsAnOpenInterlock) {
+  Bench bench;
+  bench.go_sweeping();
+  bench.laser.loop_closed = true;
+  bench.cycle();
+  EXPECT_TRUE(bench.laser.on());
+  bench.laser.loop_closed = false;
+  bench.cycle();
+  bench.expect_safe(Fault::kInterlock);
+}
+
 TEST(Executive, StaysSafeAfterAFaultEvenIfTheDeviceRecovers) {
   Bench bench;
   bench.go_sweeping();

@@ -82,12 +82,13 @@ class FakeLaser final : public Laser {
   }
   Result<LaserState> state() noexcept override {
     if (fail_state) return Error{ErrorCode::kDisconnected, 0, {}, "laser: state"};
-    return LaserState{on_, on_, on_ && !dead, {}};
+    return LaserState{on_, on_, on_ && !dead, {}, loop_closed};
   }
   Duration warm_up() const noexcept override { return Duration{0}; }
 
   bool on() const { return on_; }
   bool fail = false, fail_off = false, fail_state = false, stuck_on = false, dead = false;
+  std::optional<bool> loop_closed{};  ///< nothing: it reads none
 
  private:
   CallLog& log_;

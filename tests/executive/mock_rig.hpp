@@ -1,4 +1,4 @@
-// A whole mock rig under a virtual clock, ready to be scanned.
+// A whole mock rig, ready to be scanned.
 #pragma once
 
 #include <memory>
@@ -11,11 +11,12 @@ namespace tankrig::testing_support {
 
 /// One mono camera, one stereo eye for the dark blocks. A picture's pixel says
 /// how lit it was: 0 dark, 3 lit in the whole exposure.
-struct MockRig {
+template <class AnyClock>
+struct MockRigUnder {
   ScanSettings s;
   sim::MockParameters mock;
   ArmModel model = arm5e();
-  VirtualClock clock;
+  AnyClock clock;
   RecordingSink sink;
   std::atomic<bool> stop{false};
   std::function<void(const ScanProgress&)> progress;
@@ -28,7 +29,7 @@ struct MockRig {
   std::unique_ptr<ScanPlan> plan;
   std::map<std::string, int> rendered;
 
-  MockRig() {
+  MockRigUnder() {
     s.park << 0, 0.3, 1.0, 0, 0.1;
     s.posture << 0, 0.12, 0, 0, 0.1;
     s.sweep_from = 1.3;
@@ -67,5 +68,7 @@ struct MockRig {
     }
   }
 };
+
+using MockRig = MockRigUnder<VirtualClock>;
 
 }  // namespace tankrig::testing_support

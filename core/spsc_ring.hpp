@@ -1,4 +1,4 @@
-// The only door out of the cycle: a fixed-size ring with one writer and one reader.
+// A fixed-size ring with one writer and one reader: the only door out of the cycle and into a device thread.
 #pragma once
 
 #include <atomic>

@@ -1,0 +1,125 @@
+// `tankrig arm home`: the zero of relative encoders, found in the joints' stops.
+#include <cstdio>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+#include <numbers>
+#include <stop_token>
+
+#include "apps/tankrig/arm_motion.hpp"
+#include "apps/tankrig/confirm.hpp"
+#include "apps/tankrig/output.hpp"
+#include "apps/tankrig/progress.hpp"
+#include "apps/tankrig/rig_files.hpp"
+#include "apps/tankrig/stop.hpp"
+#include "core/input_error.hpp"
+#include "drivers/arm/homing.hpp"
+#include "rig/executive/safe_end.hpp"
+
+namespace tankrig::app {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr double kDegrees = 180 / std::numbers::pi;
+constexpr Duration kRest = 200ms;        // encoders that long without news are an arm at rest
+constexpr std::int32_t kStillTicks = 1;  // an encoder at rest may waver by so much
+
+/// Encoders say the same for a while, within `timeout`. Works without angles too.
+bool came_to_rest(Arm& arm, Clock& clock, Duration timeout) {
+  std::optional<JointState> first;
+  for (const Stamp end = clock.now() + timeout; clock.now() < end;) {
+    (void)arm.stop();
+    clock.sleep_until(clock.now() + arm.exchange_period());
+    const auto news = arm.try_read();
+    if (!news.ok() || !news.value()) continue;
+    const JointState& state = *news.value();
+    bool still = first.has_value();
+    for (std::size_t j = 0; still && j < kJoints; ++j)
+      still = std::abs(state.ticks[j] - first->ticks[j]) <= kStillTicks;
+    if (!still)
+      first = state;
+    else if (state.stamp - first->stamp >= kRest)
+      return true;
+  }
+  return false;
+}
+
+HomingResult home(Arm5e& arm, Clock& clock, Progress& progress) {
+  std::stop_source stop;
+  return home_axes(arm, clock, stop.get_token(), [&](const HomingProgress& p) {
+    if (StopOnSignal::requested()) stop.request_stop();
+    const bool done = p.phase == HomingProgress::Phase::kDone;
+    progress.update(std::string("arm: home ") + kJointNames[p.joint],
+                    (static_cast<int>(p.joint) + (done ? 1.0 : 0.5)) / kJoints);
+  });
+}
+
+nlohmann::ordered_json json_of(const HomingResult& result, const OutputsLeft& left) {
+  nlohmann::ordered_json out;
+  out["status"] = result.message();
+  for (std::size_t j = 0; j < kJoints; ++j) {
+    if (!result.axes[j]) continue;
+    const HomedAxis& axis = *result.axes[j];
+    out["joints"].push_back({{"name", kJointNames[j]},
+                             {"angle_at_stop_deg", kDegrees * axis.angle_at_stop},
+                             {"raw_at_stop", axis.raw_at_stop},
+                             {"raw_at_zero", axis.raw_at_zero},
+                             {"current_a", axis.current_a}});
+  }
+  out["laser_dark"] = left.laser_dark;
+  out["arm_at_rest"] = left.arm_at_rest;
+  return out;
+}
+
+void print(const HomingResult& result) {
+  std::printf("%-12s %14s %12s %12s %10s\n", "joint", "angle at stop", "raw at stop", "raw at zero", "current");
+  for (std::size_t j = 0; j < kJoints; ++j) {
+    if (!result.axes[j]) continue;
+    const HomedAxis& axis = *result.axes[j];
+    std::printf("%-12s %10.2f deg %12u %12u %8.2f A\n", kJointNames[j], kDegrees * axis.angle_at_stop,
+                unsigned{axis.raw_at_stop}, unsigned{axis.raw_at_zero}, axis.current_a);
+  }
+}
+
+}  // namespace
+
+int arm_home(const ArmCommandOptions& options) {
+  Progress progress;
+  const RigConfig rig = load_rig(find_rig(options.rig));
+  const std::unique_ptr<Backend> backend = make_backend(rig, {.carrier = options.carrier});
+  auto* const arm = dynamic_cast<Arm5e*>(&backend->arm());
+  if (!arm) {
+    if (options.json)
+      print_json({{"status", "not needed"}});
+    else
+      std::printf("the arm of %s needs no homing: its encoders know their zero\n", rig.name.c_str());
+    return kOk;
+  }
+  confirm("The arm of " + rig.name + " will move every joint into its stop, unchecked. Is its way free?", options.yes);
+  const StopOnSignal stop_on_signal;
+  make_laser_dark(*backend, rig.scan);
+
+  const HomingResult result = home(*arm, backend->clock(), progress);
+  OutputsLeft left;
+  left.arm_at_rest = came_to_rest(*arm, backend->clock(), from_seconds(rig.scan.rest_timeout));
+  const auto laser = backend->laser().state();
+  left.laser_dark = laser.ok() && !laser.value().powered && !laser.value().emitting;
+  progress.finish_line();
+  if (result.ok() && !arm->settings().zero_file.empty()) save_arm_zero(arm->settings().zero_file, result.zero());
+
+  if (options.json)
+    print_json(json_of(result, left));
+  else
+    print(result);
+  if (result.ok() && left.safe()) {
+    if (arm->settings().zero_file.empty())
+      progress.warn("the zero is known to this program only: the rig file names no devices: arm: zero_file");
+    else
+      progress.note("zero kept in " + arm->settings().zero_file.string() + "; " + to_string(left));
+    return kOk;
+  }
+  progress.warn("arm not homed: " + result.message() + "; " + to_string(left));
+  return StopOnSignal::requested() && left.safe() ? kPartial : kFailure;
+}
+
+}  // namespace tankrig::app

@@ -1,0 +1,175 @@
+#include "apps/tankrig/arm_motion.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "apps/tankrig/dry_run.hpp"
+#include "apps/tankrig/output.hpp"
+#include "apps/tankrig/progress.hpp"
+#include "apps/tankrig/rig_files.hpp"
+#include "apps/tankrig/stop.hpp"
+#include "core/input_error.hpp"
+#include "rig/executive/operator_plan.hpp"
+#include "rig/executive/scan.hpp"
+#include "rig/executive/scan_log.hpp"
+
+namespace tankrig::app {
+namespace {
+
+constexpr double kDegrees = 180 / std::numbers::pi;
+
+/// Keeps the newest joints; faults are told at once.
+class MotionSink final : public ScanSink {
+ public:
+  MotionSink(const JointVector& q, Progress& progress) : q_(q), progress_(progress) {}
+  void joints(const JointState& state) override { q_ = state.q; }
+  void frame(const FrameRecord&, const cv::Mat&) override {}
+  void event(Stamp, std::string_view kind, const std::string& text) override {
+    if (kind == "fault" || kind == "overrun") progress_.warn("arm: " + text);
+  }
+  const JointVector& q() const { return q_; }
+
+ private:
+  JointVector q_;
+  Progress& progress_;
+};
+
+struct Outcome {
+  JointVector from, asked, reached;
+  ScanPlan plan;
+  MotionCheck check;
+  ScanResult result;
+};
+
+nlohmann::ordered_json json_of(const Outcome& o, bool moved) {
+  nlohmann::ordered_json out;
+  out["status"] = moved ? o.result.status : "checked";
+  for (int j = 0; j < kJoints; ++j) {
+    nlohmann::ordered_json joint{
+        {"name", kJointNames[j]}, {"from_deg", kDegrees * o.from[j]}, {"asked_deg", kDegrees * o.asked[j]}};
+    if (moved) joint["reached_deg"] = kDegrees * o.reached[j];
+    out["joints"].push_back(joint);
+  }
+  out["duration_s"] = moved ? o.result.simulated_s : o.plan.duration();
+  out["clearance_m"] = o.check.min_clearance;
+  out["nearest"] = o.check.nearest;
+  if (!moved) return out;
+  out["max_following_error_deg"] = kDegrees * o.result.max_following_error;
+  out["laser_dark"] = o.result.left.laser_dark;
+  out["arm_at_rest"] = o.result.left.arm_at_rest;
+  return out;
+}
+
+void print(const Outcome& o, bool moved) {
+  std::printf("%-12s %10s %10s %10s\n", "joint", "from", "asked", moved ? "reached" : "");
+  for (int j = 0; j < kJoints; ++j) {
+    std::printf("%-12s %6.2f deg %6.2f deg", kJointNames[j], kDegrees * o.from[j], kDegrees * o.asked[j]);
+    if (moved) std::printf(" %6.2f deg", kDegrees * o.reached[j]);
+    std::printf("\n");
+  }
+  std::printf("clearance  %.0f mm, %s\n", 1e3 * o.check.min_clearance, o.check.nearest.c_str());
+  if (moved)
+    std::printf("%s after %.1f s; %s\n", o.result.status.c_str(), o.result.simulated_s,
+                to_string(o.result.left).c_str());
+  else
+    std::printf("duration   %.1f s\n", o.plan.duration());
+}
+
+}  // namespace
+
+void make_laser_dark(Backend& backend, const ScanSettings& settings) {
+  Laser& laser = backend.laser();
+  Clock& clock = backend.clock();
+  const Stamp deadline = clock.now() + from_seconds(settings.rest_timeout);
+  while (true) {
+    const Status off = laser.set(false);
+    const auto state = laser.state();
+    if (off.ok() && state.ok() && !state.value().powered && !state.value().emitting) return;
+    if (clock.now() >= deadline) {
+      const std::string why = !off.ok()     ? describe(off.error())
+                              : !state.ok() ? describe(state.error())
+                                            : "it reads back on";
+      throw InputError("laser: not confirmed off (" + why + "), expected dark before the arm moves: cut its supply");
+    }
+    clock.sleep_until(clock.now() + std::chrono::milliseconds(10));
+  }
+}
+
+JointVector homed_posture(Backend& backend, const std::string& rig) {
+  const JointVector q = read_posture(backend.arm(), backend.clock(), std::chrono::seconds(2));
+  const auto rest = backend.arm().write_velocity(JointVector::Zero());
+  if (!q.allFinite() || (!rest.ok() && rest.error().code == ErrorCode::kNotReady))
+    throw InputError("arm: not homed: it does not know its joints yet: tankrig arm home --rig " + rig);
+  return q;
+}
+
+int move_arm(const ArmCommandOptions& options, const TargetFrom& target_from) {
+  Progress progress;
+  const RigConfig rig = load_rig(find_rig(options.rig));
+  const std::unique_ptr<Backend> backend = make_backend(rig, {.carrier = options.carrier});
+  const StopOnSignal stop_on_signal;
+  make_laser_dark(*backend, rig.scan);
+  const JointVector now = homed_posture(*backend, options.rig);
+
+  const ArmTarget target = target_from(rig, now);
+  ScanSettings settings = rig.scan;
+  settings.move_velocity = target.velocity;
+  Outcome outcome{now, target.q, now, make_move_plan(settings, now, target.q, target.name), {}, {}};
+  outcome.check = check_plan(rig, outcome.plan);
+  if (!options.dry_run) {
+    MotionSink sink(now, progress);
+    ScanJob job{outcome.plan,
+                settings,
+                backend->clock(),
+                backend->arm(),
+                backend->laser(),
+                {},
+                sink,
+                StopOnSignal::requested(),
+                [] { return false; },
+                [&](const ScanProgress& p) { progress.update("arm: " + p.segment, p.fraction); }};
+    outcome.result = run_scan(job);
+    outcome.reached = sink.q();
+    progress.finish_line();
+  }
+  if (options.json)
+    print_json(json_of(outcome, !options.dry_run));
+  else
+    print(outcome, !options.dry_run);
+  if (options.dry_run || outcome.result.complete()) return kOk;
+  progress.warn("arm " + outcome.result.status + "; " + to_string(outcome.result.left));
+  return StopOnSignal::requested() && outcome.result.left.safe() ? kPartial : kFailure;
+}
+
+int arm_jog(const ArmCommandOptions& o) {
+  return move_arm(o, [&o](const RigConfig& rig, const JointVector& now) {
+    int joint = 0;
+    while (o.joint != kJointNames[joint]) ++joint;
+    if (!std::isfinite(o.angle_deg)) throw InputError("angle_deg: found no number, expected one");
+    // Slower than the dead zone a joint sticks; the default must move every one of them.
+    const double slowest = rig.scan.dead_zone[joint];
+    const double velocity = o.velocity_deg_s ? *o.velocity_deg_s / kDegrees : std::max(rig.scan.move_velocity, slowest);
+    if (velocity < slowest) {
+      char line[160];
+      std::snprintf(line, sizeof line,
+                    "--velocity: found %g deg/s, expected at least %.2f, where the dead zone of %s ends",
+                    *o.velocity_deg_s, kDegrees * slowest, kJointNames[joint]);
+      throw InputError(line);
+    }
+    ArmTarget target{"move " + o.joint, now, velocity};
+    target.q[joint] = (o.relative ? now[joint] : 0) + o.angle_deg / kDegrees;
+    return target;
+  });
+}
+
+int arm_park(const ArmCommandOptions& o) {
+  return move_arm(o, [&o](const RigConfig& rig, const JointVector&) {
+    return ArmTarget{"move to park", rig.scan.park,
+                     o.velocity_deg_s ? *o.velocity_deg_s / kDegrees : rig.scan.move_velocity};
+  });
+}
+
+}  // namespace tankrig::app

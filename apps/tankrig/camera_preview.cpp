@@ -1,0 +1,259 @@
+// `tankrig camera preview`: without the laser a camera alone; with it, under the executive, the arm held at rest.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "apps/tankrig/arm_motion.hpp"
+#include "apps/tankrig/backend.hpp"
+#include "apps/tankrig/camera_commands.hpp"
+#include "apps/tankrig/camera_preview_output.hpp"
+#include "apps/tankrig/confirm.hpp"
+#include "apps/tankrig/output.hpp"
+#include "apps/tankrig/progress.hpp"
+#include "apps/tankrig/rig_files.hpp"
+#include "apps/tankrig/stop.hpp"
+#include "core/input_error.hpp"
+#include "rig/executive/operator_plan.hpp"
+#include "rig/executive/scan.hpp"
+#include "rig/executive/scan_log.hpp"
+
+namespace tankrig::app {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr double kVirtualSeconds = 2, kLitSeconds = 30;
+constexpr int kDarkFrames = 5;           // for the stripe's background
+constexpr double kLongestDrawing = 1.0;  // of a large picture, which holds the supervisor's round up [s]
+constexpr Duration kRetry = 1s, kSilence = 2s, kLongestSleep = 20ms, kFirstFrame = 5s;
+
+struct CameraChoice {
+  Camera* device;
+  const RigCamera* rig;
+};
+
+CameraChoice choose_camera(const RigConfig& rig, Backend& backend, const std::string& name) {
+  const std::vector<Camera*> devices = backend.cameras();
+  std::string known;
+  for (std::size_t i = 0; i < devices.size(); ++i) {
+    if (name.empty() || rig.cameras[i].name == name) return {devices[i], &rig.cameras[i]};
+    known += (known.empty() ? "" : ", ") + rig.cameras[i].name;
+  }
+  throw InputError("--camera: found '" + name + "', expected one of: " + known);
+}
+
+/// One camera for as long as it is wanted. What fails is told once; a driver finds its own camera again, and one that
+/// could not be started is tried again every second.
+class FreePreview {
+ public:
+  FreePreview(Camera& camera, Clock& clock, PreviewOutput& output, Progress& progress)
+      : camera_(camera), clock_(clock), output_(output), progress_(progress) {}
+  ~FreePreview() { camera_.stop(); }
+  FreePreview(const FreePreview&) = delete;
+  FreePreview& operator=(const FreePreview&) = delete;
+
+  void run(double seconds_long) {
+    const Stamp begin = clock_.now();
+    retry_at_ = last_news_ = begin;
+    while (!StopOnSignal::requested() && seconds(clock_.now() - begin) < seconds_long) {
+      if (!running_ && clock_.now() >= retry_at_) start();
+      if (running_) grab();
+      if (running_ && clock_.now() - last_news_ > kSilence) complain("no frame for 2 s");
+      const Stamp soon = clock_.now() + kLongestSleep;
+      clock_.sleep_until(running_ ? std::min(soon, camera_.next_frame_at().value_or(clock_.now() + 2ms)) : soon);
+    }
+  }
+
+  /// The last failure in words; empty if the camera is well.
+  const std::string& failure() const { return failure_; }
+
+ private:
+  void start() {
+    const Status started = camera_.start();
+    running_ = started.ok();
+    if (running_) return;
+    retry_at_ = clock_.now() + kRetry;
+    complain(describe(started.error()));
+  }
+
+  void grab() {
+    std::optional<Frame> newest;
+    while (true) {
+      auto news = camera_.try_grab();
+      if (!news.ok()) {
+        complain(describe(news.error()));
+        break;
+      }
+      if (!news.value()) break;
+      if (newest) output_.count(newest->stamp);
+      newest = std::move(*news.value());
+    }
+    if (!newest) return;
+    last_news_ = clock_.now();
+    if (!failure_.empty()) tell("frames again");
+    failure_.clear();
+    output_.add(newest->image, newest->stamp, false, camera_.counters());
+  }
+
+  void complain(const std::string& what) {
+    if (failure_.empty()) tell(what);
+    failure_ = what;
+  }
+
+  void tell(const std::string& what) {
+    output_.finish_line();
+    progress_.warn("camera " + camera_.info().name + ": " + what);
+  }
+
+  Camera& camera_;
+  Clock& clock_;
+  PreviewOutput& output_;
+  Progress& progress_;
+  bool running_ = false;
+  Stamp retry_at_{}, last_news_{};
+  std::string failure_;
+};
+
+/// Frames of a lit hold, as the executive's loop hands them on.
+class LitSink final : public ScanSink {
+ public:
+  LitSink(Camera& camera, PreviewOutput& output, Progress& progress)
+      : camera_(camera), output_(output), progress_(progress) {}
+  void joints(const JointState&) override {}
+  void frame(const FrameRecord& record, const cv::Mat& image) override {
+    if (record.phase == Phase::kSweep)
+      output_.add(image, record.stamp, record.laser_on, camera_.counters());
+    else
+      output_.add_background(image);
+  }
+  void event(Stamp, std::string_view kind, const std::string& text) override {
+    if (kind != "fault") return;
+    output_.finish_line();
+    progress_.warn("preview: " + text);
+  }
+
+ private:
+  Camera& camera_;
+  PreviewOutput& output_;
+  Progress& progress_;
+};
+
+/// The camera delivers, before the laser goes on for it.  Errors: InputError with the driver's last word if it does
+/// not.
+void require_frames(Camera& camera, Clock& clock) {
+  std::string why = "none came";
+  const Stamp end = clock.now() + kFirstFrame;
+  Status started = camera.start();
+  while (clock.now() < end && !StopOnSignal::requested()) {
+    if (!started.ok()) started = camera.start();
+    if (!started.ok()) why = describe(started.error());
+    const auto news = camera.try_grab();
+    if (!news.ok()) why = describe(news.error());
+    if (news.ok() && news.value()) {
+      camera.stop();
+      return;
+    }
+    clock.sleep_until(std::min(clock.now() + kLongestSleep, end));
+  }
+  camera.stop();
+  if (!StopOnSignal::requested())
+    throw InputError("camera " + camera.info().name + ": " + why + ", expected a frame within 5 s");
+}
+
+ScanResult lit_preview(const CameraPreviewOptions& options, const RigConfig& rig, Backend& backend,
+                       const CameraChoice& camera, PreviewOutput& output, Progress& progress) {
+  if (!backend.interlock_closed()) throw InputError("laser interlock: found open, expected closed");
+  make_laser_dark(backend, rig.scan);
+  require_frames(*camera.device, backend.clock());
+  ScanSettings settings = rig.scan;
+  settings.laser_pairs = false;
+  settings.dark_frames = kDarkFrames;
+  settings.heartbeat_timeout = std::max(settings.heartbeat_timeout, kLongestDrawing);
+  settings.frame_period = 1 / camera.rig->rate_hz;
+  settings.laser_warm_up = std::max(settings.laser_warm_up, seconds(backend.laser().warm_up()));
+  const JointVector posture = homed_posture(backend, options.rig);
+  const ScanPlan plan = make_lit_hold_plan(settings, posture, options.seconds.value_or(kLitSeconds));
+  LitSink sink(*camera.device, output, progress);
+  ScanJob job{plan,
+              settings,
+              backend.clock(),
+              backend.arm(),
+              backend.laser(),
+              {{camera.device, RecordWhen::kAll}},
+              sink,
+              StopOnSignal::requested(),
+              [&] { return backend.interlock_closed(); }};
+  try {
+    return run_scan(job);
+  } catch (const InputError& e) {
+    throw InputError(std::string(e.what()) + "; " + to_string(job.left));
+  }
+}
+
+void print(const CameraPreviewOptions& options, const CameraInfo& info, const PreviewOutput& output) {
+  const PreviewSummary& s = output.summary();
+  if (options.json) {
+    print_json({{"camera", info.name},
+                {"width_px", info.width},
+                {"height_px", info.height},
+                {"frames", s.frames},
+                {"refreshes", s.refreshes},
+                {"frames_per_s", s.frames_per_s},
+                {"lost", s.lost},
+                {"focus", s.focus},
+                {"best_focus", s.best_focus},
+                {"clipped_share", s.clipped_share},
+                {"stripe_points", options.laser ? nlohmann::ordered_json(s.stripe_points) : nlohmann::ordered_json()},
+                {"picture", output.picture().string()},
+                {"page", output.page().string()}});
+    return;
+  }
+  std::printf("%s: %llu frames, %llu lost, %llu refreshes; best focus %.1f; last picture in %s, live in %s\n",
+              info.name.c_str(), static_cast<unsigned long long>(s.frames), static_cast<unsigned long long>(s.lost),
+              static_cast<unsigned long long>(s.refreshes), s.best_focus, output.picture().c_str(),
+              output.page().c_str());
+}
+
+}  // namespace
+
+int camera_preview(const CameraPreviewOptions& options) {
+  if (options.laser && options.seconds.value_or(0) > kLongestLitPreview)
+    throw InputError("--seconds: found " + std::to_string(*options.seconds) + ", expected at most " +
+                     std::to_string(static_cast<int>(kLongestLitPreview)) + " with --laser");
+  if (std::isnan(options.rate_hz) || std::isnan(options.seconds.value_or(0)))
+    throw InputError("--rate, --seconds: found no number, expected one");
+  page_of(options.out);
+  Progress progress;
+  const RigConfig rig = load_rig(find_rig(options.rig));
+  if (options.laser) confirm("The laser of " + rig.name + " will shine. Is everybody's sight protected?", options.yes);
+  const std::unique_ptr<Backend> backend = make_backend(rig, {});
+  const CameraChoice camera = choose_camera(rig, *backend, options.camera);
+  PreviewOutput output(options.out, camera.rig->name, options.rate_hz);
+  const StopOnSignal stop_on_signal;
+
+  std::string failure;
+  if (options.laser) {
+    const ScanResult result = lit_preview(options, rig, *backend, camera, output, progress);
+    const bool asked = StopOnSignal::requested() && result.left.safe();
+    if (!result.complete() && !asked) failure = "preview " + result.status + "; " + to_string(result.left);
+    output.finish_line();
+    if (failure.empty()) progress.note(to_string(result.left));
+  } else {
+    const bool virtual_time = dynamic_cast<VirtualClock*>(&backend->clock()) != nullptr;
+    const double unlimited = virtual_time ? kVirtualSeconds : std::numeric_limits<double>::infinity();
+    FreePreview preview(*camera.device, backend->clock(), output, progress);
+    preview.run(options.seconds.value_or(unlimited));
+    failure = preview.failure();
+  }
+  output.finish_line();
+  if (failure.empty() && output.summary().refreshes == 0 && !StopOnSignal::requested())
+    failure = "camera " + camera.rig->name + ": found no frame, expected some";
+  print(options, camera.device->info(), output);
+  if (failure.empty()) return kOk;
+  progress.warn(failure);
+  return kFailure;
+}
+
+}  // namespace tankrig::app

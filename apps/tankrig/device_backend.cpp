@@ -1,0 +1,160 @@
+// The rig behind its drivers: real devices, or emulated ones on the same wires, in real time.
+#include <algorithm>
+#include <cstdlib>
+#include <cstring>
+
+#include "apps/tankrig/backend.hpp"
+#include "apps/tankrig/emulation_process.hpp"
+#include "apps/tankrig/scene_check.hpp"
+#include "core/input_error.hpp"
+#include "drivers/arm/arm5e.hpp"
+#include "drivers/camera/aravis_camera.hpp"
+#include "drivers/camera/v4l2_camera.hpp"
+#include "drivers/can/can_recorder.hpp"
+#include "drivers/laser/relay_laser.hpp"
+#include "drivers/lux/open_lux_meter.hpp"
+#include "sim_backends/wire/private_network.hpp"
+
+namespace tankrig::app {
+namespace {
+
+/// The emulated devices of a rig that has them: those of a running `tankrig emulate`, or our own.
+class Emulation {
+ public:
+  Emulation(const RigConfig& rig, const BackendOptions& options) {
+    const char* running = std::getenv(kRuntimeVariable);
+    if (!options.runtime.empty()) {
+      runtime_ = options.runtime;
+    } else if (running) {
+      runtime_ = running;
+    } else if (rig.section("emulation")) {
+      if (const Status entered = sim::enter_private_network(); !entered)
+        throw InputError(rig.file, std::string("emulation: ") + entered.error().where + ": " +
+                                       std::strerror(entered.error().os_errno));
+      process_.emplace(rig, options);
+      runtime_ = process_->runtime();
+    }
+    if (rig.section("emulation")) world_.emplace(sim::TankWorld::load(rig.scene, options.world));
+  }
+
+  const std::filesystem::path& runtime() const { return runtime_; }
+  const sim::TankWorld* world() const { return world_ ? &*world_ : nullptr; }
+
+ private:
+  std::filesystem::path runtime_;
+  std::optional<EmulationProcess> process_;
+  std::optional<sim::TankWorld> world_;
+};
+
+ConfigNode devices_of(const RigConfig& rig) {
+  const auto devices = rig.section("devices");
+  if (!devices) throw InputError(rig.file, "devices: found nothing, expected arm, cameras, laser and lux_meter");
+  return *devices;
+}
+
+std::unique_ptr<Camera> open_camera(const RigCamera& camera, const ConfigNode& node) {
+  const CameraInfo info{camera.name, camera.model.width, camera.model.height, 3, camera.rate_hz};
+  if (node.choice("driver", {"aravis", "v4l2"}) == "aravis")
+    return std::make_unique<AravisCamera>(aravis_settings_from(node, info));
+  V4l2CameraSettings settings = v4l2_settings_from(node, camera.name, info.channels);
+  settings.width = info.width;
+  settings.height = info.height;
+  settings.rate_hz = info.rate_hz;
+  return std::make_unique<V4l2Camera>(settings);
+}
+
+/// The laser first: it is off from here on, whatever else cannot be opened.
+class DeviceBackend final : public Backend {
+ public:
+  DeviceBackend(const RigConfig& rig, const BackendOptions& options)
+      : emulation_(rig, options), devices_(devices_of(rig)) {
+    const std::filesystem::path& runtime = emulation_.runtime();
+    const ConfigNode laser = devices_.child("laser"), arm = devices_.child("arm"), cameras = devices_.child("cameras");
+    laser.choice("driver", {"relay"});
+    wired_interlock_ = laser.choice_or("interlock", "read", {"read", "wired"}) == "wired";
+    laser_ = std::make_unique<RelayLaser>(relay_laser_settings_from(laser, runtime));
+    arm.choice("driver", {"arm5e"});
+    arm_settings_ = arm5e_settings_from(arm, runtime, options.carrier);
+    arm_ = open_arm5e(arm_settings_, rig.arm, clock_);
+    for (const RigCamera& camera : rig.cameras) cameras_.push_back(open_camera(camera, cameras.child(camera.name)));
+    if (const auto lux = devices_.optional_child("lux_meter")) lux_meter_ = open_lux_meter(*lux, runtime);
+    devices_.finish();
+    add_warnings(rig);
+  }
+
+  Clock& clock() override { return clock_; }
+  Arm& arm() override { return *arm_; }
+  Laser& laser() override { return *laser_; }
+  LuxMeter& lux_meter() override { return lux_meter_ ? *lux_meter_ : no_lux_meter_; }
+  std::vector<Camera*> cameras() override {
+    std::vector<Camera*> out;
+    for (const auto& camera : cameras_) out.push_back(camera.get());
+    return out;
+  }
+  std::vector<std::string> warnings() const override { return warnings_; }
+  std::string noise() const override { return world() ? world()->noise_description() : "device"; }
+  const sim::TankWorld* world() const override { return emulation_.world(); }
+
+  bool interlock_closed() const override {
+    if (wired_interlock_) return true;
+    return laser_->interlock_closed().value_or(false);
+  }
+
+  void record_wire(const std::filesystem::path& session) override {
+    if (arm_settings_.carrier == ArmCarrier::kCan)
+      can_recorder_ = std::make_unique<CanRecorder>(arm_settings_.can, session / "can.log");
+  }
+
+  Statistics statistics() const override {
+    Statistics all;
+    const auto add = [&](const std::string& device, const Statistics& some) {
+      for (const Statistic& s : some) all.push_back({device + "." + s.name, s.value});
+    };
+    add("arm", arm_->statistics());
+    add("laser", laser_->statistics());
+    for (const auto& camera : cameras_) add(camera->info().name, camera->statistics());
+    if (lux_meter_) add("lux_meter", lux_meter_->statistics());
+    if (can_recorder_) {
+      const CanRecorderCounters c = can_recorder_->counters();
+      add("can_log", {{"recorded", double(c.recorded)},
+                      {"receive_dropped", double(c.receive_dropped)},
+                      {"lost_to_disk", double(c.lost_to_disk)},
+                      {"write_errors", double(c.write_errors)}});
+    }
+    return all;
+  }
+
+ private:
+  class NoLuxMeter final : public LuxMeter {
+   public:
+    Result<LuxReading> read(Duration) override { return Error{ErrorCode::kNotReady, 0, {}, "the rig file names none"}; }
+  };
+
+  void add_warnings(const RigConfig& rig) {
+    if (wired_interlock_) warnings_.push_back("laser interlock is wired only: this program does not see it open");
+    if (!world()) return;
+    for (const std::string& warning : world()->warnings()) warnings_.push_back(warning);
+    for (const std::string& difference : calibration_errors(rig, *world())) warnings_.push_back(difference);
+  }
+
+  MonotonicClock clock_;
+  Emulation emulation_;
+  ConfigNode devices_;
+  bool wired_interlock_ = false;
+  Arm5eSettings arm_settings_;
+  std::unique_ptr<RelayLaser> laser_;
+  std::unique_ptr<Arm5e> arm_;
+  std::vector<std::unique_ptr<Camera>> cameras_;
+  std::unique_ptr<LuxMeter> lux_meter_;
+  NoLuxMeter no_lux_meter_;
+  std::unique_ptr<CanRecorder> can_recorder_;
+  std::vector<std::string> warnings_;
+};
+
+}  // namespace
+
+std::unique_ptr<Backend> make_device_backend(const RigConfig& rig, const BackendOptions& options) {
+  return std::make_unique<DeviceBackend>(rig, options);
+}
+
+}  // namespace tankrig::app

@@ -1,0 +1,125 @@
+#include "apps/tankrig/emulate.hpp"
+
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+
+#include "apps/tankrig/commands.hpp"
+#include "apps/tankrig/emulation_process.hpp"
+#include "apps/tankrig/rig_files.hpp"
+#include "apps/tankrig/scene_check.hpp"
+#include "apps/tankrig/stop.hpp"
+#include "core/input_error.hpp"
+#include "sim_backends/wire/emulated_tank.hpp"
+#include "sim_backends/wire/private_network.hpp"
+
+namespace tankrig::app {
+namespace {
+
+constexpr Duration kLook = std::chrono::milliseconds{20};  // at the stop flag and the command
+
+sim::EmulatedTankSettings settings_of(const RigConfig& rig, const EmulateOptions& options,
+                                      const std::filesystem::path& runtime, const sim::TankWorld& world) {
+  const auto devices = rig.section("devices"), emulation = rig.section("emulation");
+  if (!devices) throw InputError(rig.file, "devices: found nothing, expected the devices to emulate");
+  sim::EmulatedTankSettings settings = sim::emulated_tank_settings_from(*devices, emulation, world, runtime);
+  for (const RigCamera& camera : rig.cameras) scene_camera(rig, camera, world);
+  settings.truth = options.truth;
+  const auto wanted = [&](const char* device) {
+    return options.devices.empty() ||
+           std::find(options.devices.begin(), options.devices.end(), device) != options.devices.end();
+  };
+  if (!wanted("arm")) settings.arm.reset();
+  if (!wanted("cameras")) settings.cameras.clear();
+  if (!wanted("laser")) settings.laser.reset();
+  if (!wanted("lux")) settings.lux.reset();
+  return settings;
+}
+
+pid_t start(const std::vector<std::string>& command, const std::filesystem::path& runtime) {
+  std::vector<std::string> words = command;
+  std::vector<char*> argv;
+  for (std::string& word : words) argv.push_back(word.data());
+  argv.push_back(nullptr);
+  ::setenv(kRuntimeVariable, runtime.c_str(), 1);
+  const pid_t process = ::fork();
+  if (process == 0) {
+    ::prctl(PR_SET_PDEATHSIG, SIGTERM);
+    ::execvp(argv[0], argv.data());
+    std::fprintf(stderr, "tankrig: %s: %s\n", argv[0], std::strerror(errno));
+    ::_exit(127);
+  }
+  if (process < 0) throw InputError(command[0] + ": " + std::strerror(errno));
+  return process;
+}
+
+/// Until the command ends, or somebody asks to stop.
+int wait_for_end(pid_t process, Clock& clock) {
+  while (true) {
+    int status = 0;
+    if (process > 0 && ::waitpid(process, &status, WNOHANG) == process)
+      return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+    if (StopOnSignal::requested() && process <= 0) return kOk;
+    if (StopOnSignal::requested()) ::kill(process, SIGTERM);
+    clock.sleep_until(clock.now() + kLook);
+  }
+}
+
+}  // namespace
+
+void add_emulate(CLI::App& app, EmulateOptions& o) {
+  CLI::App* c = app.add_subcommand("emulate", "Serve a simulated rig's devices on CAN, serial lines and GigE Vision");
+  c->footer(
+      "Example: tankrig emulate --rig tank-wire -- tankrig arm status --rig tank-wire\n"
+      "With a command, both live on a network of their own and end together. Without one, the devices are served on\n"
+      "this machine's until Ctrl-C.");
+  c->add_option("--rig", o.rig, "Rig name below etc/rigs, or a rig.yaml")->capture_default_str();
+  c->add_option("--device", o.devices, "Only these: arm, cameras, laser, lux")
+      ->check(CLI::IsMember({"arm", "cameras", "laser", "lux"}));
+  c->add_option("--runtime", o.runtime, "Folder for buses and serial lines (default: a fresh one)");
+  c->add_option("--light", o.light, "Ambient light, 0 darkness .. 1 the reference")->check(CLI::Range(0.0, 1.0));
+  c->add_option("--noise", o.noise, "Camera noise, standard deviation 0 .. 0.10 of full scale")
+      ->check(CLI::Range(0.0, 0.1));
+  c->add_option("--sensor", o.sensor, "Sensor model")->check(CLI::IsMember({"gaussian", "emva1288"}));
+  c->add_option("--particles", o.particles, "Floating particles per cubic metre")->check(CLI::Range(0.0, 1e5));
+  c->add_option("--seed", o.seed, "Seed of every random number")->capture_default_str();
+  c->add_option("--truth", o.truth, "Write what was true of every exposure into this folder");
+  c->add_option("--ready-fd", o.ready_fd, "Write one byte to this descriptor when every device answers");
+  c->add_option("command", o.command, "Command to run beside the devices, after --");
+}
+
+int emulate(const EmulateOptions& options) {
+  const RigConfig rig = load_rig(find_rig(options.rig));
+  if (rig.scene.empty()) throw InputError(rig.file, "scene: found nothing, expected the scene to emulate");
+  if (!options.command.empty())
+    if (const Status entered = sim::enter_private_network(); !entered)
+      throw InputError(std::string("emulate: ") + entered.error().where + ": " +
+                       std::strerror(entered.error().os_errno));
+  std::optional<RuntimeFolder> own;
+  if (options.runtime.empty()) own.emplace();
+  const std::filesystem::path runtime = own ? own->path() : options.runtime;
+  std::filesystem::create_directories(runtime);
+
+  MonotonicClock clock;
+  const StopOnSignal stop_on_signal;
+  const sim::TankWorld world =
+      sim::TankWorld::load(rig.scene, {options.light, options.noise, options.sensor, options.particles, options.seed});
+  sim::EmulatedTank tank(world, settings_of(rig, options, runtime, world), clock);
+  if (options.ready_fd >= 0) {
+    const char ready = 'r';
+    if (::write(options.ready_fd, &ready, 1) != 1) throw InputError("--ready-fd: " + std::string(std::strerror(errno)));
+    ::close(options.ready_fd);
+  }
+  if (options.command.empty() && options.ready_fd < 0) std::printf("%s\nCtrl-C ends it\n", tank.description().c_str());
+  std::fflush(stdout);
+  return wait_for_end(options.command.empty() ? -1 : start(options.command, runtime), clock);
+}
+
+}  // namespace tankrig::app

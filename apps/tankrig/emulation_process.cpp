@@ -1,0 +1,120 @@
+#include "apps/tankrig/emulation_process.hpp"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <sys/prctl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <chrono>
+#include <cstdio>
+#include <cstring>
+#include <string>
+#include <system_error>
+#include <thread>
+#include <vector>
+
+#include "core/input_error.hpp"
+
+namespace tankrig::app {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr auto kReadyTimeout = 60s;  // loading the scene takes most of it
+constexpr auto kEndTimeout = 5s;
+
+std::string exact(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.17g", value);
+  return text;
+}
+
+std::vector<std::string> arguments(const RigConfig& rig, const sim::WorldOptions& world,
+                                   const std::filesystem::path& runtime, int ready) {
+  std::vector<std::string> out{"tankrig",    "emulate",
+                               "--rig",      rig.file.string(),
+                               "--runtime",  runtime,
+                               "--ready-fd", std::to_string(ready),
+                               "--seed",     std::to_string(world.seed)};
+  const auto add = [&](const char* name, const std::string& value) { out.insert(out.end(), {name, value}); };
+  if (world.light) add("--light", exact(*world.light));
+  if (world.noise) add("--noise", exact(*world.noise));
+  if (world.sensor) add("--sensor", *world.sensor);
+  if (world.particles_per_m3) add("--particles", exact(*world.particles_per_m3));
+  return out;
+}
+
+/// Waits for one byte; false at the end of the pipe or of the time.
+bool wait_ready(int pipe) {
+  pollfd wanted{pipe, POLLIN, 0};
+  char byte = 0;
+  const auto deadline = std::chrono::steady_clock::now() + kReadyTimeout;
+  while (true) {
+    const auto left =
+        std::chrono::duration_cast<std::chrono::milliseconds>(deadline - std::chrono::steady_clock::now());
+    if (left <= 0ms) return false;
+    const int n = ::poll(&wanted, 1, static_cast<int>(left.count()));
+    if (n < 0 && errno == EINTR) continue;
+    return n == 1 && ::read(pipe, &byte, 1) == 1;
+  }
+}
+
+}  // namespace
+
+RuntimeFolder::RuntimeFolder() {
+  std::string name = (std::filesystem::temp_directory_path() / "tankrig-XXXXXX").string();
+  if (!::mkdtemp(name.data())) throw InputError(name + ": " + std::strerror(errno) + ", expected a folder to write in");
+  path_ = name;
+}
+
+RuntimeFolder::~RuntimeFolder() {
+  std::error_code ignored;
+  std::filesystem::remove_all(path_, ignored);
+}
+
+EmulationProcess::EmulationProcess(const RigConfig& rig, const BackendOptions& options) {
+  int pipe[2];
+  if (::pipe(pipe) != 0) throw InputError(std::string("emulated devices: pipe: ") + std::strerror(errno));
+  std::vector<std::string> words = arguments(rig, options.world, runtime_.path(), pipe[1]);
+  std::vector<char*> argv;
+  for (std::string& word : words) argv.push_back(word.data());
+  argv.push_back(nullptr);
+  const pid_t parent = ::getpid();
+  process_ = ::fork();
+  if (process_ == 0) {
+    ::prctl(PR_SET_PDEATHSIG, SIGTERM);
+    if (::getppid() != parent) ::_exit(1);
+    ::setpgid(0, 0);
+    ::close(pipe[0]);
+    ::dup2(STDERR_FILENO, STDOUT_FILENO);
+    ::execv("/proc/self/exe", argv.data());
+    ::_exit(127);
+  }
+  ::close(pipe[1]);
+  const bool ready = process_ > 0 && wait_ready(pipe[0]);
+  ::close(pipe[0]);
+  if (ready) return;
+  end();
+  throw InputError(rig.file, "emulation: the emulated devices did not start");
+}
+
+void EmulationProcess::end() noexcept {
+  if (process_ <= 0) return;
+  ::kill(process_, SIGTERM);
+  const auto deadline = std::chrono::steady_clock::now() + kEndTimeout;
+  while (::waitpid(process_, nullptr, WNOHANG) == 0) {
+    if (std::chrono::steady_clock::now() > deadline) {
+      ::kill(process_, SIGKILL);
+      ::waitpid(process_, nullptr, 0);
+      break;
+    }
+    std::this_thread::sleep_for(10ms);
+  }
+  process_ = -1;
+}
+
+}  // namespace tankrig::app

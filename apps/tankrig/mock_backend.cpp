@@ -1,0 +1,76 @@
+// The rig in this process: mock devices on the simulated tank, under the virtual clock.
+#include "apps/tankrig/backend.hpp"
+#include "apps/tankrig/scene_check.hpp"
+#include "sim_backends/mock/mock_arm.hpp"
+#include "sim_backends/mock/mock_camera.hpp"
+#include "sim_backends/mock/mock_laser.hpp"
+#include "sim_backends/mock/mock_lux_meter.hpp"
+
+namespace tankrig::app {
+namespace {
+
+/// In-process devices on the simulated tank, under the virtual clock.
+class MockBackend final : public Backend {
+ public:
+  MockBackend(const RigConfig& rig, const sim::WorldOptions& options)
+      : world_(sim::TankWorld::load(rig.scene, options)),
+        parameters_(read_parameters(rig)),
+        arm_(world_.arm(), parameters_.arm, rig.scan.park, clock_),
+        laser_(parameters_.laser_warm_up, clock_),
+        lux_meter_([this] { return world_.lux(); }, clock_, parameters_.lux_relative_noise, options.seed) {
+    for (const RigCamera& camera : rig.cameras) cameras_.push_back(make_camera(rig, camera));
+    warnings_ = world_.warnings();
+    for (const std::string& difference : calibration_errors(rig, world_)) warnings_.push_back(difference);
+  }
+
+  std::vector<std::string> warnings() const override { return warnings_; }
+
+  Clock& clock() override { return clock_; }
+  Arm& arm() override { return arm_; }
+  Laser& laser() override { return laser_; }
+  LuxMeter& lux_meter() override { return lux_meter_; }
+  bool interlock_closed() const override { return true; }  // nobody stands in the simulated beam
+  std::string noise() const override { return world_.noise_description(); }
+  const sim::TankWorld* world() const override { return &world_; }
+  std::vector<Camera*> cameras() override {
+    std::vector<Camera*> out;
+    for (const auto& camera : cameras_) out.push_back(camera.get());
+    return out;
+  }
+
+ private:
+  static sim::MockParameters read_parameters(const RigConfig& rig) {
+    const auto section = rig.section("mock");
+    if (!section) return {};
+    const sim::MockParameters parameters = sim::parameters_from(*section);
+    section->finish();
+    return parameters;
+  }
+
+  std::unique_ptr<sim::MockCamera> make_camera(const RigConfig& rig, const RigCamera& camera) {
+    const sim::SceneCamera& seen = scene_camera(rig, camera, world_);
+    sim::MockCameraParameters parameters = parameters_.camera;
+    parameters.exposure = from_seconds(seen.exposure_s);
+    return std::make_unique<sim::MockCamera>(
+        CameraInfo{camera.name, camera.model.width, camera.model.height, seen.channels, camera.rate_hz}, parameters,
+        clock_, arm_, laser_,
+        [this](const std::string& name, const sim::Exposure& exposure) { return world_.render(name, exposure); });
+  }
+
+  sim::TankWorld world_;
+  VirtualClock clock_;
+  sim::MockParameters parameters_;
+  sim::MockArm arm_;
+  sim::MockLaser laser_;
+  sim::MockLuxMeter lux_meter_;
+  std::vector<std::unique_ptr<sim::MockCamera>> cameras_;
+  std::vector<std::string> warnings_;
+};
+
+}  // namespace
+
+std::unique_ptr<Backend> make_mock_backend(const RigConfig& rig, const sim::WorldOptions& options) {
+  return std::make_unique<MockBackend>(rig, options);
+}
+
+}  // namespace tankrig::app

@@ -1,0 +1,19 @@
+// What a rig file says of a simulated tank, held against the scene it is simulated from.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "rig/config/rig_config.hpp"
+#include "sim_backends/world/tank_world.hpp"
+
+namespace tankrig::app {
+
+/// Where the rig file's calibration is not what is true in its scene: meant in a study of calibration errors, else a
+/// mistake. A line each.
+std::vector<std::string> calibration_errors(const RigConfig& rig, const sim::TankWorld& world);
+
+/// The scene's camera behind one of the rig's.  Errors: InputError if there is none, or of another size.
+const sim::SceneCamera& scene_camera(const RigConfig& rig, const RigCamera& camera, const sim::TankWorld& world);
+
+}  // namespace tankrig::app

@@ -1,0 +1,481 @@
+#include "drivers/arm/arm5e.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <utility>
+
+namespace tankrig {
+namespace {
+
+constexpr double kNoAngle = std::numeric_limits<double>::quiet_NaN();
+constexpr int kDrivenTicks = 50;  // slower demands may well move nothing [ticks/s]
+constexpr std::uint16_t kPowerUpRaw = 2;
+constexpr auto kKeeperPeriod = std::chrono::milliseconds(50);
+
+void add(std::atomic<std::uint64_t>& count) noexcept { count.fetch_add(1, std::memory_order_relaxed); }
+
+const char* send_failure(ErrorCode code) noexcept {
+  switch (code) {
+    case ErrorCode::kRefused:
+      return "arm: send queue full";
+    case ErrorCode::kDisconnected:
+      return "arm: carrier lost";
+    case ErrorCode::kNotReady:
+      return "arm: bus-off";
+    default:
+      return "arm: send";
+  }
+}
+
+bool turns_without_end(const JointLimit& limit) noexcept {
+  return limit.upper - limit.lower > 2 * std::numbers::pi - 1e-6;
+}
+
+bool all_at_power_up(const std::array<SensorSlot, kJoints>& joints) noexcept {
+  return std::all_of(joints.begin(), joints.end(), [](const SensorSlot& s) { return s.position <= kPowerUpRaw; });
+}
+
+}  // namespace
+
+Arm5e::Arm5e(const Arm5eSettings& settings, const ArmModel& model, std::unique_ptr<ArmLink> link, const Clock& clock)
+    : settings_(settings),
+      model_(model),
+      clock_(clock),
+      period_(from_seconds(1 / settings.exchange_rate_hz)),
+      bus_load_(carrier_load(settings).load),
+      link_(std::move(link)) {
+  tracks_.fill(EncoderTrack(settings.encoder));
+  const Stamp now = clock_.now();
+  next_send_ = answered_at_ = changed_at_ = now;
+  written_ns_ = now.ns;
+  if (clock_.real_time()) keeper_ = std::thread([this] { keep(); });
+}
+
+Arm5e::~Arm5e() {
+  if (keeper_.joinable()) {
+    {
+      const std::lock_guard lock(keeper_mutex_);
+      keeper_ends_ = true;
+    }
+    keeper_wake_.notify_one();
+    keeper_.join();
+  }
+  (void)stop();
+}
+
+/// A stop that was wished for meanwhile is sent before, and after, the flag is given back: none is left behind.
+void Arm5e::leave() noexcept {
+  do {
+    if (stop_wanted_.exchange(false)) {
+      rest();
+      (void)pump(clock_.now(), !stop_sent_);
+    }
+    inside_.clear();
+  } while (stop_wanted_.load() && enter());
+}
+
+Error Arm5e::fault_error(Fault fault, Stamp now) noexcept {
+  switch (fault) {
+    case Fault::kOverCurrent:
+      return {ErrorCode::kOutOfRange, 0, now, "arm: over-current for too long"};
+    case Fault::kWater:
+      return {ErrorCode::kOutOfRange, 0, now, "arm: water in a joint's housing"};
+    case Fault::kEncoder:
+      return {ErrorCode::kNotReady, 0, now, "arm: an encoder lost its reference, home again"};
+    case Fault::kPosture:
+      return {ErrorCode::kNotReady, 0, now, "arm: a joint outside its limits, home again"};
+    case Fault::kNone:
+      break;
+  }
+  return {ErrorCode::kInternal, 0, now, "arm: no fault"};
+}
+
+void Arm5e::raise(Fault fault) noexcept {
+  if (fault_ != Fault::kNone) return;
+  fault_ = fault;
+  fault_told_ = false;
+  stop_wanted_ = true;
+}
+
+Result<std::optional<JointState>> Arm5e::try_read() noexcept {
+  const Stamp now = clock_.now();
+  if (!enter()) {
+    if (line_lost_) return Error{ErrorCode::kDisconnected, 0, now, "arm: carrier lost"};
+    return std::optional<JointState>{};
+  }
+  auto news = drain(now);
+  const Duration unwritten{now.ns - written_ns_.load()};
+  if (driven_ && unwritten > settings_.watchdog) {
+    add(watchdog_stops_);
+    stop_wanted_ = true;
+  } else if (unwritten > 2 * period_) {
+    (void)pump(now, false);  // nobody commands: the readings go on
+  }
+  publish();
+  leave();
+  return news;
+}
+
+Result<std::optional<JointState>> Arm5e::drain(Stamp now) noexcept {
+  std::optional<JointState> newest;
+  for (;;) {
+    const auto received = link_->try_receive(now);
+    if (!received.ok()) {
+      lose();
+      const Error& error = received.error();
+      return Error{error.code, error.os_errno, now, "arm: carrier lost"};
+    }
+    connected_ = true;
+    if (!received.value()) break;
+    const auto state = take(*received.value(), now);
+    if (state) newest = state;
+  }
+  if (!fault_told_) {
+    fault_told_ = true;
+    return fault_error(fault_, now);
+  }
+  if (now - answered_at_ > settings_.silence_timeout) {
+    if (!was_silent_) gains_answered_ = false;
+    was_silent_ = true;
+    return Error{ErrorCode::kTimeout, 0, now, "arm: silent"};
+  }
+  const bool at_a_stop = readings_.current_a > settings_.homing.stop_current_a;
+  if (driven_ && !at_a_stop && now - changed_at_ > settings_.silence_timeout)
+    return Error{ErrorCode::kTimeout, 0, now, "arm: repeats old readings though it is driven"};
+  return newest;
+}
+
+void Arm5e::lose() noexcept {
+  if (connected_) add(disconnects_);
+  connected_ = stop_sent_ = false;
+  gains_answered_ = false;
+  gains_next_ = true;
+  line_lost_ = link_->needs_reopen();
+}
+
+/// The answer to the gains, or readings, which become a state once the encoders are believed.
+std::optional<JointState> Arm5e::take(const ArmAnswer& answer, Stamp now) noexcept {
+  add(exchanges_);
+  const bool returned = std::exchange(was_silent_, false);
+  answered_at_ = now;
+  if (gains_last_)
+    gains_answered_ = true;
+  else if (!gains_answered_)
+    gains_next_ = true;
+  if (!answer.sensors) return {};
+  if (returned && homed() && all_at_power_up(answer.joints) && !all_at_power_up(last_.joints)) {
+    for (EncoderTrack& track : tracks_) track.restart();
+    lose_reference();
+  }
+  note(answer, now);
+
+  JointState state;
+  state.stamp = readings_.stamp;
+  state.current_a = readings_.current_a;
+  bool believed = true;
+  for (std::size_t j = 0; j < kJoints; ++j) {
+    switch (tracks_[j].take(answer.joints[j].position, state.stamp)) {
+      case EncoderTrack::Reading::kStarting:
+        believed = false;
+        break;
+      case EncoderTrack::Reading::kRejected:
+        add(jumps_rejected_);
+        break;
+      case EncoderTrack::Reading::kJumped:
+        add(jumps_);
+        lose_reference();
+        break;
+      case EncoderTrack::Reading::kGood:
+        break;
+    }
+    state.ticks[j] = tracks_[j].ticks();
+  }
+  if (!believed) return {};
+  for (std::size_t j = 0; j < kJoints; ++j) {
+    const int row = static_cast<int>(j);
+    state.q[row] = homed() ? model_.actuators[j].angle(state.ticks[j]) : kNoAngle;
+    state.velocity[row] = homed() ? tracks_[j].speed() * signed_slope(model_.actuators[j], state.ticks[j]) : kNoAngle;
+  }
+  watch(state);
+  return state;
+}
+
+void Arm5e::note(const ArmAnswer& answer, Stamp now) noexcept {
+  if (answer.joints != last_.joints || answer.master != last_.master)
+    changed_at_ = now;
+  else if (driven_)
+    add(stale_);
+  last_ = answer;
+  const ArmScaling& scaling = settings_.scaling;
+  readings_.stamp = std::max(answer.read, readings_.stamp + Duration{1});
+  readings_.current_a = scaling.amperes(answer.master.current);
+  readings_.voltage_v = scaling.volts(answer.master.voltage);
+  readings_.master_temperature_c = scaling.celsius(answer.master.temperature);
+  for (std::size_t j = 0; j < kJoints; ++j) {
+    const SensorSlot& slot = answer.joints[j];
+    readings_.raw[j] = slot.position;
+    readings_.water[j] = slot.water_ingress;
+    readings_.temperature_c[j] = scaling.celsius(slot.temperature);
+    readings_.joint_current_a[j] = settings_.tail == TailMeaning::kLe16 ? scaling.amperes(slot.tail) : 0;
+  }
+}
+
+void Arm5e::watch(const JointState& state) noexcept {
+  const bool wet = std::any_of(readings_.water.begin(), readings_.water.end(),
+                               [this](std::uint8_t raw) { return raw >= settings_.water_ingress_raw; });
+  if (wet && fault_ == Fault::kNone) {
+    add(water_alarms_);
+    raise(Fault::kWater);
+  }
+  if (state.current_a <= settings_.over_current_a)
+    over_current_since_.reset();
+  else if (!over_current_since_)
+    over_current_since_ = state.stamp;
+  else if (state.stamp - *over_current_since_ >= settings_.over_current_time && fault_ == Fault::kNone) {
+    add(over_currents_);
+    raise(Fault::kOverCurrent);
+  }
+  if (!homed()) return;
+  for (int j = 0; j < kJoints; ++j) {
+    const JointLimit& limit = model_.limits[static_cast<std::size_t>(j)];
+    const double margin = settings_.posture_margin;
+    if (turns_without_end(limit) || (state.q[j] >= limit.lower - margin && state.q[j] <= limit.upper + margin))
+      continue;
+    homed_ = false;
+    raise(Fault::kPosture);
+    return;
+  }
+}
+
+/// The arm may have been without supply, and has forgotten its gains too.
+void Arm5e::lose_reference() noexcept {
+  homed_ = gains_answered_ = false;
+  gains_next_ = true;
+  raise(Fault::kEncoder);
+}
+
+bool Arm5e::ends_with_homing(Fault fault) noexcept { return fault == Fault::kEncoder || fault == Fault::kPosture; }
+
+Status Arm5e::refusal(Stamp now, bool by_ticks) const noexcept {
+  if (fault_ != Fault::kNone && !(by_ticks && ends_with_homing(fault_))) return fault_error(fault_, now);
+  if (!connected_) return Error{ErrorCode::kDisconnected, 0, now, "arm: carrier lost"};
+  return {};
+}
+
+Result<JointVector> Arm5e::write_velocity(const JointVector& velocity) noexcept {
+  const Stamp now = clock_.now();
+  if (!enter()) {  // somebody is stopping it, or opening its line
+    if (line_lost_) return Error{ErrorCode::kDisconnected, 0, now, "arm: carrier lost"};
+    return JointVector(JointVector::Zero());
+  }
+  const auto write = [&]() noexcept -> Result<JointVector> {
+    if (const Status refused = refusal(now, false); !refused.ok()) return refused.error();
+    if (!homed()) return Error{ErrorCode::kNotReady, 0, now, "arm: not homed"};
+    std::array<double, kJoints> ticks;
+    for (std::size_t j = 0; j < kJoints; ++j) ticks[j] = tracks_[j].ticks();
+    auto demand = velocity_demand(model_, settings_.shaping, ticks, velocity);
+    if (!demand) return Error{ErrorCode::kOutOfRange, 0, now, "arm: velocity is not a number"};
+    for (std::size_t j = 0; j < kJoints; ++j) {
+      const double asked = demand->ticks_per_s[j];
+      if (asked == 0) continue;
+      const double sent = std::copysign(sendable(static_cast<std::uint16_t>(std::abs(asked))), asked);
+      demand->applied[static_cast<int>(j)] *= sent / asked;
+    }
+    set_demand(demand->ticks_per_s, now);
+    if (const Status sent = pump(now, false); !sent.ok()) return sent.error();
+    return demand->applied;
+  };
+  const Result<JointVector> written = write();
+  leave();
+  return written;
+}
+
+Status Arm5e::write_ticks(const std::array<int, kJoints>& ticks_per_s) noexcept {
+  const Stamp now = clock_.now();
+  if (!enter()) return Error{ErrorCode::kRefused, 0, now, "arm: being stopped"};
+  const auto write = [&]() noexcept -> Status {
+    if (const Status refused = refusal(now, true); !refused.ok()) return refused;
+    std::array<double, kJoints> demand;
+    for (std::size_t j = 0; j < kJoints; ++j) {
+      if (std::abs(ticks_per_s[j]) > kLargestSpeed)
+        return Error{ErrorCode::kOutOfRange, 0, now, "arm: speed demand above 4095"};
+      demand[j] = ticks_per_s[j];
+    }
+    set_demand(demand, now);
+    return pump(now, false);
+  };
+  const Status written = write();
+  leave();
+  return written;
+}
+
+Status Arm5e::stop() noexcept {
+  const Stamp now = clock_.now();
+  stop_wanted_ = true;
+  if (!enter()) return {};
+  stop_wanted_ = false;
+  rest();
+  const Status sent = pump(now, !stop_sent_);
+  publish();
+  leave();
+  return sent;
+}
+
+void Arm5e::rest() noexcept {
+  demands_.fill({});
+  driven_ = false;
+  written_ns_ = clock_.now().ns;
+}
+
+void Arm5e::set_demand(const std::array<double, kJoints>& ticks_per_s, Stamp now) noexcept {
+  bool driven = false;
+  for (std::size_t j = 0; j < kJoints; ++j) {
+    const auto speed = static_cast<std::uint16_t>(std::min<double>(std::abs(ticks_per_s[j]), kLargestSpeed));
+    const DemandType moving = ticks_per_s[j] > 0 ? DemandType::kSpeedForward : DemandType::kSpeedBackward;
+    demands_[j] = {};
+    if (speed != 0) demands_[j] = {moving, speed, 0, 0};
+    driven = driven || speed >= kDrivenTicks;
+  }
+  if (driven && !driven_) changed_at_ = now;
+  driven_ = driven;
+  written_ns_ = now.ns;
+}
+
+/// Sends what is due: the gains first, then the newest demands, at the exchange rate; `at_once` only rest may be sent.
+/// An unanswered request is given up after its time, altered where that means nothing, and sent again.
+Status Arm5e::pump(Stamp now, bool at_once) noexcept {
+  if (link_->outstanding() > 0 && now >= deadline_) {
+    link_->give_up();
+    add(timeouts_);
+    add(mute_retries_);
+    wobble_ = !wobble_;
+    if (!gains_answered_) gains_next_ = !gains_last_;
+    next_send_ = now;
+  }
+  if (!at_once) {
+    if (link_->outstanding() > 0) return {};
+    const Duration slack = std::min<Duration>(period_ / 8, std::chrono::milliseconds(1));
+    if (now + slack < next_send_) return {};
+  }
+  const Status sent = at_once ? send(now) : (gains_next_ ? link_->try_send(settings_.pid, now) : send(now));
+  if (!sent.ok()) {
+    const Error& error = sent.error();
+    if (error.code == ErrorCode::kRefused && !at_once) return {};  // again in the next cycle
+    if (error.code == ErrorCode::kDisconnected) lose();
+    return Error{error.code, error.os_errno, now, send_failure(error.code)};
+  }
+  gains_last_ = gains_next_ && !at_once;
+  if (gains_last_) {
+    gains_next_ = false;
+  } else {
+    stop_sent_ = !driven_ && std::all_of(demands_.begin(), demands_.end(),
+                                         [](const DemandSlot& d) { return d.type == DemandType::kStop; });
+  }
+  deadline_ = now + link_->exchange_time() + settings_.reply_timeout;
+  next_send_ = next_send_ + period_;
+  if (next_send_ <= now) next_send_ = now + period_;
+  return {};
+}
+
+Status Arm5e::send(Stamp now) noexcept {
+  ArmDemands demands = demands_;
+  for (DemandSlot& demand : demands) {
+    demand.speed_limit = settings_.speed_limit;
+    demand.current_limit = settings_.current_limit;
+  }
+  demands[kJawOpening].current_limit = settings_.jaw_current_limit;
+  if (wobble_) demands[kJawRotate].speed_limit ^= 1U;
+  return link_->try_send(demands, now);
+}
+
+void Arm5e::set_zero(const ArmZero& zero) noexcept {
+  while (!enter()) std::this_thread::yield();
+  for (std::size_t j = 0; j < kJoints; ++j) tracks_[j].set_zero(zero.raw[j]);
+  forgive_reference();
+  homed_ = true;
+  leave();
+}
+
+void Arm5e::forget_zero() noexcept {
+  while (!enter()) std::this_thread::yield();
+  forgive_reference();
+  homed_ = false;
+  leave();
+}
+
+void Arm5e::forgive_reference() noexcept {
+  if (!ends_with_homing(fault_)) return;
+  fault_ = Fault::kNone;
+  fault_told_ = true;
+}
+
+Status Arm5e::clear_faults() noexcept {
+  while (!enter()) std::this_thread::yield();
+  const Stamp now = clock_.now();
+  const auto clear = [&]() noexcept -> Status {
+    const bool wet = std::any_of(readings_.water.begin(), readings_.water.end(),
+                                 [this](std::uint8_t raw) { return raw >= settings_.water_ingress_raw; });
+    const bool drawing = readings_.current_a > settings_.over_current_a;
+    if ((fault_ == Fault::kOverCurrent && drawing) || (fault_ == Fault::kWater && wet))
+      return Error{ErrorCode::kRefused, 0, now, fault_error(fault_, now).where};
+    if (ends_with_homing(fault_)) return fault_error(fault_, now);
+    fault_ = Fault::kNone;
+    fault_told_ = true;
+    over_current_since_.reset();
+    return {};
+  };
+  const Status cleared = clear();
+  leave();
+  return cleared;
+}
+
+void Arm5e::publish() noexcept {
+  const ArmLinkCounters c = link_->counters();
+  const std::array<std::uint64_t, 10> values{c.checksum_errors,  c.length_errors, c.discarded_bytes, c.resyncs,
+                                             c.wrong_ids,        c.wrong_lengths, c.incomplete,      c.unknown_slots,
+                                             c.send_buffer_full, c.reopened};
+  for (std::size_t i = 0; i < values.size(); ++i) link_counts_[i].store(values[i], std::memory_order_relaxed);
+  current_a_.store(readings_.current_a, std::memory_order_relaxed);
+  voltage_v_.store(readings_.voltage_v, std::memory_order_relaxed);
+  temperature_c_.store(readings_.master_temperature_c, std::memory_order_relaxed);
+}
+
+Statistics Arm5e::statistics() const {
+  const auto count = [](const Count& c) { return static_cast<double>(c.load(std::memory_order_relaxed)); };
+  Statistics all{{"exchanges", count(exchanges_)},           {"timeouts", count(timeouts_)},
+                 {"mute_retries", count(mute_retries_)},     {"stale", count(stale_)},
+                 {"jumps_rejected", count(jumps_rejected_)}, {"jumps", count(jumps_)},
+                 {"watchdog_stops", count(watchdog_stops_)}, {"over_currents", count(over_currents_)},
+                 {"water_alarms", count(water_alarms_)},     {"disconnects", count(disconnects_)}};
+  constexpr std::array<const char*, 10> kNames{"checksum_errors",  "length_errors", "discarded_bytes", "resyncs",
+                                               "wrong_ids",        "wrong_lengths", "incomplete",      "unknown_slots",
+                                               "send_buffer_full", "reopened"};
+  for (std::size_t i = 0; i < kNames.size(); ++i) all.push_back({kNames[i], count(link_counts_[i])});
+  all.push_back({"current_a", current_a_.load()});
+  all.push_back({"voltage_v", voltage_v_.load()});
+  all.push_back({"temperature_c", temperature_c_.load()});
+  all.push_back({"homed", homed() ? 1.0 : 0.0});
+  all.push_back({"bus_load_percent", 100 * bus_load_});
+  const Statistics below = link_->carrier_statistics();
+  all.insert(all.end(), below.begin(), below.end());
+  return all;
+}
+
+/// The keeper: stops an arm whose cycle hangs, and opens a lost line, which may take its time.
+void Arm5e::keep() noexcept {
+  std::unique_lock lock(keeper_mutex_);
+  while (!keeper_wake_.wait_for(lock, kKeeperPeriod, [this] { return keeper_ends_; })) {
+    const Duration unwritten{clock_.now().ns - written_ns_.load()};
+    if (driven_ && unwritten > settings_.watchdog) {
+      add(watchdog_stops_);
+      (void)stop();
+    }
+    if (!line_lost_ || !enter()) continue;
+    if (link_->reopen().ok()) line_lost_ = false;
+    leave();
+  }
+}
+
+}  // namespace tankrig

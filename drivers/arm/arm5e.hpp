@@ -1,0 +1,135 @@
+// The real ARM5E: its joint slots on CAN or on the serial line, as the cycle's Arm.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <condition_variable>
+#include <memory>
+#include <mutex>
+#include <thread>
+
+#include "core/clock.hpp"
+#include "drivers/arm/arm.hpp"
+#include "drivers/arm/arm5e_settings.hpp"
+#include "drivers/arm/arm_zero.hpp"
+
+namespace tankrig {
+
+/// Raw encoders and what the arm says about itself.
+struct ArmReadings {
+  Stamp stamp{};
+  std::array<std::uint16_t, kJoints> raw{};   ///< encoders as they come
+  std::array<std::uint8_t, kJoints> water{};  ///< raw
+  std::array<double, kJoints> temperature_c{};
+  std::array<double, kJoints> joint_current_a{};  ///< zeros unless the tail of the slots is known
+  double current_a = 0, voltage_v = 0, master_temperature_c = 0;
+};
+
+/// Set-points are exchanged against encoder readings at the rate of the settings; in between the newest waits.
+/// A joint state of an arm that is not homed has ticks since power-up and angles that are not numbers.
+///
+/// Faults, each told once by try_read and then kept until clear_faults(): over-current, water, encoders that lost their
+/// reference, an axis beyond its limits. The arm is stopped, set-points are refused, states go on.
+///
+/// Threads: the cycle's; stop() and statistics() any. Whoever is inside holds a flag that nobody waits for: a stop()
+/// that finds it taken leaves its wish behind, and the holder sends it before it goes. A thread of its own, where the
+/// clock is real, stops an arm that gets no set-points (also when the cycle hangs) and opens a line that came back.
+/// RT: try_read, write_velocity, write_ticks, stop.
+class Arm5e final : public Arm {
+ public:
+  /// `clock` outlives the arm.
+  Arm5e(const Arm5eSettings& settings, const ArmModel& model, std::unique_ptr<ArmLink> link, const Clock& clock);
+  ~Arm5e() override;
+  Arm5e(const Arm5e&) = delete;
+  Arm5e& operator=(const Arm5e&) = delete;
+
+  /// Errors: kTimeout (silent, or frozen though it is driven), kDisconnected, the faults above, each "arm: ...".
+  Result<std::optional<JointState>> try_read() noexcept override;
+  /// Errors: kNotReady "arm: not homed", kRefused after a fault, kOutOfRange, kDisconnected.
+  Result<JointVector> write_velocity(const JointVector& velocity) noexcept override;
+  /// Sends at once, then at the exchange rate. Ok also when another thread is inside: that one sends it.
+  Status stop() noexcept override;
+  Duration exchange_period() const noexcept override { return period_; }
+  Statistics statistics() const override;
+
+  /// Speed demands without angles, for homing and jogging: whole ticks/s, within +-4095. Not refused for want of a
+  /// zero.  Threads, RT: the cycle's.
+  Status write_ticks(const std::array<int, kJoints>& ticks_per_s) noexcept;
+
+  bool homed() const noexcept { return homed_.load(std::memory_order_relaxed); }
+  /// From here on angles are known. The zero is checked against the limits with the next reading.  Threads: the
+  /// cycle's.
+  void set_zero(const ArmZero& zero) noexcept;
+  /// Before homing: angles are no longer known, and what homing ends is forgotten.  Threads: the cycle's.
+  void forget_zero() noexcept;
+  /// Of the newest answer.  Threads: the cycle's.
+  const ArmReadings& readings() const noexcept { return readings_; }
+  /// Accepts what has been told, if it is over.  Errors: kRefused while it is not.  Threads: the cycle's.
+  Status clear_faults() noexcept;
+
+  const Arm5eSettings& settings() const noexcept { return settings_; }
+  const ArmModel& model() const noexcept { return model_; }
+
+ private:
+  enum class Fault : std::uint8_t { kNone, kOverCurrent, kWater, kEncoder, kPosture };
+
+  using Count = std::atomic<std::uint64_t>;
+
+  static Error fault_error(Fault fault, Stamp now) noexcept;
+  bool enter() noexcept { return !inside_.test_and_set(); }
+  void leave() noexcept;
+  void raise(Fault fault) noexcept;
+  static bool ends_with_homing(Fault fault) noexcept;
+  void lose_reference() noexcept;
+  void forgive_reference() noexcept;
+  Status refusal(Stamp now, bool by_ticks) const noexcept;
+  Result<std::optional<JointState>> drain(Stamp now) noexcept;
+  std::optional<JointState> take(const ArmAnswer& answer, Stamp now) noexcept;
+  void note(const ArmAnswer& answer, Stamp now) noexcept;
+  void watch(const JointState& state) noexcept;
+  void lose() noexcept;
+  Status pump(Stamp now, bool at_once) noexcept;
+  Status send(Stamp now) noexcept;
+  void rest() noexcept;
+  void set_demand(const std::array<double, kJoints>& ticks_per_s, Stamp now) noexcept;
+  void publish() noexcept;
+  void keep() noexcept;
+
+  const Arm5eSettings settings_;
+  const ArmModel model_;
+  const Clock& clock_;
+  const Duration period_;
+  const double bus_load_;
+
+  std::atomic_flag inside_ = ATOMIC_FLAG_INIT;  // guards what follows, up to the atomics
+  std::unique_ptr<ArmLink> link_;
+  ArmDemands demands_{};
+  std::array<EncoderTrack, kJoints> tracks_;
+  ArmReadings readings_;
+  ArmAnswer last_;
+  bool gains_next_ = true, gains_answered_ = false, gains_last_ = false;
+  bool wobble_ = false;     ///< which of two equivalent frames is sent
+  bool stop_sent_ = false;  ///< the newest frame on the wire commands rest
+  bool connected_ = true, was_silent_ = false;
+  Stamp next_send_{}, deadline_{}, answered_at_{}, changed_at_{};
+  std::optional<Stamp> over_current_since_;
+  Fault fault_ = Fault::kNone;
+  bool fault_told_ = true;
+
+  std::atomic<bool> homed_{false}, stop_wanted_{false}, driven_{false}, line_lost_{false};
+  std::atomic<std::int64_t> written_ns_{0};  ///< newest set-point
+  Count exchanges_{0}, timeouts_{0}, mute_retries_{0}, stale_{0}, jumps_rejected_{0}, jumps_{0}, watchdog_stops_{0},
+      over_currents_{0}, water_alarms_{0}, disconnects_{0};
+  std::array<Count, 10> link_counts_{};
+  std::atomic<double> current_a_{0}, voltage_v_{0}, temperature_c_{0};
+
+  std::mutex keeper_mutex_;
+  std::condition_variable keeper_wake_;
+  bool keeper_ends_ = false;
+  std::thread keeper_;
+};
+
+/// Opens the carrier, checks its load, loads the zero file if it is there.  Errors: InputError that says what to do.
+std::unique_ptr<Arm5e> open_arm5e(const Arm5eSettings& settings, const ArmModel& model, const Clock& clock);
+
+}  // namespace tankrig

@@ -1,0 +1,62 @@
+// The rig file's `devices: arm:` section for the driver arm5e.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "core/config_node.hpp"
+#include "drivers/arm/can_arm_link.hpp"
+#include "drivers/arm/encoder_track.hpp"
+#include "drivers/arm/homing_settings.hpp"
+#include "drivers/arm/serial_arm_link.hpp"
+#include "drivers/arm/velocity_demand.hpp"
+
+namespace tankrig {
+
+enum class ArmCarrier : std::uint8_t { kCan, kSerial };
+
+/// Source of the defaults: docs/arm5e.md.
+struct Arm5eSettings {
+  ArmCarrier carrier = ArmCarrier::kCan;
+  CanSettings can;
+  ArmCanIds can_ids;
+  SerialSettings serial;
+  double exchange_rate_hz = 100;  ///< a request and its answer; at most 70 % of what the carrier can
+  Duration encoder_latency{};     ///< from reading the encoders to the first bit of the answer
+  Duration reply_timeout = std::chrono::milliseconds(20);     ///< beyond the wire's own time
+  Duration silence_timeout = std::chrono::milliseconds(250);  ///< without an answer the arm is lost
+  Duration watchdog = std::chrono::milliseconds(500);         ///< without a set-point the arm is stopped
+  std::filesystem::path zero_file;                            ///< empty: not homed at start
+  VelocityShaping shaping;
+  std::uint16_t speed_limit = 0x0FFF, current_limit = 0x0FFF;  ///< of every demand [raw]
+  std::uint16_t jaw_current_limit = 0x00FF;                    ///< of the jaw's opening [raw]
+  PidSlot pid{{0, 0, 0}, {255, 4, 0}};
+  EncoderTrackSettings encoder;
+  TailMeaning tail = TailMeaning::kMaster;
+  ArmScaling scaling = laboratory_scaling();
+  double over_current_a = 2;  ///< of the whole arm
+  Duration over_current_time = std::chrono::milliseconds(1500);
+  int water_ingress_raw = 1;     ///< at or above it a joint reports water
+  double posture_margin = 0.05;  ///< outside its limits by more, a homed arm is not where it thinks it is [rad]
+  HomingSettings homing;
+};
+
+inline constexpr double kLargestCarrierLoad = 0.70;
+
+/// What an exchange rate asks of its carrier.
+struct CarrierLoad {
+  double load = 0;             ///< share of the carrier's time
+  double largest_rate_hz = 0;  ///< at which the load is 1
+  std::string text;            ///< what one exchange is made of, for messages
+};
+CarrierLoad carrier_load(const Arm5eSettings& settings);
+
+/// Errors: InputError when the load is above 70 %, naming rate, load and the largest rate allowed.
+void check_carrier_load(const Arm5eSettings& settings);
+
+/// Reads everything but `driver`; the caller finishes the section. Paths that begin with "runtime/" lie in `runtime`.
+/// `carrier`: "can" or "serial" instead of the section's own; empty: its own.  Errors: InputError with line.
+Arm5eSettings arm5e_settings_from(const ConfigNode& arm, const std::filesystem::path& runtime,
+                                  const std::string& carrier = {});
+
+}  // namespace tankrig

@@ -1,0 +1,188 @@
+#include "drivers/arm/can_arm_link.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <set>
+
+#include "core/shown_text.hpp"
+#include "drivers/can/can_timing.hpp"
+
+namespace tankrig {
+namespace {
+
+constexpr unsigned kEveryJoint = (1U << kJoints) - 1;
+constexpr std::uint8_t kMasterLength = 3;
+
+Duration frame_time(const CanFrame& frame, int bitrate) noexcept {
+  can_frame raw{};
+  raw.can_id = frame.id;
+  raw.can_dlc = frame.length;
+  std::copy(frame.data.begin(), frame.data.end(), raw.data);
+  return bits_duration(frame_bits(raw), bitrate);
+}
+
+}  // namespace
+
+std::vector<CanFilter> ArmCanIds::arm_filters() const {
+  std::vector<CanFilter> filters{{master}};
+  for (const auto* ids : {&sensors, &pid_answer, &demand_echo})
+    for (const std::uint16_t id : *ids) filters.push_back({id});
+  return filters;
+}
+
+std::vector<CanFilter> ArmCanIds::host_filters() const {
+  std::vector<CanFilter> filters;
+  for (const auto* ids : {&demand, &pid})
+    for (const std::uint16_t id : *ids) filters.push_back({id});
+  return filters;
+}
+
+ArmCanIds arm_can_ids_from(const ConfigNode& node) {
+  ArmCanIds ids;
+  std::set<std::uint16_t> seen;
+  const auto unique = [&](const char* key, std::uint16_t id) {
+    char text[64];
+    std::snprintf(text, sizeof text, "found 0x%03X twice, expected every identifier once", id);
+    if (!seen.insert(id).second) node.fail(node.has(key) ? key : node.keys().front(), text);
+  };
+  const auto id_from = [&](const char* key, const std::string& text) {
+    char* end = nullptr;
+    const unsigned long id = std::strtoul(text.c_str(), &end, 0);
+    if (text.empty() || *end != 0 || id > 0x7FF)
+      node.fail(key, "found " + shown_text(text) + ", expected an identifier of 11 bits: 0 .. 0x7FF");
+    return static_cast<std::uint16_t>(id);
+  };
+  const auto read = [&](const char* key, std::array<std::uint16_t, kJoints>& into) {
+    if (node.has(key)) {
+      const auto values = node.texts(key);
+      if (values.size() != kJoints)
+        node.fail(key, "found " + std::to_string(values.size()) + " identifiers, expected one for each of 5 joints");
+      for (std::size_t j = 0; j < kJoints; ++j) into[j] = id_from(key, values[j]);
+    }
+    for (const std::uint16_t id : into) unique(key, id);
+  };
+  read("demand", ids.demand);
+  read("pid", ids.pid);
+  read("sensors", ids.sensors);
+  read("pid_answer", ids.pid_answer);
+  read("demand_echo", ids.demand_echo);
+  if (node.has("master")) ids.master = id_from("master", node.text("master"));
+  unique("master", ids.master);
+  return ids;
+}
+
+int can_exchange_bits() noexcept { return 2 * kJoints * worst_frame_bits(8) + worst_frame_bits(kMasterLength); }
+
+CanArmLink::CanArmLink(std::unique_ptr<CanBus> bus, const ArmCanIds& ids, int bitrate, Duration encoder_latency)
+    : bus_(std::move(bus)), ids_(ids), bitrate_(bitrate), encoder_latency_(encoder_latency) {
+  for (std::size_t j = 0; j < kJoints; ++j) {
+    mean(ids.sensors[j], Kind::kSensors, j);
+    mean(ids.pid_answer[j], Kind::kPid, j);
+    mean(ids.demand_echo[j], Kind::kEcho, j);
+  }
+  mean(ids.master, Kind::kMaster, 0);
+}
+
+void CanArmLink::mean(std::uint16_t id, Kind kind, std::size_t joint) {
+  meanings_.at(id) = {kind, static_cast<std::uint8_t>(joint)};
+}
+
+Status CanArmLink::try_send(const ArmDemands& demands, Stamp) noexcept {
+  std::array<CanFrame, kJoints> frames;
+  for (std::size_t j = 0; j < kJoints; ++j) frames[j] = {ids_.demand[j], 8, encode(demands[j]), {}};
+  return send_all(frames);
+}
+
+Status CanArmLink::try_send(const PidSlot& gains, Stamp) noexcept {
+  std::array<CanFrame, kJoints> frames;
+  for (std::size_t j = 0; j < kJoints; ++j) frames[j] = {ids_.pid[j], 8, encode(gains), {}};
+  return send_all(frames);
+}
+
+Status CanArmLink::send_all(const std::array<CanFrame, kJoints>& frames) noexcept {
+  for (const CanFrame& frame : frames) {
+    const Status sent = bus_->try_send(frame);
+    if (sent.ok()) continue;
+    if (sent.error().code == ErrorCode::kRefused) ++counters_.send_buffer_full;
+    return sent;
+  }
+  ++counters_.requests;
+  ++outstanding_;
+  return {};
+}
+
+Result<std::optional<ArmAnswer>> CanArmLink::try_receive(Stamp) noexcept {
+  for (;;) {
+    const auto received = bus_->try_receive();
+    if (!received.ok()) return received.error();
+    if (!received.value()) return std::optional<ArmAnswer>{};
+    const CanFrame& frame = *received.value();
+    const Meaning meaning = meanings_[frame.id & 0x7FFU];
+    if (meaning.kind == Kind::kUnknown) {
+      ++counters_.wrong_ids;
+      continue;
+    }
+    if (frame.length != (meaning.kind == Kind::kMaster ? kMasterLength : 8)) {
+      ++counters_.wrong_lengths;
+      continue;
+    }
+    if (!take(frame, meaning)) continue;
+    ++counters_.answers;
+    outstanding_ = std::max(0, outstanding_ - 1);
+    return std::optional<ArmAnswer>(answer_);
+  }
+}
+
+/// True when the frame completes an answer. The arm reads every encoder at once, then sends without a pause: each
+/// frame's arrival tells when, and the earliest is the least delayed.
+bool CanArmLink::take(const CanFrame& frame, Meaning meaning) noexcept {
+  const unsigned bit = 1U << meaning.joint;
+  if (meaning.kind == Kind::kPid || meaning.kind == Kind::kEcho) {
+    acknowledged_ |= bit;
+    if (acknowledged_ != kEveryJoint) return false;
+    acknowledged_ = 0;
+    answer_.sensors = false;
+    return true;
+  }
+  const bool again = meaning.kind == Kind::kSensors ? (arrived_ & bit) != 0 : burst_begun_;
+  if (again) ++counters_.incomplete;
+  if (again || !burst_begun_) {
+    burst_begun_ = true;
+    arrived_ = 0;
+    burst_time_ = {};
+    answer_.read = frame.stamp;
+  }
+  burst_time_ += frame_time(frame, bitrate_);
+  answer_.read = std::min(answer_.read, frame.stamp - burst_time_ - encoder_latency_);
+  if (meaning.kind == Kind::kMaster) {
+    answer_.master = {frame.data[0], frame.data[1], frame.data[2]};
+    return false;
+  }
+  answer_.joints[meaning.joint] = decode_sensors(frame.data);
+  arrived_ |= bit;
+  if (arrived_ != kEveryJoint) return false;
+  arrived_ = 0;
+  burst_begun_ = false;
+  answer_.sensors = true;
+  return true;
+}
+
+void CanArmLink::give_up() noexcept {
+  outstanding_ = 0;
+  if (burst_begun_ || acknowledged_ != 0) ++counters_.incomplete;
+  burst_begun_ = false;
+  arrived_ = acknowledged_ = 0;
+}
+
+Duration CanArmLink::exchange_time() const noexcept { return bits_duration(can_exchange_bits(), bitrate_); }
+
+ArmLinkCounters CanArmLink::counters() const noexcept {
+  ArmLinkCounters all = counters_;
+  const CanCounters bus = bus_->counters();
+  all.reopened = bus.reopened;
+  all.wrong_ids += bus.foreign;
+  return all;
+}
+
+}  // namespace tankrig

@@ -1,0 +1,78 @@
+// The joint slots on a CAN bus: one 11-bit identifier per joint and kind, the slot as the frame's eight bytes.
+#pragma once
+
+#include <memory>
+
+#include "drivers/arm/arm_link.hpp"
+#include "drivers/can/can_bus.hpp"
+#include "drivers/can/open_can.hpp"
+
+namespace tankrig {
+
+/// Which identifier means what, in the order of `Joint`. No vendor map of this arm is public: these defaults, the order
+/// of the frames and the moment of reading are this project's own convention (docs/arm5e.md), and every identifier
+/// stands in the rig file.
+struct ArmCanIds {
+  std::array<std::uint16_t, kJoints> demand{0x201, 0x202, 0x203, 0x204, 0x205};       ///< host -> arm
+  std::array<std::uint16_t, kJoints> pid{0x211, 0x212, 0x213, 0x214, 0x215};          ///< host -> arm
+  std::array<std::uint16_t, kJoints> sensors{0x181, 0x182, 0x183, 0x184, 0x185};      ///< arm -> host
+  std::array<std::uint16_t, kJoints> pid_answer{0x191, 0x192, 0x193, 0x194, 0x195};   ///< arm -> host
+  std::array<std::uint16_t, kJoints> demand_echo{0x1A1, 0x1A2, 0x1A3, 0x1A4, 0x1A5};  ///< arm -> host
+  std::uint16_t master = 0x180;  ///< arm -> host, three bytes: temperature, voltage, current
+
+  /// What the host must receive.
+  std::vector<CanFilter> arm_filters() const;
+  /// What the arm must receive.
+  std::vector<CanFilter> host_filters() const;
+};
+
+/// Reads `demand`, `pid`, `sensors`, `pid_answer`, `demand_echo` (five numbers each, in the order of `Joint`) and
+/// `master`.  Errors: InputError with line, also when an identifier stands twice.
+ArmCanIds arm_can_ids_from(const ConfigNode& node);
+
+/// Bits one exchange takes at worst: five demands, the master's bytes, five sensor slots.
+int can_exchange_bits() noexcept;
+
+class CanArmLink final : public ArmLink {
+ public:
+  /// `encoder_latency`: from reading the encoders to the first bit of the answer.
+  CanArmLink(std::unique_ptr<CanBus> bus, const ArmCanIds& ids, int bitrate, Duration encoder_latency = {});
+
+  Status try_send(const ArmDemands& demands, Stamp now) noexcept override;
+  Status try_send(const PidSlot& gains, Stamp now) noexcept override;
+  Result<std::optional<ArmAnswer>> try_receive(Stamp now) noexcept override;
+  int outstanding() const noexcept override { return outstanding_; }
+  void give_up() noexcept override;
+  Status reopen() noexcept override { return {}; }
+  bool needs_reopen() const noexcept override { return false; }
+  Duration exchange_time() const noexcept override;
+  ArmLinkCounters counters() const noexcept override;
+
+  Statistics carrier_statistics() const override { return statistics_of(bus_->counters(), bus_->state()); }
+
+ private:
+  enum class Kind : std::uint8_t { kUnknown, kSensors, kPid, kEcho, kMaster };
+  struct Meaning {
+    Kind kind = Kind::kUnknown;
+    std::uint8_t joint = 0;
+  };
+
+  Status send_all(const std::array<CanFrame, kJoints>& frames) noexcept;
+  bool take(const CanFrame& frame, Meaning meaning) noexcept;
+  void mean(std::uint16_t id, Kind kind, std::size_t joint);
+
+  std::unique_ptr<CanBus> bus_;
+  ArmCanIds ids_;
+  int bitrate_;
+  Duration encoder_latency_;
+  std::array<Meaning, 0x800> meanings_{};
+  int outstanding_ = 0;
+  unsigned arrived_ = 0;  ///< a bit per joint: sensors of the answer that is coming in
+  unsigned acknowledged_ = 0;
+  ArmAnswer answer_;
+  bool burst_begun_ = false;
+  Duration burst_time_{};  ///< of the answer's frames so far
+  ArmLinkCounters counters_;
+};
+
+}  // namespace tankrig

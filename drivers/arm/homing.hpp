@@ -1,0 +1,48 @@
+// Finding the zeros of relative encoders: each axis is driven into its stop.
+#pragma once
+
+#include <array>
+#include <functional>
+#include <optional>
+#include <stop_token>
+#include <string>
+
+#include "core/clock.hpp"
+#include "drivers/arm/arm5e.hpp"
+
+namespace tankrig {
+
+/// What homing is doing, for the screen.
+struct HomingProgress {
+  enum class Phase : std::uint8_t { kDriving, kPausing, kDone };
+  Joint joint = kSlew;
+  Phase phase = Phase::kDriving;
+  std::uint16_t raw = 0;
+  double current_a = 0;
+};
+using HomingCallback = std::function<void(const HomingProgress&)>;
+
+struct HomedAxis {
+  std::uint16_t raw_at_stop = 0;
+  std::uint16_t raw_at_zero = 0;  ///< at tick 0 of the actuator
+  double angle_at_stop = 0;       ///< rad
+  double current_a = 0;           ///< when the stop was found
+};
+
+struct HomingResult {
+  std::array<std::optional<HomedAxis>, kJoints> axes;
+  std::optional<Error> error;  ///< the arm's, or what homing says of the joint below
+  Joint failed = kSlew;
+
+  bool ok() const { return !error; }
+  ArmZero zero() const;
+  /// "elbow: arm: no stop found in its time".
+  std::string message() const;
+};
+
+/// Drives slew, shoulder, elbow, jaw rotation and jaw opening, one after the other, as the arm's settings say, and
+/// gives the arm its new zero if all went well. Whatever ends it, the arm has been told to rest. Threads: takes the
+/// place of the cycle.  RT: never.
+HomingResult home_axes(Arm5e& arm, Clock& clock, std::stop_token stop = {}, const HomingCallback& progress = {});
+
+}  // namespace tankrig

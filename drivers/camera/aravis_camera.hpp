@@ -1,0 +1,95 @@
+// An industrial camera on GigE Vision (or USB3 Vision), through Aravis.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "drivers/camera/camera.hpp"
+
+namespace tankrig {
+
+class ConfigNode;
+
+struct AravisSettings {
+  CameraInfo info;  ///< name for messages, picture size, 1 or 3 channels, and the rate it runs at unless triggered
+  std::string address, serial;  ///< one of them: the network address (quick), or the serial number (searched for)
+  Duration discovery_timeout = std::chrono::seconds(5);
+  int offset_x = 0, offset_y = 0;  ///< of the picture on the sensor [px]
+  std::string pixel_format;        ///< GenICam name; empty: Mono8 for 1 channel, RGB8 for 3
+  double exposure_us = 10000;
+  std::optional<double> gain_db;  ///< GenICam Gain
+  std::optional<int> gain_raw;    ///< GenICam GainRaw, of cameras that have no gain in decibel
+  std::string trigger = "off";    ///< off: free-running | software | GenICam line, e.g. Line1 (rising edge)
+  int packet_size = 0;            ///< bytes on the wire, 0: the largest that gets through
+  bool packet_resend = true;
+  enum class Socket { kAuto, kDatagram, kPacket } socket = Socket::kAuto;
+  int buffers = 8;  ///< frames that may wait for their reader
+
+  /// What the device stamps, in the leader of each frame: the start or the end of the exposure, or the start of the
+  /// transfer, which is `readout` after the end of the exposure.
+  enum class StampAt { kExposureStart, kExposureEnd, kTransferStart } stamp_at = StampAt::kExposureStart;
+  bool chunk_stamps = false;  ///< the stamp is the chunk Timestamp, not the leader's
+  Duration readout{};
+  /// Of a device whose clock cannot be asked: from the end of the exposure to the first packet, and its one sigma.
+  Duration transfer_delay = std::chrono::microseconds(200);
+  Duration transfer_delay_sigma = std::chrono::microseconds(500);
+  Duration clock_interval = std::chrono::seconds(1);  ///< between readings of the device's clock
+  bool use_latch = true;                              ///< false: never ask the device's clock
+  int stall_periods = 10;                             ///< without a frame (and 0.5 s at least), free-running: an error
+};
+
+/// `node` is the camera's part of a rig file, `info` what its camera model says. Keys: address | serial,
+/// discovery_timeout_s, offset_x_px, offset_y_px, pixel_format, exposure_us, gain_db | gain_raw, trigger (off |
+/// software | LineN), packet_size_bytes, packet_resend, socket (auto | datagram | packet), buffers, stamp_at
+/// (exposure_start | exposure_end | frame_start: the start of the transfer), chunk_stamps, readout_us,
+/// transfer_delay_us, transfer_delay_sigma_us, clock_interval_s, timestamp_latch, stall_periods. Errors: InputError
+/// with file and line. The caller finishes the node.
+AravisSettings aravis_settings_from(const ConfigNode& node, const CameraInfo& info);
+
+struct AravisDevice {
+  std::string address, serial, vendor, model, id;
+};
+
+/// Everything that answers a search now; takes about a second. Threads: any.
+std::vector<AravisDevice> find_aravis_devices();
+
+/// Frame stamps are the middle of the exposure: the device's stamp, moved by half an exposure, on our clock through a
+/// fitted line. The line goes through readings of the device's clock (GigE Vision timestamp latch, bracketed by
+/// readings of ours; sigma from the width of the bracket), taken at opening and then by a thread of the camera's own; a
+/// device without the latch is fitted to the earliest arrivals less `transfer_delay`, and the sigma says so.
+///
+/// Copies: Mono8 and BGR8 pictures are the memory the packets were gathered in, which returns to the camera when the
+/// last cv::Mat on it is gone; other formats are converted once.
+///
+/// Losses: an incomplete frame (packets missing, or smaller than promised) is counted and not given out; a frame number
+/// never seen is lost, or overrun if all buffers were waiting for their reader.
+///
+/// A camera that vanishes is kDisconnected at every try_grab until it is back; it is searched for, opened and started
+/// again by the camera's thread, and `sequence` goes on. A free-running camera without frames for `stall_periods` is
+/// one kTimeout.
+///
+/// Threads: as Camera; try_grab and trigger may be in different threads. Errors: the constructor throws InputError with
+/// what to do. The destructor takes up to 10 s while a vanished camera's
+/// connection is being ended (Aravis' control time-outs), else a fraction of a second.
+class AravisCamera final : public Camera {
+ public:
+  explicit AravisCamera(const AravisSettings& settings);
+  ~AravisCamera() override;
+
+  CameraInfo info() const override;
+  Status start() override;
+  Result<std::optional<Frame>> try_grab() override;
+  void stop() noexcept override;
+  CameraCounters counters() const override;
+  Status trigger() override;
+  Statistics statistics() const override;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace tankrig

@@ -1,0 +1,56 @@
+#include "drivers/camera/aravis_socket.hpp"
+
+#include <linux/if_packet.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+
+#include "core/input_error.hpp"
+
+namespace tankrig {
+namespace {
+
+constexpr std::size_t kLeastBuffer = 1 << 20, kMostBuffer = 1 << 30;
+
+}  // namespace
+
+SocketLimits socket_limits() {
+  SocketLimits limits;
+  // A network namespace has no file that tells its limit; the kernel cuts what is asked for, and reports it doubled.
+  if (const int fd = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0); fd >= 0) {
+    int bytes = 1 << 30;
+    socklen_t size = sizeof bytes;
+    ::setsockopt(fd, SOL_SOCKET, SO_RCVBUF, &bytes, sizeof bytes);
+    if (::getsockopt(fd, SOL_SOCKET, SO_RCVBUF, &bytes, &size) == 0)
+      limits.buffer_bytes = static_cast<std::size_t>(bytes) / 2;
+    ::close(fd);
+  }
+  if (const int fd = ::socket(AF_PACKET, SOCK_RAW | SOCK_CLOEXEC, 0); fd >= 0) {
+    limits.packet_sockets = true;
+    ::close(fd);
+  }
+  return limits;
+}
+
+SocketPlan plan_socket(const std::string& camera, AravisSettings::Socket wanted, std::size_t frame_bytes,
+                       const SocketLimits& limits) {
+  using Socket = AravisSettings::Socket;
+  const std::size_t needed = std::max(2 * frame_bytes, kLeastBuffer);
+  const std::size_t wished = std::max(8 * frame_bytes, kLeastBuffer);  // memory is taken only while packets wait
+  const auto refuse = [&](const std::string& reason) -> SocketPlan {
+    throw InputError("camera " + camera + ": " + reason);
+  };
+  if (wanted == Socket::kPacket) {
+    if (!limits.packet_sockets) return refuse("socket packet needs CAP_NET_RAW: run as root, or use socket datagram");
+    return {true, 0};
+  }
+  if (limits.buffer_bytes >= needed)
+    return {false, static_cast<int>(std::min({wished, limits.buffer_bytes, kMostBuffer}))};
+  if (wanted == Socket::kAuto && limits.packet_sockets) return {true, 0};
+  return refuse("two frames need a socket buffer of " + std::to_string(needed) + " bytes, the system allows " +
+                std::to_string(limits.buffer_bytes) + ": sysctl -w net.core.rmem_max=" + std::to_string(needed) +
+                (limits.packet_sockets ? ", or use socket packet" : ", or run with CAP_NET_RAW"));
+}
+
+}  // namespace tankrig

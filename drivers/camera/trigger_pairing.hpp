@@ -1,0 +1,59 @@
+// Frames of two cameras that were exposed by the same trigger.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <optional>
+
+#include "drivers/camera/camera.hpp"
+
+namespace tankrig {
+
+struct FramePair {
+  Frame left, right;
+  Duration apart{};  ///< left's mid-exposure less right's
+};
+
+struct TriggerPairingSettings {
+  Duration tolerance = std::chrono::milliseconds(2);  ///< of mid-exposure, well below half a trigger period
+  std::size_t most_waiting = 8;                       ///< frames that wait for a partner
+};
+
+/// Why frames stayed single; one count a frame.
+struct TriggerPairingCounts {
+  std::uint64_t pairs = 0;
+  std::uint64_t before_first_pair = 0;  ///< the other camera was not exposing yet
+  std::uint64_t partner_lost = 0;       ///< the other camera's frame of that trigger was lost on the way
+  std::uint64_t off_time = 0;           ///< same trigger number, mid-exposures further apart than the tolerance
+  std::uint64_t partner_missed = 0;     ///< the other camera did not expose: its numbers have no gap there
+  std::uint64_t partner_silent = 0;     ///< the other camera sent nothing while `most_waiting` frames came
+  std::uint64_t renumbered = 0;         ///< pairs at which the cameras' numbers shifted against one another
+};
+
+/// Pure. A pair is two frames within the tolerance; the trigger number (a camera's own sequence, and how far the two
+/// are shifted, learnt at each pair) tells why a frame has none. Each stream in the order of its sequence.
+class TriggerPairing {
+ public:
+  explicit TriggerPairing(const TriggerPairingSettings& settings = {}) : settings_(settings) {}
+
+  void add_left(Frame frame) { left_.push_back(std::move(frame)); }
+  void add_right(Frame frame) { right_.push_back(std::move(frame)); }
+  /// Nothing until another frame comes.
+  std::optional<FramePair> next();
+  const TriggerPairingCounts& counts() const { return counts_; }
+
+ private:
+  /// Takes the oldest frame of `own` away. `shift`: its partner's number less its own.
+  void drop(std::deque<Frame>& own, const std::deque<Frame>& other, std::optional<std::int64_t> shift);
+  void bound(std::deque<Frame>& own, const std::deque<Frame>& other);
+
+  TriggerPairingSettings settings_;
+  std::deque<Frame> left_, right_;
+  std::optional<std::int64_t> shift_;  ///< right's number less left's
+  /// Left's number of a single frame whose partner by number is there, but later: off time, or the partner's number
+  /// belongs to the next trigger, because its camera missed this one. What comes next tells.
+  std::optional<std::int64_t> doubtful_;
+  TriggerPairingCounts counts_;
+};
+
+}  // namespace tankrig

@@ -1,0 +1,133 @@
+// The laser on a supply relay that listens to a serial line.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <condition_variable>
+#include <filesystem>
+#include <mutex>
+#include <thread>
+
+#include "core/config_node.hpp"
+#include "drivers/laser/laser.hpp"
+#include "drivers/laser/latest_value.hpp"
+#include "drivers/laser/relay_protocol.hpp"
+#include "drivers/serial/serial_port.hpp"
+
+namespace tankrig {
+
+struct RelayLaserSettings {
+  SerialSettings serial{.device = "", .baud = 9600};
+  RelayProtocol protocol{};
+  Duration warm_up = std::chrono::seconds{1};             ///< from supply to light
+  Duration refresh = std::chrono::milliseconds{200};      ///< the command is sent again so often; a relay with a
+                                                          ///< watchdog then opens when this program dies
+  Duration query_period = std::chrono::milliseconds{50};  ///< with a status query: contacts are read so often
+  Duration answer_timeout = std::chrono::milliseconds{50};
+  int attempts = 3;  ///< so many failed answers in a row: the relay is not to be trusted, laser off
+  Duration caller_timeout = std::chrono::seconds{1};  ///< on without set() or state() for longer: laser off; 0: never
+  Duration opening_timeout = std::chrono::seconds{3};
+};
+
+/// Reads `on_byte`, `off_byte`, `status_query`.  Errors: InputError, also if two are the same.
+RelayProtocol relay_protocol_from(const ConfigNode& laser);
+
+/// Reads `device`, `baud`, `on_byte`, `off_byte`, `status_query`, `warm_up_s`, `refresh_ms`, `query_period_ms`,
+/// `answer_timeout_ms`, `attempts`, `caller_timeout_ms`, `opening_timeout_s`.  Errors: InputError.
+RelayLaserSettings relay_laser_settings_from(const ConfigNode& laser, const std::filesystem::path& runtime);
+
+/// De-energised whenever in doubt: off is sent first on opening and after every return of the line, and last at the
+/// end; a line that hangs up, a relay that does not answer or answers wrongly, and a caller that has gone silent drop
+/// the command, which stays off until it is set again. `powered` is the read-back contact where a status query is
+/// configured, else the last echo. `since` is when the answer came: the contact moved at most answer_timeout before.
+/// Threads: as Laser; its own thread talks to the line.  RT: set() and state() never wait, lock or allocate.
+/// Errors of state(): kDisconnected (the line is gone), kTimeout (no answer), kProtocol (a wrong one); set(true) is
+/// refused with the same while they last. set(false) is always taken; state() says when it is true.
+class RelayLaser final : public Laser {
+ public:
+  /// Waits until the relay has confirmed off.  Errors: InputError: SerialPort's, no answer, wrong answer.
+  explicit RelayLaser(const RelayLaserSettings& settings);
+  /// Sends off, at least twice if it is not confirmed.
+  ~RelayLaser() override;
+  RelayLaser(const RelayLaser&) = delete;
+  RelayLaser& operator=(const RelayLaser&) = delete;
+
+  Status set(bool on) noexcept override;
+  Result<LaserState> state() noexcept override;
+  Duration warm_up() const noexcept override { return settings_.warm_up; }
+  Statistics statistics() const override;
+
+  /// The interlock's loop as last read back; nothing without a status query, and while the relay is not to be trusted.
+  /// Threads: any.  RT: safe.
+  std::optional<bool> interlock_closed() const noexcept;
+
+ private:
+  enum class Request : std::uint8_t { kNone, kOff, kOn, kQuery };
+
+  /// What the device thread knows, as told to the cycle.
+  struct Reading {
+    bool trusted = false;  ///< the relay answers
+    bool powered = false;
+    std::optional<bool> interlock_closed{};
+    Stamp changed{};  ///< when `powered` last changed
+    ErrorCode code = ErrorCode::kNotReady;
+    int os_errno = 0;
+  };
+
+  void run() noexcept;
+  void step() noexcept;
+  void wait(Stamp until) noexcept;
+  void send(Request request) noexcept;
+  void receive() noexcept;
+  bool take(std::uint8_t byte) noexcept;  // false: not an answer
+  void abandon() noexcept;
+  void forget_abandoned(std::size_t which) noexcept;
+  bool answers(Request request, std::uint8_t byte) const noexcept;
+  void answered(std::uint8_t byte) noexcept;
+  void failed(ErrorCode code, int os_errno) noexcept;
+  void distrust(ErrorCode code, int os_errno) noexcept;
+  void reconnect() noexcept;
+  void set_powered(bool powered) noexcept;
+  void publish() noexcept;
+  void last_off() noexcept;
+  void wake() noexcept;
+  void wait_until_open();
+
+  const RelayLaserSettings settings_;
+  SerialPort port_;
+  int wake_ = -1;  // eventfd
+
+  // Between the threads.
+  static constexpr std::uint8_t kOn = 1, kReady = 2;
+  std::atomic<std::uint8_t> command_{0};
+  std::atomic<bool> stop_{false};
+  enum class Loop : std::uint8_t { kUnknown, kOpen, kClosed };
+  std::atomic<Loop> loop_{Loop::kUnknown};
+  std::atomic<std::int64_t> last_call_ns_{0};
+  LatestValue<Reading> published_;
+  std::mutex opening_mutex_;  // guards opened_, not used by RT calls
+  std::condition_variable opening_;
+  bool opened_ = false;
+  std::atomic<std::uint8_t> wrong_byte_{0};
+  std::atomic<bool> off_echoed_{false};
+
+  struct Counts {
+    std::atomic<std::uint64_t> commands{0}, echoes_missing{0}, wrong_echoes{0}, late_answers{0}, refreshes{0},
+        queries{0}, disconnects{0}, reconnects{0}, latched_off{0}, caller_timeouts{0};
+    std::atomic<std::int64_t> slowest_answer_ns{0};
+  } counts_;
+
+  // The device thread's own.
+  Reading reading_;
+  Request waiting_for_ = Request::kNone;
+  std::array<Request, 4> abandoned_{};  // overtaken or timed out: their answers may still come, oldest first
+  std::size_t abandoned_count_ = 0;
+  Request confirmed_ = Request::kNone;  // kOn or kOff
+  Stamp sent_{}, deadline_{}, refresh_at_{}, query_at_{}, quiet_until_{}, late_until_{};
+  int failures_ = 0;
+  bool lost_ = false;
+
+  std::thread thread_;  // last: it uses all of the above
+};
+
+}  // namespace tankrig

@@ -1,0 +1,24 @@
+// The lux meter that the rig file names.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <variant>
+
+#include "core/config_node.hpp"
+#include "drivers/lux/pce174.hpp"
+#include "drivers/lux/t10a.hpp"
+
+namespace tankrig {
+
+using LuxMeterSettings = std::variant<Pce174Settings, T10aSettings>;
+
+/// Reads `driver: pce174 | t10a`, `device`, `reply_timeout_ms`, and for t10a `head`, `colour_correction`,
+/// `unit: lux | foot_candle`.  Errors: InputError.
+LuxMeterSettings lux_meter_settings_from(const ConfigNode& lux_meter, const std::filesystem::path& runtime);
+
+/// Errors: InputError.
+std::unique_ptr<LuxMeter> open_lux_meter(const LuxMeterSettings& settings);
+std::unique_ptr<LuxMeter> open_lux_meter(const ConfigNode& lux_meter, const std::filesystem::path& runtime);
+
+}  // namespace tankrig

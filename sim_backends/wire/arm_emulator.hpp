@@ -1,0 +1,51 @@
+// An ARM5E that is not there: its mechanics, its electronics, and a thread for every wire it is asked on.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <vector>
+
+#include "drivers/can/can_bus.hpp"
+#include "sim_backends/wire/arm_electronics.hpp"
+
+namespace tankrig::sim {
+
+class ArmWire;
+
+/// Request -> answer on each carrier, paced as the real wire is: a request counts when its last bit would have come, an
+/// answer is written when its last bit would have left. Keeps real time.
+/// Threads: any.
+class ArmEmulator {
+ public:
+  /// Powers on at clock.now(). `clock` outlives the emulator.
+  ArmEmulator(const ArmModel& model, const ArmEmulatorParameters& parameters, Clock& clock);
+  /// Wires stop, in at most a few milliseconds.
+  ~ArmEmulator();
+
+  /// Answers on a bus: a kernel interface, a hub's, or the other end of a pair.
+  void serve(std::unique_ptr<CanBus> bus);
+  /// Answers on a pseudo-terminal that drivers open as `line`.  Errors: InputError, see Pty.
+  void serve(const std::filesystem::path& line);
+
+  /// Pulls every serial line's plug, or puts it back.
+  void unplug();
+  void plug();
+
+  /// Off and on again: encoders begin at 0, gains are lost, axes rest.
+  void power_cycle() { electronics_.power_cycle({}); }
+  void set_faults(const ArmEmulatorFaults& faults) { electronics_.set_faults(faults); }
+
+  /// Where the links really are at `when`.
+  JointVector truth_at(Stamp when) { return electronics_.truth_at(when); }
+  JointVector true_velocity_at(Stamp when) { return electronics_.true_velocity_at(when); }
+  /// What homing should find.
+  std::array<std::uint16_t, kJoints> true_zero() const { return electronics_.true_zero(); }
+
+ private:
+  const ArmEmulatorParameters parameters_;
+  Clock& clock_;
+  ArmElectronics electronics_;
+  std::vector<std::unique_ptr<ArmWire>> wires_;  // last: their threads use what is above
+};
+
+}  // namespace tankrig::sim

@@ -1,0 +1,73 @@
+// A CAN bus that spans processes: nodes connect to a local socket and hear each other at the pace of a real wire.
+#pragma once
+
+#include <linux/can.h>
+#include <sys/types.h>
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "core/time.hpp"
+
+namespace tankrig::sim {
+
+struct CanHubSettings {
+  std::filesystem::path path;         ///< of the socket; drivers open "unix:PATH"
+  int bitrate = 500'000;              ///< [bit/s]
+  int send_queue_frames = 16;         ///< a node's controller holds so many; its socket holds the rest
+  int receive_queue_bytes = 1 << 20;  ///< what waits for a node that does not read; then its frames are lost
+};
+
+struct CanNodeReport {
+  int number = 0;     ///< by order of connection, from 0
+  pid_t process = 0;  ///< that connected
+  bool listens_only = false;
+  std::uint64_t sent = 0, delivered = 0, overflowed = 0;
+};
+
+struct CanHubReport {
+  std::uint64_t frames = 0, dropped = 0, corrupted = 0, discarded = 0, malformed = 0;
+  Duration busy{};  ///< time the wire was in use
+  std::vector<CanNodeReport> nodes;
+};
+
+/// Datagrams of one `struct can_frame` each, SOCK_SEQPACKET. Every data or remote frame that a node sends takes its
+/// exact time on the wire (drivers/can/can_timing.hpp) and then reaches all other nodes, in order; of those waiting,
+/// the lowest identifier goes first. A frame that no other node is there to acknowledge waits, its sender is told once
+/// (no-ack, error-passive), and its queue fills up: the same as on a real bus. Error frames pass at once and take no
+/// time. A node that shuts its sending half down only listens: it hears, and does not acknowledge. Keeps
+/// CLOCK_MONOTONIC. Threads: a thread of its own serves the nodes; all members may be called from any.  RT: never.
+class CanHub {
+ public:
+  static constexpr int kEveryone = -1;
+
+  /// Replaces a socket that nobody serves any more.
+  /// Errors: InputError: path too long, its folder missing, the bus served by somebody else.
+  explicit CanHub(const CanHubSettings& settings);
+  ~CanHub();
+  CanHub(const CanHub&) = delete;
+  CanHub& operator=(const CanHub&) = delete;
+
+  /// Hands `frame`, an error frame as a rule, to a node (or everyone) at once.
+  void inject(const can_frame& frame, int node = kEveryone);
+  /// The next `frames` take their time and reach nobody.
+  void drop(int frames);
+  /// The next `frames` with data arrive with one bit of it turned over.
+  void corrupt(int frames);
+  /// What the node sends from now on reaches nobody, until it is given its voice back. It still hears.
+  void silence(int node, bool silent = true);
+  /// Takes the node off the bus as its controller would: it is told, hears and sends nothing, and is told again when it
+  /// is back, `restart` later (restart-ms of a real interface) or never.
+  void bus_off(int node, std::optional<Duration> restart);
+
+  CanHubReport report() const;
+  const std::filesystem::path& path() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace tankrig::sim

@@ -1,0 +1,70 @@
+// The devices of a rig in one simulated tank, each on the wire its driver expects, all in real time on one clock.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/clock.hpp"
+#include "core/config_node.hpp"
+#include "sim_backends/wire/arm_emulator.hpp"
+#include "sim_backends/wire/can_hub.hpp"
+#include "sim_backends/wire/gige_camera.hpp"
+#include "sim_backends/wire/lux_emulator.hpp"
+#include "sim_backends/wire/relay_emulator.hpp"
+#include "sim_backends/world/tank_world.hpp"
+
+namespace tankrig::sim {
+
+struct EmulatedArm {
+  ArmEmulatorParameters parameters;
+  std::optional<CanHubSettings> hub;  ///< a bus of our own
+  std::string can_interface;          ///< else an interface of the kernel's; empty: not on CAN
+  std::filesystem::path line;         ///< empty: not on a serial line
+  std::filesystem::path zero_file;    ///< written as homing would have; empty: the arm has not been homed
+};
+
+struct EmulatedCamera {
+  std::string name;  ///< of the scene's virtualCamera
+  GigeCameraSettings gige;
+};
+
+/// What is there is emulated. Paths are absolute.
+struct EmulatedTankSettings {
+  std::optional<EmulatedArm> arm;
+  std::vector<EmulatedCamera> cameras;
+  std::optional<RelayEmulatorSettings> laser;
+  Duration laser_warm_up = std::chrono::seconds{1};
+  std::optional<LuxEmulatorSettings> lux;
+  std::filesystem::path truth;  ///< folder for CAMERA.csv with what was true of every exposure; empty: none
+};
+
+/// The emulators for the devices a rig file names, with their behaviour from its `emulation` section where there is
+/// one: `arm` (also `homed: true | false`), `cameras` (of every GigE Vision camera: `clock_drift_ppm`,
+/// `timestamp_latch`), `laser` (`watchdog_ms`, `answer_delay_ms`), `lux_meter` (`answer_delay_ms`). Cameras of other
+/// drivers, and lines that do not begin with "runtime/", are left alone. Errors: InputError with file and line.
+EmulatedTankSettings emulated_tank_settings_from(const ConfigNode& devices, const std::optional<ConfigNode>& emulation,
+                                                 const TankWorld& world, const std::filesystem::path& runtime);
+
+/// Serves from construction to destruction. The cameras see the arm where it really is, and the laser as bright as it
+/// really is.
+/// Threads: one; the emulators have their own.
+class EmulatedTank {
+ public:
+  /// `world` and `clock` outlive it.  Errors: InputError if a wire cannot be made or an address is taken.
+  EmulatedTank(const TankWorld& world, EmulatedTankSettings settings, Clock& clock);
+  ~EmulatedTank();
+  EmulatedTank(const EmulatedTank&) = delete;
+  EmulatedTank& operator=(const EmulatedTank&) = delete;
+
+  /// A line per device: what it is and where.
+  const std::string& description() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace tankrig::sim

@@ -1,0 +1,84 @@
+// Which emulators a rig file asks for.
+#include "core/input_error.hpp"
+#include "drivers/arm/arm5e_settings.hpp"
+#include "drivers/camera/aravis_camera.hpp"
+#include "drivers/laser/relay_laser.hpp"
+#include "sim_backends/wire/emulated_tank.hpp"
+
+namespace tankrig::sim {
+namespace {
+
+constexpr char kRuntime[] = "runtime/", kBus[] = "unix:";
+
+/// Is it a line of ours to make?
+bool is_emulated(const ConfigNode& node, const char* key) { return node.text_or(key, "").starts_with(kRuntime); }
+
+EmulatedArm arm_from(const ConfigNode& node, const std::optional<ConfigNode>& behaviour,
+                     const std::filesystem::path& runtime) {
+  const Arm5eSettings driver = arm5e_settings_from(node, runtime);
+  EmulatedArm arm;
+  if (behaviour) arm.parameters = arm_emulator_parameters_from(*behaviour);
+  arm.parameters.can_ids = driver.can_ids;
+  if (node.has("can")) {
+    arm.parameters.can_bitrate = driver.can.bitrate;
+    const std::string& interface = driver.can.interface;
+    if (interface.starts_with(kBus))
+      arm.hub = CanHubSettings{.path = interface.substr(sizeof kBus - 1), .bitrate = driver.can.bitrate};
+    else
+      arm.can_interface = interface;
+  }
+  if (const auto serial = node.optional_child("serial"); serial && is_emulated(*serial, "device")) {
+    arm.parameters.serial_baud = driver.serial.baud;
+    arm.line = driver.serial.device;
+  }
+  if (behaviour && behaviour->flag_or("homed", false)) arm.zero_file = driver.zero_file;
+  return arm;
+}
+
+GigeCameraSettings camera_from(const ConfigNode& node, const SceneCamera& seen,
+                               const std::optional<ConfigNode>& behaviour) {
+  const AravisSettings driver =
+      aravis_settings_from(node, {seen.name, seen.model.width, seen.model.height, seen.channels, seen.rate_hz});
+  GigeCameraSettings gige;
+  gige.address = driver.address;
+  gige.serial = driver.serial.empty() ? "EMU-" + seen.name : driver.serial;
+  gige.user_id = seen.name;
+  gige.width = seen.model.width;
+  gige.height = seen.model.height;
+  gige.rate_hz = seen.rate_hz;
+  gige.exposure_us = driver.exposure_us;
+  if (!driver.pixel_format.empty()) gige.pixel_format = driver.pixel_format;
+  if (behaviour) {
+    gige.clock_drift_ppm = behaviour->number_or("clock_drift_ppm", gige.clock_drift_ppm, {-1000, 1000});
+    gige.timestamp_latch = behaviour->flag_or("timestamp_latch", gige.timestamp_latch);
+  }
+  return gige;
+}
+
+}  // namespace
+
+EmulatedTankSettings emulated_tank_settings_from(const ConfigNode& devices, const std::optional<ConfigNode>& emulation,
+                                                 const TankWorld& world, const std::filesystem::path& runtime) {
+  const auto behaviour = [&](const char* device) {
+    return emulation ? emulation->optional_child(device) : std::optional<ConfigNode>();
+  };
+  EmulatedTankSettings s;
+  if (const auto arm = devices.optional_child("arm")) s.arm = arm_from(*arm, behaviour("arm"), runtime);
+  if (const auto cameras = devices.optional_child("cameras"))
+    for (const SceneCamera& seen : world.cameras())
+      if (const auto node = cameras->optional_child(seen.name); node && node->text("driver") == "aravis")
+        s.cameras.push_back({seen.name, camera_from(*node, seen, behaviour("cameras"))});
+  if (const auto laser = devices.optional_child("laser"); laser && is_emulated(*laser, "device")) {
+    const auto b = behaviour("laser");
+    s.laser = relay_emulator_settings_from(*laser, b ? &*b : nullptr, runtime);
+    s.laser_warm_up = relay_laser_settings_from(*laser, runtime).warm_up;
+  }
+  if (const auto lux = devices.optional_child("lux_meter"); lux && is_emulated(*lux, "device")) {
+    const auto b = behaviour("lux_meter");
+    s.lux = lux_emulator_settings_from(*lux, b ? &*b : nullptr, runtime);
+  }
+  if (emulation) emulation->finish();
+  return s;
+}
+
+}  // namespace tankrig::sim

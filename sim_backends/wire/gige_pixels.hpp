@@ -1,0 +1,19 @@
+// Pictures as a GigE Vision camera sends them.
+#pragma once
+
+#include <cstdint>
+#include <opencv2/core.hpp>
+#include <string>
+#include <string_view>
+
+namespace tankrig::sim {
+
+/// The 32-bit pixel format code of the GenICam Pixel Format Naming Convention; 0 for one that is not emulated.
+std::uint32_t gige_pixel_format(std::string_view name);
+
+/// Writes the part of `picture` that begins at `offset` and has `size`, in the format, without padding. What the
+/// picture lacks is black. `data` holds size.area() pixels of the format.
+void write_gige_pixels(const cv::Mat& picture, cv::Point offset, cv::Size size, std::uint32_t format,
+                       std::uint8_t* data);
+
+}  // namespace tankrig::sim

@@ -1,0 +1,88 @@
+#include "sim_backends/wire/relay_emulator.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/clock.hpp"
+#include "drivers/device_path.hpp"
+#include "drivers/laser/relay_laser.hpp"
+
+namespace tankrig::sim {
+
+RelayEmulatorSettings relay_emulator_settings_from(const ConfigNode& laser, const ConfigNode* emulation,
+                                                   const std::filesystem::path& runtime) {
+  RelayEmulatorSettings s;
+  s.name = device_path(laser.text("device"), runtime);
+  s.protocol = relay_protocol_from(laser);
+  if (!emulation) return s;
+  s.watchdog = from_seconds(emulation->number_or("watchdog_ms", seconds(s.watchdog) * 1e3, {0, 60000}) * 1e-3);
+  s.answer_delay =
+      from_seconds(emulation->number_or("answer_delay_ms", seconds(s.answer_delay) * 1e3, {0, 10000}) * 1e-3);
+  return s;
+}
+
+RelayEmulator::RelayEmulator(RelayEmulatorSettings settings, MockLaser& laser)
+    : settings_(std::move(settings)),
+      laser_(laser),
+      answer_delay_ns_(settings_.answer_delay.count()),
+      server_(
+          settings_.name, [this](std::span<const std::uint8_t> bytes) { receive(bytes); }, [this] { return tick(); }) {}
+
+void RelayEmulator::set_interlock_closed(bool closed) noexcept {
+  interlock_closed_ = closed;
+  server_.wake();
+}
+
+std::vector<std::uint8_t> RelayEmulator::take_received() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(received_, {});
+}
+
+void RelayEmulator::receive(std::span<const std::uint8_t> bytes) {
+  {
+    const std::lock_guard lock(mutex_);
+    received_.insert(received_.end(), bytes.begin(), bytes.end());
+  }
+  if (fault_ == RelayFault::kDead) return;
+  const RelayProtocol& p = settings_.protocol;
+  for (const std::uint8_t byte : bytes) {
+    if (byte == p.on_byte) last_on_ = MonotonicClock{}.now();
+    if (byte == p.on_byte || byte == p.off_byte) {
+      switch_relay(byte == p.on_byte);
+      answer(byte);
+    } else if (p.status_query && byte == *p.status_query) {
+      answer(relay_status_byte({closed_, interlock_closed_}));
+    }
+  }
+}
+
+void RelayEmulator::switch_relay(bool on) {
+  closed_ = on || (closed_ && welded_);
+  [[maybe_unused]] const Status switched = laser_.set(closed_ && interlock_closed_);
+}
+
+void RelayEmulator::answer(std::uint8_t byte) {
+  const RelayFault fault = fault_;
+  if (fault == RelayFault::kSilent) return;
+  const Duration delay{answer_delay_ns_};
+  if (fault == RelayFault::kGarbage) {
+    const std::uint8_t noise[] = {0x00, 0xff, 0x7e};
+    server_.answer(noise, delay);
+  }
+  if (fault == RelayFault::kWrongEcho) byte = static_cast<std::uint8_t>(byte ^ 0xA4);
+  server_.answer({&byte, 1}, delay);
+}
+
+Duration RelayEmulator::tick() {
+  constexpr Duration kIdle = std::chrono::seconds{1};
+  [[maybe_unused]] const Status switched = laser_.set(closed_ && interlock_closed_);
+  if (!closed_ || settings_.watchdog.count() == 0) return kIdle;
+  const Duration left = last_on_ + settings_.watchdog - MonotonicClock{}.now();
+  if (left.count() > 0) return left;
+  switch_relay(false);
+  if (closed_) return kIdle;
+  ++watchdog_openings_;
+  return kIdle;
+}
+
+}  // namespace tankrig::sim

@@ -1,0 +1,94 @@
+#include "drivers/arm/arm5e.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "drivers/arm/homing.hpp"
+#include "tests/arm/arm_bench.hpp"
+
+namespace tankrig::sim {
+namespace {
+
+using testing_support::ArmBench;
+using testing_support::elbow;
+using testing_support::Wire;
+using namespace std::chrono_literals;
+
+class Arm5eOn : public ::testing::TestWithParam<Wire> {};
+INSTANTIATE_TEST_SUITE_P(Both, Arm5eOn, ::testing::Values(Wire::kPair, Wire::kPty),
+                         [](const auto& wire) { return wire.param == Wire::kPair ? "CanPair" : "Serial"; });
+
+TEST_P(Arm5eOn, ReadsThePostureOfAHomedArm) {
+  ArmBench bench(GetParam());
+  bench.make();
+  const JointState state = bench.state();
+  for (int j = 0; j < kJoints; ++j)
+    EXPECT_NEAR(state.q[j], bench.parameters.power_up[j], 1.01 * bench.model.actuators[j].resolution(state.q[j])) << j;
+  EXPECT_NEAR(state.current_a, 0.2, 0.1);
+  EXPECT_NEAR(bench.statistic("voltage_v"), 24, 0.2);
+}
+
+TEST_P(Arm5eOn, StampsTheMomentItsEncodersWereRead) {
+  ArmBench bench(GetParam());
+  bench.parameters.encoder_latency = bench.settings.encoder_latency = 4ms;
+  bench.make();
+  bench.state();
+  std::vector<double> errors;
+  ASSERT_TRUE(bench.until([&] {
+    const auto news = bench.arm->try_read();
+    EXPECT_TRUE(news.ok()) << news.error().where;
+    EXPECT_TRUE(bench.arm->write_velocity(elbow(0.2)).ok());
+    if (news.ok() && news.value() && news.value()->velocity[kElbow] > 0.15)
+      errors.push_back(news.value()->q[kElbow] - bench.emulator->truth_at(news.value()->stamp)[kElbow]);
+    return errors.size() >= 60;
+  }));
+  ASSERT_TRUE(bench.arm->stop().ok());
+  std::sort(errors.begin(), errors.end(), [](double a, double b) { return std::abs(a) < std::abs(b); });
+  // One tick of the elbow is 0.3 mrad here, 1 ms at this speed 0.2 mrad. The median bears a busy machine.
+  EXPECT_LT(std::abs(errors[errors.size() / 2]), 0.4e-3);
+}
+
+TEST_P(Arm5eOn, FollowsAVelocity) {
+  ArmBench bench(GetParam());
+  bench.make();
+  bench.state();
+  JointVector applied = JointVector::Zero();
+  double reached = 0;
+  ASSERT_TRUE(bench.until([&] {
+    (void)bench.arm->try_read();
+    const auto written = bench.arm->write_velocity(elbow(0.1));
+    EXPECT_TRUE(written.ok());
+    if (written.ok()) applied = written.value();
+    reached = bench.emulator->true_velocity_at(bench.clock.now())[kElbow];
+    return reached > 0.095;
+  }));
+  EXPECT_NEAR(applied[kElbow], 0.1, 0.5e-3);
+  EXPECT_NEAR(reached, applied[kElbow], 5e-3);
+  ASSERT_TRUE(bench.arm->stop().ok());
+  EXPECT_TRUE(bench.until([&] { return bench.emulator->true_velocity_at(bench.clock.now())[kElbow] == 0; }));
+}
+
+TEST_P(Arm5eOn, FindsItsZerosByHoming) {
+  ArmBench bench(GetParam());
+  bench.parameters.power_up << -1.45, 0.05, 2.05, 0.3, 0.1;  // near the stops: homing is short
+  bench.settings.homing.rest_angle[kJawRotate] = 0.3;
+  bench.settings.homing.rest_angle[kJawOpening] = 0.1;
+  bench.make(false);
+  EXPECT_FALSE(bench.arm->homed());
+  bench.state();
+  const auto refused = bench.arm->write_velocity(elbow(0.1));
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, ErrorCode::kNotReady);
+  EXPECT_STREQ(refused.error().where, "arm: not homed");
+  const HomingResult homed = home_axes(*bench.arm, bench.clock);
+  ASSERT_TRUE(homed.ok()) << homed.message();
+  const auto truth = bench.emulator->true_zero();
+  for (std::size_t j = 0; j < kJoints; ++j)
+    EXPECT_LE(std::abs(static_cast<std::int16_t>(homed.axes[j]->raw_at_zero - truth[j])), 2) << kJointNames[j];
+  const JointState state = bench.state();
+  EXPECT_NEAR(state.q[kElbow], bench.model.limits[kElbow].upper, 1e-3);
+}
+
+}  // namespace
+}  // namespace tankrig::sim

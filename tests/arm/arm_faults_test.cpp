@@ -1,0 +1,343 @@
+// What goes wrong on the arm's wires, and what the cycle is told of it.
+#include <gtest/gtest.h>
+
+#include <string>
+#include <thread>
+
+#include "sim_backends/wire/can_hub.hpp"
+#include "tests/arm/arm_bench.hpp"
+
+namespace tankrig::sim {
+namespace {
+
+using testing_support::ArmBench;
+using testing_support::elbow;
+using testing_support::Wire;
+using namespace std::chrono_literals;
+
+class ArmFaultsOn : public ::testing::TestWithParam<Wire> {};
+INSTANTIATE_TEST_SUITE_P(Both, ArmFaultsOn, ::testing::Values(Wire::kPair, Wire::kPty),
+                         [](const auto& wire) { return wire.param == Wire::kPair ? "CanPair" : "Serial"; });
+
+/// States still come, at least ten of them.
+void expect_states(ArmBench& bench) {
+  int states = 0;
+  EXPECT_TRUE(bench.until([&] {
+    const auto news = bench.arm->try_read();
+    states += news.ok() && news.value();
+    return states >= 10;
+  }));
+}
+
+TEST_P(ArmFaultsOn, ASilentArmIsATimeoutAndComesBack) {
+  ArmBench bench(GetParam());
+  bench.make();
+  bench.state();
+  bench.emulator->set_faults({.silent = true});
+  const Error error = bench.error();
+  EXPECT_EQ(error.code, ErrorCode::kTimeout);
+  EXPECT_STREQ(error.where, "arm: silent");
+  EXPECT_GE(bench.statistic("timeouts"), 1);
+  EXPECT_GE(bench.statistic("mute_retries"), 1);
+  bench.emulator->set_faults({});
+  expect_states(bench);
+  EXPECT_TRUE(bench.arm->homed());
+}
+
+TEST_P(ArmFaultsOn, AnArmThatNeverAnswersIsSilentToo) {
+  ArmBench bench(GetParam());
+  bench.make();
+  bench.emulator->set_faults({.silent = true});
+  EXPECT_STREQ(bench.error().where, "arm: silent");
+}
+
+TEST_P(ArmFaultsOn, GarbageBeforeEveryAnswerIsCountedAndPassedOver) {
+  ArmBench bench(GetParam());
+  bench.make();
+  bench.emulator->set_faults({.garbage = true});
+  expect_states(bench);
+  if (GetParam() == Wire::kPair) {
+    EXPECT_GE(bench.statistic("wrong_ids"), 10);
+  } else {
+    EXPECT_GE(bench.statistic("discarded_bytes"), 10);
+    EXPECT_GE(bench.statistic("resyncs"), 5);
+  }
+}
+
+TEST_P(ArmFaultsOn, AnswersThatAreCutOffAreSilence) {
+  ArmBench bench(GetParam());
+  bench.make();
+  bench.state();
+  bench.emulator->set_faults({.truncated = true});
+  const Error error = bench.error();
+  EXPECT_STREQ(error.where, "arm: silent");
+  EXPECT_GE(bench.statistic(GetParam() == Wire::kPair ? "incomplete" : "length_errors"), 1);
+  bench.emulator->set_faults({});
+  expect_states(bench);
+}
+
+TEST(ArmFaults, AWrongChecksumIsSilenceAndCounted) {
+  ArmBench bench(Wire::kPty);
+  bench.make();
+  bench.state();
+  bench.emulator->set_faults({.wrong_checksum = true});
+  EXPECT_STREQ(bench.error().where, "arm: silent");
+  EXPECT_GE(bench.statistic("checksum_errors"), 2);
+  bench.emulator->set_faults({});
+  expect_states(bench);
+}
+
+TEST(ArmFaults, WrongIdentifiersAndLengthsAreSilenceAndCounted) {
+  ArmBench bench;
+  bench.make();
+  bench.state();
+  bench.emulator->set_faults({.wrong_ids = true});
+  EXPECT_STREQ(bench.error().where, "arm: silent");
+  EXPECT_GE(bench.statistic("wrong_ids"), 12);
+  bench.emulator->set_faults({.wrong_lengths = true});
+  ASSERT_TRUE(bench.until([&] {
+    (void)bench.arm->try_read();
+    return bench.statistic("wrong_lengths") >= 5;
+  }));
+  bench.emulator->set_faults({});
+  expect_states(bench);
+}
+
+TEST_P(ArmFaultsOn, ReadingsThatRepeatWhileItIsDrivenAreATimeout) {
+  ArmBench bench(GetParam());
+  bench.make();
+  bench.state();
+  bench.emulator->set_faults({.stale = true});
+  expect_states(bench);  // at rest nothing is wrong with them
+  EXPECT_EQ(bench.statistic("stale"), 0);
+  const Error error = bench.error(elbow(0.1));
+  EXPECT_EQ(error.code, ErrorCode::kTimeout);
+  EXPECT_STREQ(error.where, "arm: repeats old readings though it is driven");
+  EXPECT_GE(bench.statistic("stale"), 3);
+  EXPECT_TRUE(bench.arm->stop().ok());
+}
+
+TEST_P(ArmFaultsOn, WaterInAHousingStopsTheArmForGood) {
+  ArmBench bench(GetParam());
+  bench.make();
+  bench.state();
+  bench.emulator->set_faults({.water_joint = kElbow});
+  const Error error = bench.error(elbow(0.1));
+  EXPECT_EQ(error.code, ErrorCode::kOutOfRange);
+  EXPECT_STREQ(error.where, "arm: water in a joint's housing");
+  EXPECT_GE(bench.arm->readings().water[kElbow], 1);
+  expect_states(bench);  // it can still be seen coming to rest
+  EXPECT_STREQ(bench.arm->write_velocity(elbow(0.1)).error().where, "arm: water in a joint's housing");
+  EXPECT_EQ(bench.arm->clear_faults().error().code, ErrorCode::kRefused);
+  ASSERT_TRUE(bench.until([&] {
+    (void)bench.arm->try_read();
+    return bench.emulator->true_velocity_at(bench.clock.now())[kElbow] == 0;
+  }));
+  bench.emulator->set_faults({});
+  ASSERT_TRUE(bench.until([&] {
+    (void)bench.arm->try_read();
+    return bench.arm->clear_faults().ok();
+  }));
+  EXPECT_TRUE(bench.arm->write_velocity(elbow(0.1)).ok());
+  EXPECT_EQ(bench.statistic("water_alarms"), 1);
+}
+
+TEST_P(ArmFaultsOn, TooMuchCurrentForTooLongStopsTheArmForGood) {
+  ArmBench bench(GetParam());
+  bench.settings.over_current_time = 200ms;
+  bench.make();
+  bench.state();
+  bench.emulator->set_faults({.extra_current_a = 2.5});
+  const Stamp begin = bench.clock.now();
+  const Error error = bench.error(elbow(0.1));
+  EXPECT_GE(bench.clock.now() - begin, 200ms);
+  EXPECT_EQ(error.code, ErrorCode::kOutOfRange);
+  EXPECT_STREQ(error.where, "arm: over-current for too long");
+  EXPECT_NEAR(bench.statistic("current_a"), 2.7, 0.3);
+  EXPECT_FALSE(bench.arm->write_velocity(elbow(0.1)).ok());
+  bench.emulator->set_faults({});
+  ASSERT_TRUE(bench.until([&] {
+    (void)bench.arm->try_read();
+    return bench.arm->clear_faults().ok();
+  }));
+  EXPECT_TRUE(bench.arm->write_velocity(elbow(0.1)).ok());
+}
+
+TEST_P(ArmFaultsOn, AnArmThatGoesMuteAnswersTheAlteredFrame) {
+  ArmBench bench(GetParam());
+  bench.parameters.mute_probability = 0.3;
+  bench.parameters.seed = 5;
+  bench.make();
+  expect_states(bench);
+  EXPECT_GE(bench.statistic("mute_retries"), 1);
+}
+
+TEST_P(ArmFaultsOn, ZeroPeaksAreRejectedAndCounted) {
+  ArmBench bench(GetParam());
+  bench.parameters.power_up_ticks = {5000, 6000, 7000, 8000, 9000};
+  bench.parameters.zero_peak_probability = 0.05;
+  bench.make();
+  bench.state();
+  double worst = 0;
+  int states = 0;
+  ASSERT_TRUE(bench.until([&] {
+    const auto news = bench.arm->try_read();
+    EXPECT_TRUE(news.ok()) << news.error().where;
+    if (news.ok() && news.value()) {
+      worst = std::max(worst, (news.value()->q - bench.parameters.power_up).cwiseAbs().maxCoeff());
+      ++states;
+    }
+    return states >= 40;
+  }));
+  EXPECT_LT(worst, 2e-3);
+  EXPECT_GE(bench.statistic("jumps_rejected"), 1);
+}
+
+TEST_P(ArmFaultsOn, EncodersThatStartAnewEndTheHoming) {
+  ArmBench bench(GetParam());
+  bench.parameters.power_up_ticks = {5000, 6000, 7000, 8000, 9000};
+  bench.make();
+  bench.state();
+  bench.emulator->power_cycle();
+  const Error error = bench.error();
+  EXPECT_EQ(error.code, ErrorCode::kNotReady);
+  EXPECT_STREQ(error.where, "arm: an encoder lost its reference, home again");
+  EXPECT_FALSE(bench.arm->homed());
+  EXPECT_FALSE(bench.arm->write_velocity(elbow(0.1)).ok());
+  bench.arm->set_zero({bench.emulator->true_zero(), "again"});
+  expect_states(bench);
+  EXPECT_TRUE(bench.arm->write_velocity(elbow(0.1)).ok());
+}
+
+TEST_P(ArmFaultsOn, AZeroThatPutsAJointBeyondItsLimitsIsRefused) {
+  ArmBench bench(GetParam());
+  bench.make(false);
+  ArmZero wrong{bench.emulator->true_zero(), "of another day"};
+  wrong.raw[kElbow] = static_cast<std::uint16_t>(wrong.raw[kElbow] + 12'000);
+  bench.arm->set_zero(wrong);
+  EXPECT_STREQ(bench.error().where, "arm: a joint outside its limits, home again");
+  EXPECT_FALSE(bench.arm->homed());
+}
+
+TEST_P(ArmFaultsOn, WithoutSetPointsTheDriverStopsTheArmThoughTheCycleHangs) {
+  ArmBench bench(GetParam());
+  bench.settings.watchdog = 150ms;
+  bench.parameters.watchdog = 0ms;  // the arm itself would run on
+  bench.make();
+  bench.state();
+  ASSERT_TRUE(bench.until([&] {
+    (void)bench.arm->try_read();
+    EXPECT_TRUE(bench.arm->write_velocity(elbow(0.1)).ok());
+    return bench.emulator->true_velocity_at(bench.clock.now())[kElbow] > 0.09;
+  }));
+  // From here on nobody calls the driver.
+  EXPECT_TRUE(bench.until([&] { return bench.emulator->true_velocity_at(bench.clock.now())[kElbow] == 0; }));
+  EXPECT_EQ(bench.statistic("watchdog_stops"), 1);
+}
+
+TEST_P(ArmFaultsOn, TheArmsOwnWatchdogStopsItWhenTheHostIsGone) {
+  ArmBench bench(GetParam());
+  bench.parameters.watchdog = 150ms;
+  bench.settings.watchdog = 10s;
+  bench.make();
+  bench.state();
+  ASSERT_TRUE(bench.until([&] {
+    (void)bench.arm->try_read();
+    EXPECT_TRUE(bench.arm->write_velocity(elbow(0.1)).ok());
+    return bench.emulator->true_velocity_at(bench.clock.now())[kElbow] > 0.09;
+  }));
+  EXPECT_TRUE(bench.until([&] { return bench.emulator->true_velocity_at(bench.clock.now())[kElbow] == 0; }));
+}
+
+TEST_P(ArmFaultsOn, MayBeStoppedFromAnyThreadWhileTheCycleRuns) {
+  ArmBench bench(GetParam());
+  bench.make();
+  bench.state();
+  std::atomic<bool> done{false};
+  std::thread other([&] {
+    while (!done) {
+      EXPECT_TRUE(bench.arm->stop().ok());
+      std::this_thread::yield();
+    }
+  });
+  int refused = 0;
+  bench.until(
+      [&] {
+        refused += !bench.arm->try_read().ok();
+        refused += !bench.arm->write_velocity(elbow(0.1)).ok();
+        return false;
+      },
+      400ms);
+  done = true;
+  other.join();
+  EXPECT_EQ(refused, 0);
+  std::thread([&] { EXPECT_TRUE(bench.arm->stop().ok()); }).join();
+  EXPECT_TRUE(bench.until([&] {
+    (void)bench.arm->try_read();
+    return bench.emulator->true_velocity_at(bench.clock.now())[kElbow] == 0;
+  }));
+  expect_states(bench);
+}
+
+TEST(ArmFaults, APulledSerialPlugIsADisconnectionAndItsReturnIsFound) {
+  ArmBench bench(Wire::kPty);
+  bench.make();
+  bench.state();
+  bench.emulator->unplug();
+  const Error error = bench.error();
+  EXPECT_EQ(error.code, ErrorCode::kDisconnected);
+  EXPECT_STREQ(error.where, "arm: carrier lost");
+  EXPECT_EQ(bench.arm->write_velocity(elbow(0.1)).error().code, ErrorCode::kDisconnected);
+  EXPECT_EQ(bench.statistic("disconnects"), 1);
+  bench.emulator->plug();
+  expect_states(bench);
+  EXPECT_EQ(bench.statistic("reopened"), 1);
+  ASSERT_TRUE(bench.until([&] {
+    (void)bench.arm->try_read();
+    EXPECT_TRUE(bench.arm->write_velocity(elbow(0.1)).ok());
+    return bench.emulator->true_velocity_at(bench.clock.now())[kElbow] > 0.09;
+  }));
+}
+
+TEST(ArmFaults, OverTheHubTheArmSurvivesThatTheBusGoesAwayAndComesBack) {
+  ArmBench bench;
+  bench.parameters.can_paced = false;  // the hub is
+  CanHubSettings bus{.path = bench.folder.path() / "bus"};
+  auto hub = std::make_unique<CanHub>(bus);
+  const std::string interface = "unix:" + bus.path.string();
+  bench.emulator = std::make_unique<ArmEmulator>(bench.model, bench.parameters, bench.clock);
+  CanSettings device;
+  device.interface = bench.settings.can.interface = interface;
+  bench.emulator->serve(open_can(device, bench.clock));
+  bench.arm = open_arm5e(bench.settings, bench.model, bench.clock);
+  bench.arm->set_zero({bench.emulator->true_zero(), "by truth"});
+  const JointState before = bench.state();
+  EXPECT_NEAR(before.q[kElbow], bench.parameters.power_up[kElbow], 1e-3);
+  hub.reset();
+  const Error error = bench.error();
+  EXPECT_EQ(error.code, ErrorCode::kDisconnected);
+  EXPECT_STREQ(error.where, "arm: carrier lost");
+  hub = std::make_unique<CanHub>(bus);
+  expect_states(bench);
+  EXPECT_GE(bench.statistic("reopened"), 1);
+}
+
+TEST(ArmFaults, AnEmptyOrFullWireIsNoErrorOfTheCycle) {
+  // The emulator's end of the pair is there but never read: the driver's queue fills up.
+  ArmBench bench;
+  auto [driver, device] = make_can_pair(bench.clock);
+  bench.settings.reply_timeout = 1ms;
+  bench.settings.exchange_rate_hz = 200;
+  bench.settings.silence_timeout = 3s;
+  bench.arm = std::make_unique<Arm5e>(
+      bench.settings, bench.model,
+      std::make_unique<CanArmLink>(std::move(driver), bench.settings.can_ids, bench.settings.can.bitrate), bench.clock);
+  ASSERT_TRUE(bench.until([&] {
+    EXPECT_TRUE(bench.arm->try_read().ok());
+    (void)bench.arm->write_ticks({});
+    return bench.statistic("send_buffer_full") > 0;
+  }));
+}
+
+}  // namespace
+}  // namespace tankrig::sim

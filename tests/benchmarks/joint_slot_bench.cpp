@@ -1,0 +1,98 @@
+// The joint slots' codec on one core: encode and decode, both directions of the wire, and the whole serial frame.
+#include <benchmark/benchmark.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <new>
+#include <random>
+#include <vector>
+
+#include "drivers/arm/joint_slot.hpp"
+#include "drivers/arm/serial_frame.hpp"
+
+namespace {
+std::uint64_t g_allocations = 0;
+}  // namespace
+
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wmismatched-new-delete"
+void* operator new(std::size_t size) {
+  ++g_allocations;
+  if (void* p = std::malloc(size)) return p;
+  throw std::bad_alloc();
+}
+void operator delete(void* p) noexcept { std::free(p); }
+void operator delete(void* p, std::size_t) noexcept { std::free(p); }
+#pragma GCC diagnostic pop
+
+namespace tankrig {
+namespace {
+
+constexpr double kRequiredRate = 20e6;  // slots/s encoded and decoded
+constexpr std::size_t kSlots = 4096;
+constexpr unsigned kSeed = 1;
+
+/// Each iteration takes every slot through `code`, which encodes and decodes one.
+template <class Slot, class Code>
+void run(benchmark::State& state, const std::vector<Slot>& slots, Code code) {
+  std::vector<Slot> out(slots.size());
+  const std::uint64_t before = g_allocations;
+  const auto begin = std::chrono::steady_clock::now();
+  for (auto _ : state) {
+    for (std::size_t i = 0; i < slots.size(); ++i) out[i] = code(slots[i]);
+    benchmark::DoNotOptimize(out.data());
+    benchmark::ClobberMemory();
+  }
+  const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - begin;
+  const std::uint64_t allocated = g_allocations - before;
+  const auto count = static_cast<double>(state.iterations()) * static_cast<double>(slots.size());
+  state.SetItemsProcessed(static_cast<std::int64_t>(count));
+  if (out != slots) state.SkipWithError("a slot did not come back as it went");
+  if (allocated != 0) state.SkipWithError("memory was allocated");
+  if (state.iterations() > 20 && count / elapsed.count() < kRequiredRate)
+    state.SkipWithError("slower than 20 million slots a second");
+}
+
+/// Bytes between encoding and decoding go through memory, as on a wire.
+SlotBytes through_memory(SlotBytes bytes) {
+  benchmark::DoNotOptimize(bytes);
+  return bytes;
+}
+
+void demand(benchmark::State& state) {
+  std::mt19937 random(kSeed);
+  std::vector<DemandSlot> slots(kSlots);
+  for (DemandSlot& s : slots)
+    s = {static_cast<DemandType>(random() % 7), sendable(static_cast<std::uint16_t>(random() & 0xFFF)),
+         static_cast<std::uint16_t>(random() & 0xFFF), static_cast<std::uint16_t>(random() & 0xFFF)};
+  run(state, slots, [](const DemandSlot& s) { return decode_demand(through_memory(encode(s))); });
+}
+BENCHMARK(demand);
+
+void sensors(benchmark::State& state) {
+  std::mt19937 random(kSeed);
+  std::vector<SensorSlot> slots(kSlots);
+  for (SensorSlot& s : slots)
+    s = {static_cast<std::uint16_t>(random()), static_cast<std::uint16_t>(random()),
+         static_cast<std::uint8_t>(random()), static_cast<std::uint8_t>(random()),
+         static_cast<std::uint16_t>(random())};
+  run(state, slots, [](const SensorSlot& s) { return decode_sensors(through_memory(encode(s))); });
+}
+BENCHMARK(sensors);
+
+/// For comparison: a whole 51-byte frame, found byte by byte in the stream.
+void serial_frame(benchmark::State& state) {
+  SerialContent content;
+  for (SerialSlot& slot : content.slots) slot = {1, encode(SensorSlot{0x1234, 500, 0, 14, 0})};
+  SerialDecoder decoder;
+  for (auto _ : state) {
+    content.master[0] = static_cast<std::uint8_t>(content.master[0] + 1);
+    for (const std::uint8_t byte : encode(content)) decoder.push(byte);
+    benchmark::DoNotOptimize(decoder.content());
+  }
+  state.SetItemsProcessed(state.iterations());
+}
+BENCHMARK(serial_frame);
+
+}  // namespace
+}  // namespace tankrig

@@ -1,0 +1,208 @@
+// Triggers of the Aravis driver: software triggers answered, line triggers and resends seen in registers and commands.
+#include <arpa/inet.h>
+#include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <iostream>
+#include <set>
+
+#include "drivers/camera/trigger_pairing.hpp"
+#include "tests/camera/gige_rig.hpp"
+
+namespace tankrig::testing {
+namespace {
+
+using sim::GigeCameraEmulator;
+using sim::GigeCameraSettings;
+
+const cv::Size kSize(160, 120);
+
+GigeCameraSettings emulated(const std::string& address = "127.0.0.1") {
+  GigeCameraSettings s;
+  s.address = address;
+  s.width = kSize.width;
+  s.height = kSize.height;
+  s.rate_hz = 50;
+  s.exposure_us = 3000;
+  return s;
+}
+
+AravisSettings driven(const std::string& trigger, const std::string& address = "127.0.0.1") {
+  AravisSettings s;
+  s.info = {"left", kSize.width, kSize.height, 1, 50};
+  s.address = address;
+  s.exposure_us = 3000;
+  s.packet_size = 9000;
+  s.trigger = trigger;
+  s.clock_interval = std::chrono::milliseconds(100);
+  return s;
+}
+
+cv::Mat picture(std::uint64_t index, Stamp, Duration) { return known_picture(index, kSize, 1); }
+
+class AravisTriggerTest : public GigeTest {};
+
+TEST_F(AravisTriggerTest, ExposesOneFramePerSoftwareTriggerAfterIt) {
+  TruthLog truth;
+  GigeCameraEmulator emulator(emulated(), picture, truth.writer());
+  AravisCamera sut(driven("software"));
+  ASSERT_TRUE(sut.start().ok());
+  for (int i = 0; i < 10; ++i) {
+    const Stamp before = MonotonicClock{}.now();
+    ASSERT_TRUE(sut.trigger().ok());
+    const Result<std::optional<Frame>> frame = grab(sut);
+    ASSERT_TRUE(frame.ok() && frame.value());
+    EXPECT_EQ(frame.value()->sequence, static_cast<std::uint64_t>(i));
+    EXPECT_EQ(cv::norm(frame.value()->image, known_picture(static_cast<std::uint64_t>(i), kSize, 1), cv::NORM_INF), 0);
+    EXPECT_GT(frame.value()->stamp, before) << "exposed after its trigger";
+    EXPECT_NEAR(seconds(frame.value()->stamp - *truth.middle(frame.value()->sequence)), 0, 2e-3);
+  }
+  EXPECT_EQ(emulator.exposures(), 10u) << "no frame without a trigger";
+  EXPECT_EQ(statistic(sut, "stalls"), 0) << "a camera that waits for its trigger does not stall";
+}
+
+TEST_F(AravisTriggerTest, RefusesASoftwareTriggerOnAFreeRunningCamera) {
+  GigeCameraEmulator emulator(emulated(), picture);
+  AravisCamera sut(driven("off"));
+  const Status refused = sut.trigger();
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, ErrorCode::kRefused);
+  EXPECT_STREQ(refused.error().where, "camera: not set to software trigger");
+}
+
+TEST_F(AravisTriggerTest, ArmsALineWithItsRisingEdge) {
+  // The emulator has no lines: what the driver wrote is seen in its registers (addresses: Aravis' fake camera).
+  constexpr std::uint32_t kTriggerMode = 0x300, kTriggerSource = 0x304, kTriggerActivation = 0x308,
+                          kAcquisition = 0x124;
+  GigeCameraEmulator emulator(emulated(), picture);
+  {
+    AravisCamera software(driven("software"));
+    EXPECT_EQ(emulator.read_register(kTriggerMode), 1u);
+    EXPECT_EQ(emulator.read_register(kTriggerSource), 1u) << "Software";
+  }
+  {
+    AravisCamera sut(driven("Line0"));
+    EXPECT_EQ(emulator.read_register(kTriggerMode), 1u);
+    EXPECT_EQ(emulator.read_register(kTriggerSource), 0u) << "Line0";
+    EXPECT_EQ(emulator.read_register(kTriggerActivation), 0u) << "RisingEdge";
+    EXPECT_EQ(emulator.read_register(kAcquisition), 0u);
+    ASSERT_TRUE(sut.start().ok());
+    EXPECT_EQ(emulator.read_register(kAcquisition), 1u);
+    sut.stop();
+    EXPECT_EQ(emulator.read_register(kAcquisition), 0u);
+  }
+  AravisCamera free_running(driven("off"));
+  EXPECT_EQ(emulator.read_register(kTriggerMode), 0u) << "no trigger is left armed";
+}
+
+/// GigE Vision commands on their way to a camera, as they pass the loopback.
+class CommandTap {
+ public:
+  CommandTap() : fd_(::socket(AF_INET, SOCK_RAW | SOCK_CLOEXEC | SOCK_NONBLOCK, IPPROTO_UDP)) {}
+  ~CommandTap() {
+    if (fd_ >= 0) ::close(fd_);
+  }
+  bool permitted() const { return fd_ >= 0; }
+
+  struct Resend {
+    int block = 0;
+    std::uint32_t first = 0, last = 0;
+  };
+
+  /// PACKETRESEND_CMD since the last call (AIA GigE Vision 2.0, 16.4.6.1).
+  std::vector<Resend> resends() {
+    constexpr std::size_t kIp = 20, kUdp = 8;
+    std::vector<Resend> found;
+    std::array<std::uint8_t, 65536> packet;
+    for (ssize_t n; (n = ::recv(fd_, packet.data(), packet.size(), 0)) > 0;) {
+      if (n < static_cast<ssize_t>(kIp + kUdp + 20)) continue;
+      const std::uint8_t* udp = packet.data() + kIp;
+      const std::uint8_t* command = udp + kUdp;
+      if ((udp[2] << 8 | udp[3]) != 3956 || command[0] != 0x42 || (command[2] << 8 | command[3]) != 0x0040) continue;
+      const auto word = [&](int at) {
+        return static_cast<std::uint32_t>(command[at] << 24 | command[at + 1] << 16 | command[at + 2] << 8 |
+                                          command[at + 3]);
+      };
+      found.push_back({command[10] << 8 | command[11], word(12) & 0xFFFFFF, word(16) & 0xFFFFFF});
+    }
+    return found;
+  }
+
+ private:
+  int fd_;
+};
+
+TEST_F(AravisTriggerTest, AsksForMissingPacketsOnceMoreOfACameraThatCanResend) {
+  CommandTap tap;
+  if (!tap.permitted()) GTEST_SKIP() << "raw sockets are forbidden here (CAP_NET_RAW)";
+  GigeCameraSettings device = emulated();
+  device.width = 640;
+  device.height = 480;
+  device.claims_resend = true;
+  GigeCameraEmulator emulator(device, [](std::uint64_t, Stamp, Duration) { return cv::Mat(480, 640, CV_8UC1, 7.0); });
+  AravisSettings settings = driven("off");
+  settings.info.width = 640;
+  settings.info.height = 480;
+  settings.packet_size = 1500;
+  for (const bool resend : {true, false}) {
+    SCOPED_TRACE(resend);
+    settings.packet_resend = resend;
+    AravisCamera sut(settings);
+    ASSERT_TRUE(sut.start().ok());
+    ASSERT_EQ(grab_frames(sut, 3).size(), 3u);
+    tap.resends();
+    emulator.lose_packets(0.01);
+    std::vector<CommandTap::Resend> asked;
+    ASSERT_TRUE(wait_for([&] {
+      sut.try_grab().ok();
+      for (const CommandTap::Resend& r : tap.resends()) asked.push_back(r);
+      return sut.counters().incomplete >= 5;
+    }));
+    emulator.lose_packets(0);
+    EXPECT_EQ(asked.empty(), !resend);
+    for (const CommandTap::Resend& r : asked) {
+      EXPECT_GE(r.block, 1);
+      EXPECT_LE(r.first, r.last);
+      EXPECT_LE(r.last, 640u * 480 / 1400 + 2);
+    }
+    EXPECT_EQ(statistic(sut, "packets_resent"), 0) << "the emulator never answers them";
+  }
+}
+
+TEST_F(AravisTriggerTest, PairsTwoCamerasByTheirTriggers) {
+  TruthLog left_truth, right_truth;
+  GigeCameraEmulator left_device(emulated(), picture, left_truth.writer());
+  GigeCameraEmulator right_device(emulated("127.0.0.2"), picture, right_truth.writer());
+  AravisCamera left(driven("software")), right(driven("software", "127.0.0.2"));
+  ASSERT_TRUE(left.start().ok());
+  ASSERT_TRUE(right.start().ok());
+  TriggerPairingSettings settings;
+  settings.tolerance = std::chrono::milliseconds(60);  // two software triggers on a busy machine
+  TriggerPairing pairing(settings);
+  std::vector<FramePair> pairs;
+  MonotonicClock clock;
+  const Stamp begin = clock.now();
+  for (int i = 0; i < 6; ++i) {
+    clock.sleep_until(begin + i * std::chrono::milliseconds(150));  // the rig's trigger schedule
+    left_device.lose_packets(i == 3 ? 1 : 0);
+    ASSERT_TRUE(left.trigger().ok());
+    ASSERT_TRUE(right.trigger().ok());
+    if (i == 3)
+      ASSERT_TRUE(wait_for([&] { return left_device.exposures() == 4; }));
+    else
+      for (Frame& f : grab_frames(left, 1)) pairing.add_left(std::move(f));
+    for (Frame& f : grab_frames(right, 1)) pairing.add_right(std::move(f));
+    while (auto pair = pairing.next()) pairs.push_back(std::move(*pair));
+  }
+  ASSERT_EQ(pairs.size(), 5u);
+  for (const FramePair& p : pairs) EXPECT_EQ(p.left.sequence, p.right.sequence);
+  EXPECT_EQ(pairing.counts().partner_lost, 1u);
+  EXPECT_EQ(left.counters().lost, 1u);
+}
+
+}  // namespace
+}  // namespace tankrig::testing

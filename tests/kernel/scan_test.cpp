@@ -1,0 +1,112 @@
+// A whole short scan by the program itself: arm on a CAN controller, camera on V4L2, laser relay on a pty, each behind
+// its real driver; the pictures were rendered on the host.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "core/utc.hpp"
+#include "drivers/arm/arm_zero.hpp"
+#include "drivers/can/can_log.hpp"
+#include "rig/session/session.hpp"
+#include "sim_backends/mock/mock_laser.hpp"
+#include "sim_backends/wire/arm_emulator.hpp"
+#include "sim_backends/wire/relay_emulator.hpp"
+#include "sim_backends/wire/v4l2_output.hpp"
+#include "tests/kernel/guest.hpp"
+#include "tests/kernel/rig/pictures.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace tankrig::test {
+namespace {
+
+constexpr int kDarkFrames = 3;
+constexpr int kSweepFrames = 25;  // 0.3 rad at 0.08 rad/s and 10 frames/s are 37; a busy host may cost some
+
+sim::ArmEmulatorParameters arm_parameters() {
+  sim::ArmEmulatorParameters parameters;
+  parameters.power_up << 0, 0.13, 1.5, 0, 0.1;
+  parameters.can_bitrate = 1'000'000;
+  parameters.watchdog = std::chrono::seconds(3);
+  return parameters;
+}
+
+/// The rest of the rig in tests/kernel/rig/rig.yaml.
+class RestOfTheRig {
+ public:
+  explicit RestOfTheRig(const std::filesystem::path& runtime)
+      : laser_(std::chrono::seconds(1), clock_),
+        relay_({.name = runtime / "laser",
+                .protocol = {.status_query = 3},
+                .watchdog = std::chrono::seconds(5),
+                .answer_delay = {}},
+               laser_),
+        arm_(arm5e(), arm_parameters(), clock_) {
+    CanSettings can;
+    can.interface = "rigcan1";
+    can.bitrate = arm_parameters().can_bitrate;
+    can.filters = arm_parameters().can_ids.host_filters();
+    arm_.serve(open_can(can, clock_));
+    save_arm_zero(runtime / "arm-zero.yaml", {arm_.true_zero(), {}});
+    sim::V4l2OutputSettings output;
+    output.width = 320;
+    output.height = 240;
+    output.rate_hz = 10;
+    output.format = PixelFormat::kBgr24;
+    const auto choice = [this](std::uint64_t index, Stamp begin, Duration exposure) {
+      const Stamp mid = begin + exposure / 2;
+      return laser_.power_at(mid) > 0.5 ? lit_picture(arm_.truth_at(mid)[kElbow]) : index % kDarkPictures;
+    };
+    camera_.emplace(output, sim::pictures_of_folder(KERNEL_PICTURES, output.width, output.height, choice));
+  }
+
+  bool laser_is_off() { return laser_.power_at(clock_.now()) == 0; }
+  bool arm_rests() { return arm_.true_velocity_at(clock_.now()).isZero(1e-9); }
+
+ private:
+  MonotonicClock clock_;
+  sim::MockLaser laser_;
+  sim::RelayEmulator relay_;
+  sim::ArmEmulator arm_;
+  std::optional<sim::V4l2OutputEmulator> camera_;
+};
+
+/// Everything the scan left behind that says why.
+std::string story(const std::filesystem::path& session) {
+  return shell("cat " + (session / "events.csv").string() + "; sed -n '/^counts/,/^calibration_sha/p' " +
+               (session / "session.yaml").string());
+}
+
+TEST(ScanInTheGuest, ScansReconstructsAndScoresTheBox) {
+  const TemporaryFolder folder;
+  for (const char* port : {"rigcan0", "rigcan1"})
+    set_link(port, "up txqueuelen 1000 type can bitrate 1000000 restart-ms 100");
+  RestOfTheRig rest(folder.path());
+  ::setenv("TANKRIG_RUNTIME", folder.path().c_str(), 1);
+  const auto session = folder.path() / "session", said = folder.path() / "said.json";
+  shell(std::string(TANKRIG_PROGRAM) + " scan --rig " + TANKRIG_SOURCE_DIR +
+        "/tests/kernel/rig/rig.yaml --json --out " + session.string() + " >" + said.string());
+  EXPECT_TRUE(rest.laser_is_off());
+  EXPECT_TRUE(rest.arm_rests());
+
+  SCOPED_TRACE(story(session));
+  const auto result = nlohmann::json::parse(folder.read("said.json"));
+  EXPECT_GE(result["frames"], 2 * kDarkFrames + kSweepFrames);
+  const auto& laser = result["laser"];
+  std::printf("mean error %.2f mm, %.1f %% of what can be covered, scan and scores %.0f s\n",
+              1e3 * laser["mean_error_m"].get<double>(), 100 * laser["coverage_of_ceiling"].get<double>(),
+              result["wall_s"].get<double>());
+  EXPECT_LT(laser["mean_error_m"], 0.003);
+  EXPECT_GT(laser["coverage_of_ceiling"], 0.6);
+
+  // What passed on the bus, as candump would have logged it: five demands and more to each answer of six frames.
+  const CanLog log = read_can_log(session / "can.log");
+  EXPECT_EQ(log.cut_bytes, 0u);
+  EXPECT_GT(log.entries.size(), 1000u);
+  EXPECT_EQ(log.entries.front().interface, "rigcan0");
+}
+
+}  // namespace
+}  // namespace tankrig::test

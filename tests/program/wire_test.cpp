@@ -1,0 +1,170 @@
+// The simulated tank behind real interfaces: every device through its driver and an emulated wire, in real time.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <map>
+#include <sstream>
+
+#include "drivers/can/can_log.hpp"
+#include "rig/session/session.hpp"
+#include "tests/program/program.hpp"
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+namespace tankrig::test {
+namespace {
+
+struct WireScan {
+  json result;
+  Session session;
+  fs::path truth;  ///< folder of CAMERA.csv
+};
+
+/// Why emulated cameras cannot have their network here; empty if they can.
+const std::string& forbidden() {
+  static const std::string reason = [] {
+    const ProgramRun run = run_tankrig({"emulate", "--rig", "tank-wire", "--device", "lux", "--", "true"});
+    return run.err.find("private network") != std::string::npos ? run.err : std::string();
+  }();
+  return reason;
+}
+
+/// A scan over a carrier, made once for all tests.
+const WireScan& wire_scan(const std::string& carrier) {
+  static std::map<std::string, WireScan> done;
+  const auto known = done.find(carrier);
+  if (known != done.end()) return known->second;
+  const fs::path folder = scratch_folder().parent_path() / ("wire-" + carrier);
+  const ProgramRun run =
+      run_tankrig({"emulate", "--rig", "tank-wire", "--truth", (folder / "truth").string(), "--", TANKRIG_PROGRAM, "scan",
+                   "--rig", "tank-wire", "--carrier", carrier, "--json", "--out", (folder / "session").string()});
+  if (run.exit_code != 0) throw std::runtime_error("scan failed: " + run.err);
+  return done[carrier] = {run.json(), Session::open(folder / "session"), folder / "truth"};
+}
+
+const json& mock_scan() {
+  static const json result = [] {
+    const ProgramRun run =
+        run_tankrig({"scan", "--json", "--out", (scratch_folder().parent_path() / "mock").string()});
+    if (run.exit_code != 0) throw std::runtime_error("scan failed: " + run.err);
+    return run.json();
+  }();
+  return result;
+}
+
+double count(const WireScan& scan, const std::string& name) {
+  const auto it = scan.session.info.counts.find(name);
+  return it == scan.session.info.counts.end() ? 0 : static_cast<double>(it->second);
+}
+
+struct TrueExposure {
+  Stamp mid;
+  double elbow;
+};
+
+std::vector<TrueExposure> read_truth(const fs::path& file) {
+  std::ifstream in(file);
+  std::string line;
+  std::getline(in, line);
+  std::vector<TrueExposure> out;
+  while (std::getline(in, line)) {
+    std::istringstream cells(line);
+    std::string index, mid, elbow;
+    std::getline(cells, index, ',');
+    std::getline(cells, mid, ',');
+    std::getline(cells, elbow, ',');
+    out.push_back({Stamp{std::stoll(mid)}, std::stod(elbow)});
+  }
+  return out;
+}
+
+double quantile(std::vector<double> values, double share) {
+  if (values.empty()) return std::nan("");
+  std::sort(values.begin(), values.end());
+  return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
+}
+
+class WireScans : public testing::TestWithParam<const char*> {
+ protected:
+  void SetUp() override {
+    if (!forbidden().empty()) GTEST_SKIP() << forbidden();
+  }
+  const WireScan& scan() const { return wire_scan(GetParam()); }
+};
+
+TEST_P(WireScans, ScoreAsTheMockRigWithTheSameCameras) {
+  for (const char* method : {"laser", "laser_paper", "stereo", "stereo_paper"}) {
+    const double wire = scan().result.at(method).at("mean_error_m").get<double>();
+    const double mock = mock_scan().at(method).at("mean_error_m").get<double>();
+    EXPECT_LE(std::abs(wire - mock), std::max(0.1 * mock, 0.2e-3)) << method << ": " << wire << " m, mock " << mock;
+    const double covered = scan().result.at(method).at("coverage").get<double>();
+    const double mock_covered = mock_scan().at(method).at("coverage").get<double>();
+    EXPECT_NEAR(covered, mock_covered, 0.1 * mock_covered) << method;
+    RecordProperty(std::string(method) + "_mean_error_um", static_cast<int>(std::lround(1e6 * wire)));
+  }
+}
+
+/// Against what the emulators know: when each frame was really exposed, and where the elbow really was.
+TEST_P(WireScans, JoinFramesToJointsWithinTwoMillisecondsOfTheTruth) {
+  const std::vector<TrueExposure> truth = read_truth(scan().truth / "mono.csv");
+  std::vector<double> late_ms, elbow_ms;
+  for (const FrameRecord& frame : scan().session.frames) {
+    if (frame.camera != "mono" || frame.phase != Phase::kSweep) continue;
+    const auto nearest = std::min_element(truth.begin(), truth.end(), [&](const auto& a, const auto& b) {
+      return std::abs((a.mid - frame.stamp).count()) < std::abs((b.mid - frame.stamp).count());
+    });
+    ASSERT_NE(nearest, truth.end());
+    late_ms.push_back(1e3 * std::abs(seconds(nearest->mid - frame.stamp)));
+    elbow_ms.push_back(1e3 * std::abs((*frame.q)[2] - nearest->elbow) / 0.1);  // at 0.1 rad/s; 2 ms are 0.2 mm at 1 m
+  }
+  ASSERT_GT(late_ms.size(), 150u);
+  EXPECT_LE(quantile(late_ms, 0.99), 2.0);
+  EXPECT_LE(quantile(elbow_ms, 0.99), 2.0);
+  std::printf("%s: stamp p50 %.3f ms, p99 %.3f ms; elbow p50 %.3f ms, p99 %.3f ms\n", GetParam(),
+              quantile(late_ms, 0.5), quantile(late_ms, 0.99), quantile(elbow_ms, 0.5), quantile(elbow_ms, 0.99));
+}
+
+TEST_P(WireScans, LoseNoFrameWithoutAReasonAndACount) {
+  for (const char* name : {"mono", "left", "right"}) {
+    const std::string camera = name;
+    const FrameRecord* before = nullptr;
+    double gaps = 0;
+    for (const FrameRecord& frame : scan().session.frames) {
+      if (frame.camera != camera) continue;
+      if (before && before->phase == frame.phase) gaps += static_cast<double>(frame.sequence - before->sequence - 1);
+      before = &frame;
+    }
+    double counted = 0;
+    for (const auto& [reason, n] : scan().session.info.counts)
+      if (reason.starts_with(camera + ".") && reason != camera + ".recorded") counted += static_cast<double>(n);
+    EXPECT_LE(gaps, counted) << camera;
+    EXPECT_GE(count(scan(), camera + ".recorded"), 20) << camera;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Carriers, WireScans, testing::Values("can", "serial"),
+                         [](const auto& carrier) { return std::string(carrier.param); });
+
+TEST(WireScan, KeepsFramesWithinTwoMillisecondsOfAJointSampleOverCan) {
+  if (!forbidden().empty()) GTEST_SKIP() << forbidden();
+  std::vector<double> residual_ms;
+  for (const FrameRecord& frame : wire_scan("can").session.frames)
+    residual_ms.push_back(1e3 * seconds(frame.sync_residual));
+  EXPECT_LE(quantile(residual_ms, 0.99), 2.0);
+}
+
+TEST(WireScan, LogsEveryFrameOfTheBus) {
+  if (!forbidden().empty()) GTEST_SKIP() << forbidden();
+  const WireScan& scan = wire_scan("can");
+  const auto frames = read_can_log(scan.session.path / "can.log");
+  EXPECT_EQ(static_cast<double>(frames.entries.size()), scan.session.info.devices.at("can_log.recorded"));
+  // Eleven frames an exchange, at most 250 exchanges a second.
+  EXPECT_GT(static_cast<double>(frames.entries.size()), 11 * 100 * scan.session.info.simulated_s);
+}
+
+}  // namespace
+}  // namespace tankrig::test
