@@ -251,6 +251,8 @@ Status AravisCamera::start() {
   if (const Status started = link->start(); !started.ok()) return started;
   const std::lock_guard lock(m.mutex);
   m.running = true;
+  m.ids.restart();  // what was exposed while nobody wanted it is not lost
+  m.unnumbered = 0;
   m.last_news = m.clock.now();
   m.stall_told = false;
   return {};

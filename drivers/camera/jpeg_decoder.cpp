@@ -25,8 +25,6 @@ void on_message(j_common_ptr decoder, int level) {
   if (level < 0 && errors.manager.msg_code != JWRN_EXTRANEOUS_DATA) errors.damaged = true;
 }
 
-void print_nothing(j_common_ptr) {}
-
 /// True if all rows of a sound picture are in `out`. Nothing in here has a destructor: longjmp may leave it.
 bool decode(jpeg_decompress_struct& decoder, SilentErrors& errors, const std::uint8_t* bytes, std::size_t size,
             cv::Mat& out) {
@@ -58,7 +56,6 @@ Result<cv::Mat> decode_jpeg(std::span<const std::uint8_t> bytes, int width, int 
   decoder.err = jpeg_std_error(&errors.manager);
   errors.manager.error_exit = on_error;
   errors.manager.emit_message = on_message;
-  errors.manager.output_message = print_nothing;
   const bool sound = decode(decoder, errors, bytes.data(), bytes.size(), out);
   jpeg_destroy_decompress(&decoder);
   if (!sound) return kDamaged;

@@ -102,7 +102,9 @@ CanCarrier CanCarrier::open_interface(const CanSettings& settings, Role role) {
       kernel_filters(role == Role::kListener ? std::vector<CanFilter>{} : settings.filters, role == Role::kListener);
   if (role == Role::kListener) set(fd, SOL_CAN_RAW, CAN_RAW_FD_FRAMES, 1);
   enable_reports(fd);
-  set(fd, SOL_SOCKET, SO_RCVBUF, settings.receive_buffer_bytes);
+  // Beyond the system's limit only with CAP_NET_ADMIN.
+  if (!set(fd, SOL_SOCKET, SO_RCVBUFFORCE, settings.receive_buffer_bytes))
+    set(fd, SOL_SOCKET, SO_RCVBUF, settings.receive_buffer_bytes);
   if (const int error = carrier.bind_to(index))
     throw InputError(name + ": cannot bind: " + reason(error) +
                      (error == EPERM || error == EACCES ? ": run as a user who may use CAN sockets" : ""));

@@ -45,8 +45,6 @@ class LuxLine {
 
   /// When the request of the last answer was sent.
   Stamp asked() const noexcept { return asked_; }
-  /// How often the line has been lost: whoever configures the meter does so again after a change.
-  std::uint64_t disconnects() const noexcept { return disconnects_; }
   Statistics statistics() const;
 
  private:

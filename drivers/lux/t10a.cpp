@@ -26,7 +26,6 @@ Status T10a::connect(Stamp last) {
   const auto answer = line_.ask(t10a_pc_mode(), kStart, kT10aShortBytes, decode, last);
   if (!answer.ok()) return answer.error();
   connected_ = true;
-  seen_disconnects_ = line_.disconnects();
   ++connections_;
   MonotonicClock clock;
   clock.sleep_until(std::min(line_.asked() + settings_.settling, last));
@@ -42,7 +41,7 @@ Result<LuxReading> T10a::read(Duration timeout) {
     return m;
   };
   for (;;) {
-    if (!connected_ || seen_disconnects_ != line_.disconnects())
+    if (!connected_)
       if (Status done = connect(last); !done.ok()) return done.error();
     const auto answer = line_.ask(t10a_read(settings_.head, settings_.colour_correction), kStart, kT10aLongBytes,
                                   decode, std::min(last, clock.now() + 2 * settings_.reply_timeout));

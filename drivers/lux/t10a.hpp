@@ -35,7 +35,6 @@ class T10a final : public LuxMeter {
   const T10aSettings settings_;
   LuxLine line_;
   bool connected_ = false;
-  std::uint64_t seen_disconnects_ = 0;
   std::uint64_t connections_ = 0, low_battery_replies_ = 0, overloads_ = 0, not_ready_ = 0;
 };
 

@@ -106,7 +106,8 @@ struct GigeCameraEmulator::Impl {
   /// In the fake camera's thread, on its tick.
   void expose(ArvBuffer* buffer, std::uint32_t exposure_us, std::uint32_t format);
 
-  void watch_latch();
+  /// Answers the timestamp latch, and notices that the acquisition stands still.
+  void watch_registers();
 
   MonotonicClock clock;
   const GigeCameraSettings settings;
@@ -116,6 +117,7 @@ struct GigeCameraEmulator::Impl {
   std::atomic<std::int64_t> clock_ns;
   std::atomic<std::uint64_t> made{0}, skipped{0}, latches{0};
   std::atomic<bool> short_pictures{false};
+  std::atomic<bool> idle{false};  ///< not acquiring since the last exposure
 
   mutable std::mutex mutex;  ///< server, camera, loss, stopping
   std::condition_variable wake;
@@ -123,7 +125,7 @@ struct GigeCameraEmulator::Impl {
   ArvFakeCamera* camera = nullptr;
   double loss = 0;
   bool stopping = false;
-  std::thread latch_thread;
+  std::thread register_thread;
 
   // The fake camera's thread only.
   std::uint64_t next_index = 0;
@@ -155,6 +157,7 @@ void GigeCameraEmulator::Impl::expose(ArvBuffer* buffer, std::uint32_t exposure_
     const std::int64_t real_us = g_get_real_time();
     const Stamp now = clock.now();
     const std::int64_t grid = real_us / period_us;
+    if (idle.exchange(false)) last_grid = -1;
     if (last_grid >= 0 && period_us == last_period_us && grid > last_grid + 1) {
       skipped += static_cast<std::uint64_t>(grid - last_grid - 1);
       next_index += static_cast<std::uint64_t>(grid - last_grid - 1);
@@ -178,10 +181,13 @@ void GigeCameraEmulator::Impl::expose(ArvBuffer* buffer, std::uint32_t exposure_
   arv_buffer_set_frame_id(buffer, (kFirstFrameId - 1 + index) % kFrameIds + 1);
 }
 
-void GigeCameraEmulator::Impl::watch_latch() {
+void GigeCameraEmulator::Impl::watch_registers() {
   auto busy_until = std::chrono::steady_clock::now();
   std::unique_lock lock(mutex);
   while (!stopping) {
+    guint32 acquiring = 0;
+    if (camera) arv_fake_camera_read_register(camera, ARV_FAKE_CAMERA_REGISTER_ACQUISITION, &acquiring);
+    if (!acquiring) idle = true;
     if (camera && settings.timestamp_latch) {
       guint32 control = 0;
       arv_fake_camera_read_register(camera, kTimestampControl, &control);
@@ -217,7 +223,7 @@ GigeCameraEmulator::GigeCameraEmulator(const GigeCameraSettings& settings, GigeP
         "expected a sensor of at most 8192 x 8192");
   check(settings.rate_hz >= 0.1 && settings.rate_hz <= 1000, "expected rate_hz in 0.1 .. 1000");
   impl_->power_up();
-  impl_->latch_thread = std::thread([this] { impl_->watch_latch(); });
+  impl_->register_thread = std::thread([this] { impl_->watch_registers(); });
 }
 
 GigeCameraEmulator::~GigeCameraEmulator() {
@@ -226,7 +232,7 @@ GigeCameraEmulator::~GigeCameraEmulator() {
     impl_->stopping = true;
   }
   impl_->wake.notify_all();
-  impl_->latch_thread.join();
+  impl_->register_thread.join();
   impl_->power_down();
 }
 

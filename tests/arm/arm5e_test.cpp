@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "drivers/arm/homing.hpp"
@@ -44,9 +45,10 @@ TEST_P(Arm5eOn, StampsTheMomentItsEncodersWereRead) {
     return errors.size() >= 60;
   }));
   ASSERT_TRUE(bench.arm->stop().ok());
-  std::sort(errors.begin(), errors.end(), [](double a, double b) { return std::abs(a) < std::abs(b); });
-  // One tick of the elbow is 0.3 mrad here, 1 ms at this speed 0.2 mrad. The median bears a busy machine.
-  EXPECT_LT(std::abs(errors[errors.size() / 2]), 0.4e-3);
+  // A reading is at most half a tick, 0.15 mrad, from the truth, and 1 ms at this speed is 0.2 mrad. A machine that is
+  // too busy to keep the emulator's time delays many, but not all, by as much.
+  const auto exact = std::count_if(errors.begin(), errors.end(), [](double e) { return std::abs(e) < 0.2e-3; });
+  EXPECT_GE(exact, 15) << "of " << errors.size();
 }
 
 TEST_P(Arm5eOn, FollowsAVelocity) {

@@ -51,8 +51,7 @@ TEST_F(AravisCameraTest, DeliversMono8PicturesPixelForPixel) {
   const std::vector<Frame> frames = grab_frames(sut, 20);
   ASSERT_EQ(frames.size(), 20u);
   for (const Frame& f : frames) {
-    const std::uint64_t index = f.sequence;
-    EXPECT_EQ(cv::norm(f.image, known_picture(index, kSize, 1), cv::NORM_INF), 0) << "frame " << index;
+    EXPECT_EQ(cv::norm(f.image, known_picture(known_index(f), kSize, 1), cv::NORM_INF), 0) << "frame " << f.sequence;
     EXPECT_EQ(f.exposure, std::chrono::microseconds(4000));
   }
 }
@@ -66,7 +65,7 @@ TEST_F(AravisCameraTest, DeliversRgb8PicturesPixelForPixelAsBgr) {
   const std::vector<Frame> frames = grab_frames(sut, 10);
   ASSERT_EQ(frames.size(), 10u);
   for (const Frame& f : frames)
-    EXPECT_EQ(cv::norm(f.image, known_picture(f.sequence, kSize, 3), cv::NORM_INF), 0) << "frame " << f.sequence;
+    EXPECT_EQ(cv::norm(f.image, known_picture(known_index(f), kSize, 3), cv::NORM_INF), 0) << "frame " << f.sequence;
 }
 
 /// Error of each frame's stamp against the emulator's truth [ms], sorted, and in sigmas.
@@ -78,7 +77,7 @@ struct StampErrors {
 StampErrors stamp_errors(const std::vector<Frame>& frames, const TruthLog& truth) {
   StampErrors errors;
   for (const Frame& f : frames) {
-    const std::optional<Stamp> middle = truth.middle(f.sequence);
+    const std::optional<Stamp> middle = truth.middle(known_index(f));
     if (!middle) {
       ADD_FAILURE() << "frame " << f.sequence << " was never exposed";
       continue;
@@ -150,7 +149,7 @@ TEST_F(AravisCameraTest, TurnsEachKindOfDeviceStampIntoMidExposure) {
     AravisCamera sut(settings);
     EXPECT_TRUE(sut.start().ok());
     std::vector<double> ms;
-    for (const Frame& f : grab_frames(sut, 21)) ms.push_back(seconds(f.stamp - *truth.middle(f.sequence)) * 1e3);
+    for (const Frame& f : grab_frames(sut, 21)) ms.push_back(seconds(f.stamp - *truth.middle(known_index(f))) * 1e3);
     std::sort(ms.begin(), ms.end());
     return ms.size() == 21 ? ms[10] : 1e9;
   };
@@ -177,7 +176,7 @@ TEST_F(AravisCameraTest, FollowsADeviceClockThatIsSet) {
   });
   ASSERT_TRUE(again);
   for (const Frame& f : frames) {
-    const double error_s = std::abs(seconds(f.stamp - *truth.middle(f.sequence)));
+    const double error_s = std::abs(seconds(f.stamp - *truth.middle(known_index(f))));
     EXPECT_LT(error_s, 0.2) << "meanwhile stamped by arrival, and said so: sigma " << f.stamp_sigma.count() << " ns";
   }
   EXPECT_LT(stamp_errors(grab_frames(sut, 50), truth).quantile(0.5), 0.5);
@@ -197,7 +196,7 @@ TEST_F(AravisCameraTest, CountsOnWhereThe16BitFrameIdWraps) {
   const std::vector<Frame> frames = grab_frames(sut, 200);  // the wrap is at 135
   ASSERT_EQ(frames.size(), 200u);
   for (const Frame& f : frames)
-    ASSERT_EQ(cv::norm(f.image, known_picture(f.sequence, kSize, 1), cv::NORM_INF), 0) << "frame " << f.sequence;
+    ASSERT_EQ(cv::norm(f.image, known_picture(known_index(f), kSize, 1), cv::NORM_INF), 0) << "frame " << f.sequence;
   EXPECT_GT(frames.back().sequence, 140u);
   EXPECT_LT(frames.back().sequence, 65000u);
   EXPECT_EQ(statistic(sut, "frame_id_restarts"), 0);
@@ -212,7 +211,7 @@ TEST_F(AravisCameraTest, GivesOutTheMemoryThatPacketsWereGatheredInUntilItsLastR
   std::vector<Frame> kept = grab_frames(sut, 12);  // four times the buffers
   ASSERT_EQ(kept.size(), 12u);
   for (std::size_t i = 0; i < kept.size(); ++i) {
-    EXPECT_EQ(cv::norm(kept[i].image, known_picture(kept[i].sequence, kSize, 1), cv::NORM_INF), 0);
+    EXPECT_EQ(cv::norm(kept[i].image, known_picture(known_index(kept[i]), kSize, 1), cv::NORM_INF), 0);
     for (std::size_t k = 0; k < i; ++k) EXPECT_NE(kept[i].image.data, kept[k].image.data);
   }
   std::vector<const std::uint8_t*> known_memory;
@@ -233,7 +232,7 @@ TEST_F(AravisCameraTest, PicturesOutliveTheCamera) {
     frames = grab_frames(sut, 3);
   }
   ASSERT_EQ(frames.size(), 3u);
-  for (const Frame& f : frames) EXPECT_EQ(cv::norm(f.image, known_picture(f.sequence, kSize, 1), cv::NORM_INF), 0);
+  for (const Frame& f : frames) EXPECT_EQ(cv::norm(f.image, known_picture(known_index(f), kSize, 1), cv::NORM_INF), 0);
 }
 
 TEST_F(AravisCameraTest, ReceivesThroughAPacketSocketToo) {
@@ -248,22 +247,30 @@ TEST_F(AravisCameraTest, ReceivesThroughAPacketSocketToo) {
   ASSERT_EQ(frames.size(), 60u);
   EXPECT_EQ(statistic(sut, "packet_socket"), 1);
   for (const Frame& f : frames)
-    EXPECT_EQ(cv::norm(f.image, known_picture(f.sequence, kSize, 1), cv::NORM_INF), 0) << "frame " << f.sequence;
+    EXPECT_EQ(cv::norm(f.image, known_picture(known_index(f), kSize, 1), cv::NORM_INF), 0) << "frame " << f.sequence;
   EXPECT_LT(stamp_errors(frames, truth).quantile(0.5), 0.5) << "its longer way does not move the stamp";
 }
 
-TEST_F(AravisCameraTest, StopsAndStartsAgain) {
+TEST_F(AravisCameraTest, StopsAndStartsAgainAndCountsNothingLostMeanwhile) {
   GigeCameraEmulator emulator(emulated(), known(1));
   AravisCamera sut(driven());
   EXPECT_EQ(sut.try_grab().error().code, ErrorCode::kNotReady);
   ASSERT_TRUE(sut.start().ok());
-  ASSERT_EQ(grab_frames(sut, 3).size(), 3u);
+  const std::vector<Frame> before = grab_frames(sut, 3);
+  ASSERT_EQ(before.size(), 3u);
   sut.stop();
   EXPECT_EQ(sut.try_grab().error().code, ErrorCode::kNotReady);
+  const CameraCounters counted = sut.counters();
+  MonotonicClock{}.sleep_until(MonotonicClock{}.now() + std::chrono::milliseconds(150));  // 22 periods
   ASSERT_TRUE(sut.start().ok());
   const std::vector<Frame> frames = grab_frames(sut, 5);
   ASSERT_EQ(frames.size(), 5u);
-  for (const Frame& f : frames) EXPECT_EQ(cv::norm(f.image, known_picture(f.sequence, kSize, 1), cv::NORM_INF), 0);
+  EXPECT_GT(frames.front().sequence, before.back().sequence);
+  EXPECT_LT(frames.front().sequence, before.back().sequence + 4);
+  const CameraCounters c = sut.counters();
+  EXPECT_EQ(frames.back().sequence - before.back().sequence, c.delivered + c.incomplete + c.lost + c.overrun -
+                                                                 counted.delivered - counted.incomplete - counted.lost -
+                                                                 counted.overrun);
 }
 
 TEST_F(AravisCameraTest, TakesThreeCamerasAtOnceByTheirSerialNumbers) {
@@ -287,7 +294,8 @@ TEST_F(AravisCameraTest, TakesThreeCamerasAtOnceByTheirSerialNumbers) {
   for (auto& c : cameras) ASSERT_TRUE(c->start().ok());
   for (int i = 1; i <= 3; ++i)
     for (const Frame& f : grab_frames(*cameras[static_cast<std::size_t>(i - 1)], 6))
-      EXPECT_EQ(cv::norm(f.image, known_picture(f.sequence + 100u * i, kSize, 1), cv::NORM_INF), 0) << "camera " << i;
+      EXPECT_EQ(cv::norm(f.image, known_picture(known_index(f, 100u * i) + 100u * i, kSize, 1), cv::NORM_INF), 0)
+          << "camera " << i;
 }
 
 }  // namespace

@@ -66,7 +66,7 @@ TEST_F(AravisFaultTest, CountsFramesWithMissingPacketsAndGivesOutOnlyWholeOnes) 
   }));
   emulator.lose_packets(0);
   for (const Frame& f : frames)
-    EXPECT_EQ(cv::norm(f.image, known_picture(f.sequence, kSize, 1), cv::NORM_INF), 0) << "frame " << f.sequence;
+    EXPECT_EQ(cv::norm(f.image, known_picture(known_index(f), kSize, 1), cv::NORM_INF), 0) << "frame " << f.sequence;
   EXPECT_GT(statistic(sut, "packets_missing"), 0);
   EXPECT_EQ(statistic(sut, "packets_resent"), 0) << "this camera cannot resend";
   const std::vector<Frame> whole = grab_frames(sut, 3);
@@ -145,7 +145,7 @@ TEST_F(AravisFaultTest, IsDisconnectedWhileTheCameraIsUnpluggedAndGoesOnWhenItIs
   EXPECT_GT(back->sequence, before.back().sequence) << "the sequence goes on";
   EXPECT_EQ(statistic(sut, "disconnects"), 1);
   EXPECT_EQ(statistic(sut, "reconnects"), 1);
-  EXPECT_LT(longest, std::chrono::milliseconds(300)) << "time-outs are off the caller's path";
+  EXPECT_LT(longest, std::chrono::milliseconds(450)) << "time-outs are off the caller's path";
 }
 
 TEST_F(AravisFaultTest, NoticesACameraThatWasSwitchedOffAndOnWithinItsHeartbeat) {
@@ -176,7 +176,7 @@ TEST_F(AravisFaultTest, CountsAsOverrunWhatItsReaderLeftLying) {
   ASSERT_EQ(frames.size(), 12u);
   EXPECT_GT(sut.counters().overrun, 20u);
   expect_every_number_has_its_fate(sut, frames.back());
-  for (const Frame& f : frames) EXPECT_EQ(cv::norm(f.image, known_picture(f.sequence, kSize, 1), cv::NORM_INF), 0);
+  for (const Frame& f : frames) EXPECT_EQ(cv::norm(f.image, known_picture(known_index(f), kSize, 1), cv::NORM_INF), 0);
 }
 
 TEST_F(AravisFaultTest, SaysWhatItFoundInsteadOfASerialNumber) {

@@ -11,6 +11,7 @@
 #include <mutex>
 #include <opencv2/imgcodecs.hpp>
 #include <random>
+#include <utility>
 
 #include "core/clock.hpp"
 #include "core/input_error.hpp"
@@ -174,13 +175,13 @@ TEST_F(V4l2Output, EachPictureIsAskedForAfterItsExposureAndStampedAtTheEndOfItsR
 }
 
 TEST_F(V4l2Output, PicturesThatComeTooLateAreSkippedAndCounted) {
-  const auto sut = emulator([&](std::uint64_t index, Stamp begin, Duration) {
-    if (index == 0) MonotonicClock().sleep_until(begin + 85ms);
+  bool first = true;
+  const auto sut = emulator([&](std::uint64_t index, Stamp, Duration) {
+    if (std::exchange(first, false)) MonotonicClock().sleep_until(MonotonicClock().now() + 80ms);
     return of_index(index);
   });
   const auto sent = script->wait_for(3);
-  EXPECT_EQ(sent[0].bytes[0], 0);
-  EXPECT_GE(sent[1].bytes[0], 7);
+  EXPECT_GE(seconds(sent[1].stamp - sent[0].stamp), 0.069) << "seven periods on, at least";
   EXPECT_GE(statistic(*sut, "skipped"), 6);
 }
 
@@ -212,7 +213,7 @@ TEST_F(V4l2Output, ItStopsWhileItWaitsForAPicturesTime) {
 
 TEST_F(V4l2Output, WithoutBuffersOrStampsItWritesAfterABlackPicture) {
   settings.stamped = false;
-  const auto sut = emulator([](std::uint64_t index, Stamp, Duration) { return of_index(index + 50); });
+  const auto sut = emulator([](std::uint64_t index, Stamp, Duration) { return of_index(50 + index % 200); });
   const auto sent = script->wait_for(3);
   EXPECT_EQ(sent[0].bytes, std::vector<std::uint8_t>(12, 0)) << "so that readers may open the device at once";
   EXPECT_GE(sent[1].bytes[0], 50);

@@ -79,6 +79,15 @@ TEST(V4l2Sequence, ARestartIsBridgedByTheStamps) {
   EXPECT_EQ(sut.place(1, at_ms(445), 40ms).missed, 0u);
 }
 
+TEST(V4l2Sequence, ACountThatRunsBackwardsIsNoGap) {
+  V4l2Sequence sut;
+  sut.place(100, at_ms(0), 40ms);
+  const auto place = sut.place(3, at_ms(40), 40ms);
+  EXPECT_EQ(place.missed, 0u);
+  EXPECT_EQ(place.number, 101u);
+  EXPECT_EQ(sut.place(5, at_ms(120), 40ms).missed, 1u) << "and the count goes on from there";
+}
+
 TEST(V4l2Sequence, ADeviceThatDoesNotCountIsCountedByItsStamps) {
   V4l2Sequence sut;
   sut.place(0, at_ms(0), 40ms);

@@ -1,4 +1,5 @@
 #!/bin/busybox sh
+# shellcheck shell=dash
 # The guest's first program, in its initramfs: this machine's root (9p, read-only) under a tmpfs becomes the root.
 b=/bin/busybox
 p9=trans=virtio,version=9p2000.L,msize=512000

@@ -19,16 +19,13 @@ modprobe -q v4l2loopback video_nr=10 card_label=loopback exclusive_caps=1
 ip link add vcan0 type vcan
 ip link set vcan0 up
 for c in can0 can1; do ip link set "$c" up txqueuelen 1000 type can bitrate 1000000 restart-ms 100; done
-for m in $modules; do modprobe "$m" || { echo "no module $m"; echo 125 >/run/rigvm/status; }; done
 
 port=$(grep -lx out /sys/class/virtio-ports/*/name)   # its number follows the order of the devices
 port=${port%/name}
 read -r up _ </proc/uptime
 echo "$up" >/run/rigvm/ready
-if [[ ! -e /run/rigvm/status ]]; then
-  bash /run/rigvm/command 2>&1 | cat >"/dev/${port##*/}"
-  echo "${PIPESTATUS[0]}" >/run/rigvm/status
-fi
+{ for m in $modules; do modprobe "$m" || exit 125; done; bash /run/rigvm/command; } 2>&1 | cat >"/dev/${port##*/}"
+echo "${PIPESTATUS[0]}" >/run/rigvm/status
 sync
 echo b >/proc/sysrq-trigger
 sleep 60

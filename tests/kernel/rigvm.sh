@@ -38,8 +38,10 @@ flock -w 600 9 || skip "another set-up has held $cache/lock for ten minutes"
 failure=$cache/$kind.failed
 if ((!setup_only)) && [[ -n $(find "$failure" -mmin -10 2>/dev/null) ]]; then skip "$(<"$failure")"; fi
 rm -f "$failure"
-if ! reason=$(setpriv --pdeathsig TERM "$here/rigvm_setup.sh" "$kind" "$kernel" 9>&-); then
-  reason=${reason##*$'\n'}
+result=0
+reason=$(setpriv --pdeathsig TERM "$here/rigvm_setup.sh" "$kind" "$kernel" 9>&-) || result=$?
+((result != 3)) || die "$reason"
+if ((result)); then
   echo "${reason:=set-up interrupted, see $kernel.log}" >"$failure"
   skip "$reason"
 fi

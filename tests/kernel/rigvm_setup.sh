@@ -2,7 +2,7 @@
 # Prepares what rigvm.sh boots:  rigvm_setup.sh rt|std FOLDER.  Nothing to do if FOLDER holds it already.
 # Debian's kernel (found by its metapackage) and its headers are downloaded and unpacked there; nothing is installed and
 # no root is needed. Then v4l2loopback and rigcan are built, the kernel unpacked to an ELF, and an initramfs packed.
-# Exit status: 0, or 77 with the reason in one line on stdout. The log is FOLDER.log.
+# Exit status: 0, 77 if it cannot be had here, 3 if rigcan is broken; the reason in one line on stdout. Log: FOLDER.log.
 set -euo pipefail
 
 here=$(cd -- "$(dirname -- "$(readlink -f -- "${BASH_SOURCE[0]}")")" && pwd)
@@ -17,7 +17,7 @@ cannot() { echo "$*" >&3; exit 77; }
 require_tools() {
   local missing=() t
   for t in qemu-system-x86_64:qemu-system-x86 busybox:busybox-static cpio:cpio modprobe:kmod xz:xz-utils ip:iproute2 \
-    setpriv:util-linux; do
+    setpriv:util-linux make:make gcc:gcc; do
     PATH=$PATH:/sbin:/usr/sbin command -v "${t%:*}" >/dev/null || missing+=("${t#*:}")
   done
   ((!${#missing[@]})) || cannot "packages missing: ${missing[*]} (./run test installs them where apt can)"
@@ -54,19 +54,23 @@ unpack() {  # unpack NAME FOLDER [TAR OPTION]...: a downloaded package
   dpkg-deb --fsys-tarfile "$work/$name"_*.deb | tar -x -C "$to" "$@"
 }
 
-# Modules need the kernel's headers and a compiler. Without them the guest lacks /dev/video10 and rigcan, nothing else.
+build_module() {  # build_module FOLDER
+  make -C "$new/src/usr/src/linux-headers-$release" M="$1" CC=gcc modules
+  install -D -t "$new/lib/modules/$release/updates" "$1"/*.ko
+}
+
 build_modules() {
   local headers=linux-headers-$release common kbuild tree=$new/src m
   common=$(depends "$headers" 'linux-headers-.*-common.*')
   kbuild=$(depends "$headers" 'linux-kbuild-.*')
-  fetch "$headers" "$common" "$kbuild" v4l2loopback-dkms
+  fetch "$headers" "$common" "$kbuild" v4l2loopback-dkms || cannot "apt-get cannot download $headers or v4l2loopback-dkms"
   for m in "$headers" "$common" "$kbuild" v4l2loopback-dkms; do unpack "$m" "$tree"; done
   sed -i "s,/usr/src/,$tree/usr/src/," "$tree/usr/src/$headers/Makefile"
+  build_module "$(echo "$tree"/usr/src/v4l2loopback-*)"
   cp -r "$here/rigcan" "$tree/rigcan"
-  for m in "$tree"/usr/src/v4l2loopback-* "$tree/rigcan"; do
-    make -C "$tree/usr/src/$headers" M="$m" CC=gcc modules
-    install -D -t "$new/lib/modules/$release/updates" "$m"/*.ko
-  done
+  build_module "$tree/rigcan" &   # in the background, because `set -e` sleeps left of a ||
+  wait $! || { echo "tests/kernel/rigcan does not compile, see $folder.log" >&3; exit 3; }
+  rm -r "$tree"
 }
 
 # A plain ELF boots at once (PVH entry); an emulated processor takes seconds to unpack a bzImage.
@@ -99,9 +103,7 @@ prepare() {
   # Only what a virtual machine can meet: a third of the modules.
   unpack "linux-image-$release" "$new" --exclude='*/drivers/gpu' --exclude='*/drivers/net/ethernet' \
     --exclude='*/drivers/net/wireless' --exclude='*/drivers/infiniband' --exclude='*/drivers/scsi' --exclude='*/kernel/sound'
-  build_modules &   # in the background, because `set -e` sleeps left of a ||
-  wait $! || echo "rigvm: no modules of our own"
-  rm -rf "$new/src"
+  build_modules
   depmod -b "$new" -F "$new/boot/System.map-$release" "$release"
   unpack_kernel
   make_initramfs
@@ -125,7 +127,7 @@ mkdir -p "$new"
 exec >"$folder.log" 2>&1 </dev/null
 prepare &
 job=$!
-wait "$job" || { (($? == 77)) || echo "set-up failed, see $folder.log" >&3; exit 77; }
+wait "$job" || case $? in 3) exit 3 ;; 77) exit 77 ;; *) cannot "set-up failed, see $folder.log" ;; esac
 job=
 rm -rf "$folder"
 mv "$new" "$folder"

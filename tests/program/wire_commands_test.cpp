@@ -13,13 +13,15 @@ using testing::HasSubstr;
 namespace tankrig::test {
 namespace {
 
-/// A copy of the tank-wire rig whose arm has just been switched on and homes without long pauses.
-fs::path rig_not_homed() {
+using Edits = std::vector<std::pair<std::string, std::string>>;
+
+/// A copy of the tank-wire rig, patient with a machine that has other work too, with `edits` made.
+fs::path wire_rig(Edits edits = {}) {
+  edits.emplace_back("status_query: 3,", "status_query: 3, answer_timeout_ms: 300,");
   const fs::path folder = scratch_folder() / "rig";
   EXPECT_EQ(run_tankrig({"init", folder.string(), "--from", "tank-wire"}).exit_code, 0);
   std::string text = read_text(folder / "rig.yaml");
-  for (const auto& [from, to] : {std::pair<std::string, std::string>{"    homed: true", "    homed: false"},
-                                 {"    driver: arm5e\n", "    driver: arm5e\n    homing: {pause_s: 0.1}\n"}}) {
+  for (const auto& [from, to] : edits) {
     const std::size_t at = text.find(from);
     EXPECT_NE(at, std::string::npos) << "the tank-wire rig no longer says: " << from;
     if (at != std::string::npos) text.replace(at, from.size(), to);
@@ -28,61 +30,66 @@ fs::path rig_not_homed() {
   return folder / "rig.yaml";
 }
 
+/// Its arm has just been switched on, and homes without long pauses.
+fs::path rig_not_homed() {
+  return wire_rig({{"    homed: true", "    homed: false"},
+                   {"    driver: arm5e\n", "    driver: arm5e\n    homing: {pause_s: 0.1}\n"}});
+}
+
 double reached(const nlohmann::json& report, const std::string& name) {
   for (const auto& joint : report.at("joints"))
     if (joint.at("name") == name) return joint.at("reached_deg").get<double>();
   throw std::runtime_error("no joint " + name);
 }
 
-/// Emulated cameras need a network of their own.
-class OnTheWire : public testing::Test {
- protected:
-  void SetUp() override {
-    const ProgramRun run = run_tankrig({"arm", "status", "--rig", "tank-wire", "--json"});
-    if (run.exit_code != 0 && run.err.find("emulation: ") != std::string::npos) GTEST_SKIP() << run.err;
-    ASSERT_EQ(run.exit_code, 0) << run.err;
-    status_ = run.json();
-  }
+/// Emulated cameras need a network of their own, which some machines forbid.
+bool forbidden(const ProgramRun& run) { return run.exit_code != 0 && run.err.find("emulation: ") != std::string::npos; }
 
-  nlohmann::json status_;
-};
-
-TEST_F(OnTheWire, StatusTellsWhatTheCarrierDoes) {
-  EXPECT_EQ(status_.at("homed"), true);
-  EXPECT_GT(status_.at("states").get<int>(), 20);
-  EXPECT_GT(status_.at("current_a").get<double>(), 0);
-  const double load = status_.at("statistics").at("bus_load_percent").get<double>();
+TEST(OnTheWire, StatusTellsWhatTheCarrierDoes) {
+  const ProgramRun run = run_tankrig({"arm", "status", "--rig", "tank-wire", "--json"});
+  if (forbidden(run)) GTEST_SKIP() << run.err;
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const auto status = run.json();
+  EXPECT_EQ(status.at("homed"), true);
+  EXPECT_GT(status.at("states").get<int>(), 20);
+  EXPECT_GT(status.at("current_a").get<double>(), 0);
+  const double load = status.at("statistics").at("bus_load_percent").get<double>();
   EXPECT_GT(load, 5);
   EXPECT_LE(load, 70);
-  EXPECT_EQ(status_.at("statistics").at("checksum_errors").get<double>(), 0);
+  EXPECT_EQ(status.at("statistics").at("checksum_errors").get<double>(), 0);
 }
 
-TEST_F(OnTheWire, AJogArrivesOverEitherCarrier) {
+TEST(OnTheWire, AJogArrivesOverEitherCarrier) {
+  const fs::path rig = wire_rig();
   for (const std::string carrier : {"can", "serial"}) {
     const ProgramRun run =
-        run_tankrig({"arm", "jog", "--rig", "tank-wire", "--carrier", carrier, "elbow", "47", "--json"});
+        run_tankrig({"arm", "jog", "--rig", rig.string(), "--carrier", carrier, "elbow", "47", "--json"});
+    if (forbidden(run)) GTEST_SKIP() << run.err;
     ASSERT_EQ(run.exit_code, 0) << carrier << ": " << run.err;
     EXPECT_NEAR(reached(run.json(), "elbow"), 47, 0.6) << carrier;
     EXPECT_EQ(run.json().at("arm_at_rest"), true) << carrier;
   }
 }
 
-TEST_F(OnTheWire, CtrlCStopsAJogOnItsWay) {
+TEST(OnTheWire, CtrlCStopsAJogOnItsWay) {
+  const fs::path rig = wire_rig();
   bool sent = false;
-  const ProgramRun run = run_tankrig({"arm", "jog", "--rig", "tank-wire", "shoulder", "60", "--json"},
+  const ProgramRun run = run_tankrig({"arm", "jog", "--rig", rig.string(), "shoulder", "60", "--json"},
                                      [&](const std::string& line, int pid) {
                                        if (!sent && line.find("arm: move shoulder") != std::string::npos)
                                          sent = kill(pid, SIGINT) == 0;
                                      });
+  if (forbidden(run)) GTEST_SKIP() << run.err;
   ASSERT_TRUE(sent) << run.err;
   EXPECT_EQ(run.exit_code, 3) << run.err;
   EXPECT_THAT(run.err, HasSubstr("arm stopped: asked for; laser off, arm at rest"));
   EXPECT_LT(reached(run.json(), "shoulder"), 55);
 }
 
-TEST_F(OnTheWire, AnArmThatIsNotHomedIsSentHomeBeforeItMoves) {
+TEST(OnTheWire, AnArmThatIsNotHomedIsSentHomeBeforeItMoves) {
   const fs::path rig = rig_not_homed();
   const ProgramRun status = run_tankrig({"arm", "status", "--rig", rig.string(), "--json"});
+  if (forbidden(status)) GTEST_SKIP() << status.err;
   ASSERT_EQ(status.exit_code, 0) << status.err;
   EXPECT_EQ(status.json().at("homed"), false);
   EXPECT_TRUE(status.json().at("at_rest").is_null());
@@ -96,20 +103,21 @@ TEST_F(OnTheWire, AnArmThatIsNotHomedIsSentHomeBeforeItMoves) {
   EXPECT_THAT(home.err, HasSubstr("--yes"));
 }
 
-TEST_F(OnTheWire, CtrlCEndsHomingWithTheArmAtRestAndNotHomed) {
+TEST(OnTheWire, CtrlCEndsHomingWithTheArmAtRestAndNotHomed) {
   const fs::path rig = rig_not_homed();
   bool sent = false;
   const ProgramRun run =
       run_tankrig({"arm", "home", "--rig", rig.string(), "--yes"}, [&](const std::string& line, int pid) {
         if (!sent && line.find("arm: home slew") != std::string::npos) sent = kill(pid, SIGINT) == 0;
       });
+  if (forbidden(run)) GTEST_SKIP() << run.err;
   ASSERT_TRUE(sent) << run.err;
   EXPECT_EQ(run.exit_code, 3) << run.err;
   EXPECT_THAT(run.err, HasSubstr("not homed"));
   EXPECT_THAT(run.err, HasSubstr("laser off, arm at rest"));
 }
 
-TEST_F(OnTheWire, HomesThenKnowsItsJointsAndLeavesItsStops) {
+TEST(OnTheWire, HomesThenKnowsItsJointsAndLeavesItsStops) {
   const fs::path rig = rig_not_homed();
   const fs::path script = scratch_folder() / "home.sh";
   const std::string arm = std::string(TANKRIG_PROGRAM) + " arm ";
@@ -119,6 +127,7 @@ TEST_F(OnTheWire, HomesThenKnowsItsJointsAndLeavesItsStops) {
                          "jog slew -80" + at_rig + " > " + file("jog.json") + "\n" + arm + "status" + at_rig + " > " +
                          file("status.json") + "\n");
   const ProgramRun run = run_tankrig({"emulate", "--rig", rig.string(), "--", "sh", script.string()});
+  if (forbidden(run)) GTEST_SKIP() << run.err;
   ASSERT_EQ(run.exit_code, 0) << run.err;
 
   const auto home = nlohmann::json::parse(read_text(file("home.json")));
@@ -131,7 +140,7 @@ TEST_F(OnTheWire, HomesThenKnowsItsJointsAndLeavesItsStops) {
   EXPECT_NEAR(status.at("joints")[0].at("angle_deg").get<double>(), -80, 0.6);
 }
 
-TEST_F(OnTheWire, APreviewRunsUntilCtrlCAndThatIsNoFailure) {
+TEST(OnTheWire, APreviewRunsUntilCtrlCAndThatIsNoFailure) {
   const fs::path out = scratch_folder() / "see.png";
   int refreshes = 0;
   const ProgramRun run =
@@ -139,14 +148,17 @@ TEST_F(OnTheWire, APreviewRunsUntilCtrlCAndThatIsNoFailure) {
                   [&](const std::string& line, int pid) {
                     if (line.find("focus") != std::string::npos && ++refreshes == 3) kill(pid, SIGINT);
                   });
-  EXPECT_EQ(run.exit_code, 0) << run.err;
+  if (forbidden(run)) GTEST_SKIP() << run.err;
+  ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_GE(run.json().at("refreshes").get<int>(), 3);
   EXPECT_EQ(cv::imread(out.string()).cols, 640);
 }
 
-TEST_F(OnTheWire, ALitPreviewLeavesTheLaserOffAndTheArmWhereItWas) {
-  const ProgramRun run = run_tankrig({"camera", "preview", "--rig", "tank-wire", "--laser", "--yes", "--seconds", "2",
+TEST(OnTheWire, ALitPreviewLeavesTheLaserOffAndTheArmWhereItWas) {
+  const fs::path rig = wire_rig();
+  const ProgramRun run = run_tankrig({"camera", "preview", "--rig", rig.string(), "--laser", "--yes", "--seconds", "2",
                                       "--out", (scratch_folder() / "lit.png").string(), "--json"});
+  if (forbidden(run)) GTEST_SKIP() << run.err;
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_THAT(run.err, HasSubstr("stripe"));
   EXPECT_THAT(run.err, HasSubstr("laser off, arm at rest"));

@@ -1,0 +1,153 @@
+#include "drivers/arm/can_arm_link.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <deque>
+#include <random>
+
+#include "drivers/can/can_timing.hpp"
+
+namespace tankrig {
+namespace {
+
+using namespace std::chrono_literals;
+
+/// A bus made of two lists.
+class ListBus final : public CanBus {
+ public:
+  Status try_send(const CanFrame& frame) noexcept override {
+    if (sent.size() >= room) return Error{ErrorCode::kRefused, ENOBUFS, {}, "can: send: queue full"};
+    sent.push_back(frame);
+    return {};
+  }
+  Result<std::optional<CanFrame>> try_receive() noexcept override {
+    if (waiting.empty()) return std::optional<CanFrame>{};
+    const CanFrame frame = waiting.front();
+    waiting.pop_front();
+    return std::optional<CanFrame>(frame);
+  }
+  CanState state() const noexcept override { return CanState::kErrorActive; }
+  CanCounters counters() const noexcept override { return {}; }
+  int descriptor() const noexcept override { return -1; }
+
+  std::deque<CanFrame> waiting;
+  std::vector<CanFrame> sent;
+  std::size_t room = 1000;
+};
+
+struct Bench {
+  static constexpr int kBitrate = 500'000;
+  ListBus* bus = nullptr;
+  CanArmLink link;
+
+  explicit Bench(Duration latency = {}) : Bench(std::make_unique<ListBus>(), latency) {}
+
+  void receive(std::uint16_t id, std::vector<std::uint8_t> bytes, Stamp stamp = {}) {
+    CanFrame frame;
+    frame.id = id;
+    frame.length = static_cast<std::uint8_t>(bytes.size());
+    std::copy(bytes.begin(), bytes.end(), frame.data.begin());
+    frame.stamp = stamp;
+    bus->waiting.push_back(frame);
+  }
+  std::optional<ArmAnswer> answer() { return link.try_receive({}).value(); }
+
+ private:
+  Bench(std::unique_ptr<ListBus> owned, Duration latency)
+      : bus(owned.get()), link(std::move(owned), ArmCanIds{}, kBitrate, latency) {}
+};
+
+Duration time_of(std::uint16_t id, const std::vector<std::uint8_t>& bytes) {
+  can_frame frame{};
+  frame.can_id = id;
+  frame.can_dlc = static_cast<std::uint8_t>(bytes.size());
+  std::copy(bytes.begin(), bytes.end(), frame.data);
+  return bits_duration(frame_bits(frame), Bench::kBitrate);
+}
+
+TEST(CanArmLink, SendsFiveSlotsUnderTheirIdentifiers) {
+  Bench bench;
+  ArmDemands demands;
+  demands[kElbow] = {DemandType::kSpeedForward, 0x0123, 0x0FFF, 0x00FF};
+  ASSERT_TRUE(bench.link.try_send(demands, {}).ok());
+  ASSERT_EQ(bench.bus->sent.size(), 5U);
+  for (std::uint16_t j = 0; j < 5; ++j) EXPECT_EQ(bench.bus->sent[j].id, 0x201 + j);
+  EXPECT_EQ(bench.bus->sent[kElbow].data, (SlotBytes{3, 0x01, 0x23, 0x0F, 0xFF, 0x00, 0xFF, 0}));
+  EXPECT_EQ(bench.link.outstanding(), 1);
+  ASSERT_TRUE(bench.link.try_send(PidSlot{{1, 2, 3}, {4, 5, 6}}, {}).ok());
+  EXPECT_EQ(bench.bus->sent[5].id, 0x211);
+  EXPECT_EQ(bench.bus->sent[9].data, (SlotBytes{1, 2, 3, 4, 5, 6, 0, 0}));
+}
+
+TEST(CanArmLink, TakesTheMomentOfReadingFromTheLeastDelayedFrame) {
+  Bench bench(3ms);
+  const Stamp read{1'000'000'000};
+  Stamp when = read + 3ms;
+  const std::vector<std::uint8_t> master{1, 2, 3};
+  when = when + time_of(0x180, master);
+  bench.receive(0x180, master, when + 700us);  // delayed on the way
+  for (std::uint16_t j = 0; j < 5; ++j) {
+    const std::vector<std::uint8_t> slot{static_cast<std::uint8_t>(j), 0xFF, 0, 0, 0, 0, 0, 0};
+    when = when + time_of(static_cast<std::uint16_t>(0x181 + j), slot);
+    bench.receive(static_cast<std::uint16_t>(0x181 + j), slot, when + (j == 2 ? 0us : 400us));
+  }
+  const auto answer = bench.answer();
+  ASSERT_TRUE(answer && answer->sensors);
+  EXPECT_EQ(answer->read, read);
+  EXPECT_EQ(answer->master, (MasterBytes{1, 2, 3}));
+  for (std::size_t j = 0; j < kJoints; ++j) EXPECT_EQ(answer->joints[j].position, 0xFF00 + j);
+}
+
+TEST(CanArmLink, WantsEveryJointInAnyOrderAndCountsWhatIsMissing) {
+  Bench bench;
+  for (const std::uint16_t id : {0x183, 0x181, 0x185, 0x184, 0x181}) bench.receive(id, std::vector<std::uint8_t>(8));
+  EXPECT_FALSE(bench.answer());
+  EXPECT_EQ(bench.link.counters().incomplete, 1U);  // 0x181 again: the answer before had no 0x182
+  for (const std::uint16_t id : {0x185, 0x184, 0x183, 0x182}) bench.receive(id, std::vector<std::uint8_t>(8));
+  EXPECT_TRUE(bench.answer());
+}
+
+TEST(CanArmLink, TakesEchoesOfTheGainsAsAnAnswerWithoutSensors) {
+  Bench bench;
+  for (std::uint16_t id = 0x191; id <= 0x195; ++id) bench.receive(id, std::vector<std::uint8_t>(8));
+  const auto answer = bench.answer();
+  ASSERT_TRUE(answer);
+  EXPECT_FALSE(answer->sensors);
+}
+
+TEST(CanArmLink, RefusesTheExchangeWhenTheQueueIsFull) {
+  Bench bench;
+  bench.bus->room = 3;
+  EXPECT_EQ(bench.link.try_send(ArmDemands{}, {}).error().code, ErrorCode::kRefused);
+  EXPECT_EQ(bench.link.counters().send_buffer_full, 1U);
+  EXPECT_EQ(bench.link.outstanding(), 0);
+}
+
+TEST(CanArmLink, AccountsForEveryFrameOfRandomTraffic) {
+  constexpr unsigned kSeed = 11;
+  std::mt19937 random(kSeed);
+  Bench bench;
+  std::uint64_t wrong_ids = 0, wrong_lengths = 0, whole = 0;
+  for (int i = 0; i < 100'000; ++i) {
+    const auto id = static_cast<std::uint16_t>(random() % 3 == 0 ? random() & 0x7FF : 0x180 + random() % 0x30);
+    const bool master = id == 0x180;
+    const bool ours =
+        master || (id >= 0x181 && id <= 0x185) || (id >= 0x191 && id <= 0x195) || (id >= 0x1A1 && id <= 0x1A5);
+    std::vector<std::uint8_t> bytes(random() % 4 == 0 ? random() % 9 : (master ? 3 : 8));
+    for (std::uint8_t& b : bytes) b = static_cast<std::uint8_t>(random());
+    wrong_ids += !ours;
+    wrong_lengths += ours && bytes.size() != (master ? 3U : 8U);
+    bench.receive(id, bytes, Stamp{i * 100'000LL});
+    while (bench.answer()) ++whole;
+    if (random() % 100 == 0) bench.link.give_up();
+  }
+  const ArmLinkCounters c = bench.link.counters();
+  EXPECT_EQ(c.wrong_ids, wrong_ids) << "seed " << kSeed;
+  EXPECT_EQ(c.wrong_lengths, wrong_lengths) << "seed " << kSeed;
+  EXPECT_EQ(c.answers, whole);
+  EXPECT_GT(whole, 500U);
+}
+
+}  // namespace
+}  // namespace tankrig

@@ -1,0 +1,54 @@
+// What the cycle calls takes no memory: every allocation of this program is counted.
+#include <gtest/gtest.h>
+#include <linux/can/error.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <new>
+
+#include "tests/can/can_support.hpp"
+
+namespace {
+std::atomic<std::uint64_t> allocations{0};
+}
+
+void* operator new(std::size_t bytes) {
+  allocations.fetch_add(1, std::memory_order_relaxed);
+  if (void* memory = std::malloc(bytes)) return memory;
+  throw std::bad_alloc();
+}
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+
+namespace tankrig {
+namespace {
+
+using namespace can_test;
+
+TEST(CanInTheCycle, TakesNoMemoryInGoodTimesAndBad) {
+  MonotonicClock clock;
+  auto [a, b] = make_can_pair(clock);
+  const int raw = b->descriptor();
+  const can_frame foreign = raw_frame(0x1234567 | CAN_EFF_FLAG), error = raw_error(CAN_ERR_BUSOFF);
+  const auto before = allocations.load();
+  for (int i = 0; i < 100; ++i) {
+    (void)a->try_send(numbered(1, i));
+    (void)b->try_receive();
+    (void)a->try_receive();
+  }
+  send_raw(raw, foreign);
+  send_raw(raw, error);
+  (void)a->try_receive();
+  (void)a->try_send(numbered(1, 0));
+  while (a->try_send(numbered(1, 0)).error().os_errno != ENOBUFS) {
+  }
+  (void)a->counters();
+  b = nullptr;
+  for (int i = 0; i < 1000; ++i) (void)a->try_receive();
+  (void)a->try_send(numbered(1, 0));
+  EXPECT_EQ(allocations.load() - before, 0u);
+  EXPECT_EQ(a->state(), CanState::kGone);
+}
+
+}  // namespace
+}  // namespace tankrig
