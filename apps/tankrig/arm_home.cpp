@@ -86,7 +86,7 @@ void print(const HomingResult& result) {
 int arm_home(const ArmCommandOptions& options) {
   Progress progress;
   const RigConfig rig = load_rig(find_rig(options.rig));
-  const std::unique_ptr<Backend> backend = make_backend(rig, {.carrier = options.carrier});
+  const std::unique_ptr<Backend> backend = make_backend(rig, {.carrier = options.carrier, .cameras = false});
   auto* const arm = dynamic_cast<Arm5e*>(&backend->arm());
   if (!arm) {
     if (options.json)

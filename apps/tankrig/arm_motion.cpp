@@ -109,7 +109,7 @@ JointVector homed_posture(Backend& backend, const std::string& rig) {
 int move_arm(const ArmCommandOptions& options, const TargetFrom& target_from) {
   Progress progress;
   const RigConfig rig = load_rig(find_rig(options.rig));
-  const std::unique_ptr<Backend> backend = make_backend(rig, {.carrier = options.carrier});
+  const std::unique_ptr<Backend> backend = make_backend(rig, {.carrier = options.carrier, .cameras = false});
   const StopOnSignal stop_on_signal;
   make_laser_dark(*backend, rig.scan);
   const JointVector now = homed_posture(*backend, options.rig);

@@ -119,7 +119,7 @@ void print(const ArmReport& r, const RigConfig& rig, const std::string& rig_name
 
 int arm_status(const ArmCommandOptions& options) {
   const RigConfig rig = load_rig(find_rig(options.rig));
-  const std::unique_ptr<Backend> backend = make_backend(rig, {.carrier = options.carrier});
+  const std::unique_ptr<Backend> backend = make_backend(rig, {.carrier = options.carrier, .cameras = false});
   const ArmReport report = listen(backend->arm(), backend->clock());
   if (options.json)
     print_json(json_of(report, rig, backend->arm()));

@@ -35,6 +35,8 @@ class Backend {
   virtual std::string noise() const = 0;
   /// Keeps what passes on the wire in the session from now on, where a device can: can.log.
   virtual void record_wire(const std::filesystem::path& /*session*/) {}
+  /// What has passed until now is on disk when it returns.
+  virtual void end_wire_record() {}
   /// What every device counted, as "DEVICE.NAME".
   virtual Statistics statistics() const { return {}; }
   /// The simulated tank; null on a real rig.
@@ -45,6 +47,7 @@ struct BackendOptions {
   sim::WorldOptions world = {};        ///< of what is simulated or emulated
   std::string carrier = {};            ///< of the arm: "can" or "serial"; empty: the rig file's
   std::filesystem::path runtime = {};  ///< of devices emulated by a running `tankrig emulate`; empty: emulate them here
+  bool cameras = true;                 ///< false: neither cameras nor lux meter are opened, for work on the arm alone
 };
 
 /// Errors: InputError if the rig and its scene contradict each other, or a device cannot be opened.

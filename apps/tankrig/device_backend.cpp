@@ -52,7 +52,8 @@ ConfigNode devices_of(const RigConfig& rig) {
   return *devices;
 }
 
-std::unique_ptr<Camera> open_camera(const RigCamera& camera, const ConfigNode& node) {
+std::unique_ptr<Camera> open_camera(const RigCamera& camera, const ConfigNode& node,
+                                    std::vector<std::string>& warnings) {
   const CameraInfo info{camera.name, camera.model.width, camera.model.height, 3, camera.rate_hz};
   if (node.choice("driver", {"aravis", "v4l2"}) == "aravis")
     return std::make_unique<AravisCamera>(aravis_settings_from(node, info));
@@ -60,7 +61,9 @@ std::unique_ptr<Camera> open_camera(const RigCamera& camera, const ConfigNode& n
   settings.width = info.width;
   settings.height = info.height;
   settings.rate_hz = info.rate_hz;
-  return std::make_unique<V4l2Camera>(settings);
+  auto opened = std::make_unique<V4l2Camera>(settings);
+  for (const std::string& warning : opened->warnings()) warnings.push_back("camera " + camera.name + ": " + warning);
+  return opened;
 }
 
 /// The laser first: it is off from here on, whatever else cannot be opened.
@@ -76,9 +79,12 @@ class DeviceBackend final : public Backend {
     arm.choice("driver", {"arm5e"});
     arm_settings_ = arm5e_settings_from(arm, runtime, options.carrier);
     arm_ = open_arm5e(arm_settings_, rig.arm, clock_);
-    for (const RigCamera& camera : rig.cameras) cameras_.push_back(open_camera(camera, cameras.child(camera.name)));
-    if (const auto lux = devices_.optional_child("lux_meter")) lux_meter_ = open_lux_meter(*lux, runtime);
-    devices_.finish();
+    if (options.cameras) {
+      for (const RigCamera& camera : rig.cameras)
+        cameras_.push_back(open_camera(camera, cameras.child(camera.name), warnings_));
+      if (const auto lux = devices_.optional_child("lux_meter")) lux_meter_ = open_lux_meter(*lux, runtime);
+      devices_.finish();
+    }
     add_warnings(rig);
   }
 
@@ -103,6 +109,10 @@ class DeviceBackend final : public Backend {
   void record_wire(const std::filesystem::path& session) override {
     if (arm_settings_.carrier == ArmCarrier::kCan)
       can_recorder_ = std::make_unique<CanRecorder>(arm_settings_.can, session / "can.log");
+  }
+
+  void end_wire_record() override {
+    if (can_recorder_) can_recorder_->stop();
   }
 
   Statistics statistics() const override {

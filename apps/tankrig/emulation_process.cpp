@@ -33,14 +33,17 @@ std::string exact(double value) {
   return text;
 }
 
-std::vector<std::string> arguments(const RigConfig& rig, const sim::WorldOptions& world,
+std::vector<std::string> arguments(const RigConfig& rig, const BackendOptions& options,
                                    const std::filesystem::path& runtime, int ready) {
+  const sim::WorldOptions& world = options.world;
   std::vector<std::string> out{"tankrig",    "emulate",
                                "--rig",      rig.file.string(),
                                "--runtime",  runtime,
                                "--ready-fd", std::to_string(ready),
                                "--seed",     std::to_string(world.seed)};
   const auto add = [&](const char* name, const std::string& value) { out.insert(out.end(), {name, value}); };
+  if (!options.cameras)
+    for (const char* device : {"arm", "laser"}) add("--device", device);
   if (world.light) add("--light", exact(*world.light));
   if (world.noise) add("--noise", exact(*world.noise));
   if (world.sensor) add("--sensor", *world.sensor);
@@ -79,7 +82,7 @@ RuntimeFolder::~RuntimeFolder() {
 EmulationProcess::EmulationProcess(const RigConfig& rig, const BackendOptions& options) {
   int pipe[2];
   if (::pipe(pipe) != 0) throw InputError(std::string("emulated devices: pipe: ") + std::strerror(errno));
-  std::vector<std::string> words = arguments(rig, options.world, runtime_.path(), pipe[1]);
+  std::vector<std::string> words = arguments(rig, options, runtime_.path(), pipe[1]);
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);

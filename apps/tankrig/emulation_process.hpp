@@ -1,4 +1,5 @@
-// The emulated devices of a rig in a process of their own, as real devices are: `tankrig emulate`, started and ended here.
+// The emulated devices of a rig in a process of their own, as real devices are: `tankrig emulate`, started and ended
+// here.
 #pragma once
 
 #include <sys/types.h>
@@ -25,8 +26,8 @@ class RuntimeFolder {
   std::filesystem::path path_;
 };
 
-/// Runs from construction, when every device answers, to destruction. It ignores the terminal's Ctrl-C, so that a scan can
-/// still stop its arm, and dies with this process.
+/// Runs from construction, when every device answers, to destruction. It ignores the terminal's Ctrl-C, so that a scan
+/// can still stop its arm, and dies with this process.
 class EmulationProcess {
  public:
   /// Errors: InputError if the devices cannot be emulated here; the process has said why on stderr.

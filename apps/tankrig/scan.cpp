@@ -136,6 +136,7 @@ ScanResult record(const ScanOptions& options, const RigConfig& rig, const ScanPl
     }
   writer.info().simulated_s = result.simulated_s;
   writer.info().counts.insert(result.counts.begin(), result.counts.end());
+  backend.end_wire_record();
   for (const Statistic& s : backend.statistics()) writer.info().devices[s.name] = s.value;
   writer.info().devices["sync.residual_p99_ms"] = 1e3 * seconds(result.residual_p99);
   writer.info().devices["sync.residual_max_ms"] = 1e3 * seconds(result.worst_residual);

@@ -45,7 +45,7 @@ class Arm5e final : public Arm {
 
   /// Errors: kTimeout (silent, or frozen though it is driven), kDisconnected, the faults above, each "arm: ...".
   Result<std::optional<JointState>> try_read() noexcept override;
-  /// Errors: kNotReady "arm: not homed", kRefused after a fault, kOutOfRange, kDisconnected.
+  /// Errors: kNotReady "arm: not homed" or "arm: bus-off", kOutOfRange, kDisconnected, the fault that is kept.
   Result<JointVector> write_velocity(const JointVector& velocity) noexcept override;
   /// Sends at once, then at the exchange rate. Ok also when another thread is inside: that one sends it.
   Status stop() noexcept override;

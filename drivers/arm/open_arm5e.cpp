@@ -1,3 +1,4 @@
+// The real arm on the carrier its settings name.
 #include "drivers/arm/arm5e.hpp"
 #include "drivers/arm/serial_arm_link.hpp"
 

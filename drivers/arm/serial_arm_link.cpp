@@ -74,16 +74,17 @@ Result<std::optional<ArmAnswer>> SerialArmLink::try_receive(Stamp now) noexcept 
   }
 }
 
-/// A line tells nobody when a byte came, only at which look it was there. The encoders were read after the request had
-/// reached the arm, and not before the last look at which the answer was not yet whole, less the answer's own time; the
-/// later of the two is the moment, and it is exact when the arm reads at once. An answer that comes sooner than the
-/// wire allows belongs to a request given up before.
+/// A line tells nobody when a byte came, only between which two looks; the encoders were read an answer's time before.
+/// An arm that answers at once reads them when the request has come: where that lies between the two, it is the moment,
+/// else the middle is. An answer that comes sooner than the wire allows belongs to a request given up before.
 ArmAnswer SerialArmLink::answer(Stamp now) noexcept {
   const Duration answering = frame_time_ + encoder_latency_;
+  const Stamp earliest = std::min(looked_, now) - answering, latest = now - answering;
   ArmAnswer answer;
-  answer.read = looked_ - answering;
+  answer.read = earliest + (latest - earliest) / 2;
   if (outstanding_ > 0) {
-    if (sent_[0] + frame_time_ + answering <= now) answer.read = std::max(answer.read, sent_[0] + frame_time_);
+    const Stamp asked = sent_[0] + frame_time_;
+    if (earliest <= asked && asked <= latest) answer.read = asked;
     std::copy(sent_.begin() + 1, sent_.end(), sent_.begin());
     --outstanding_;
   }

@@ -1,3 +1,4 @@
+// A GigE Vision camera in the rig file.
 #include <map>
 
 #include "core/config_node.hpp"

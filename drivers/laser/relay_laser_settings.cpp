@@ -1,3 +1,4 @@
+// The laser relay in the rig file.
 #include "drivers/device_path.hpp"
 #include "drivers/laser/relay_laser.hpp"
 

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <memory>
+#include <ostream>
 
 #include "drivers/arm/arm5e.hpp"
 #include "sim_backends/wire/arm_emulator.hpp"
@@ -14,6 +15,8 @@ namespace tankrig::sim::testing_support {
 using namespace std::chrono_literals;
 
 enum class Wire { kPair, kPty };
+
+inline void PrintTo(Wire wire, std::ostream* out) { *out << (wire == Wire::kPair ? "CAN pair" : "serial line"); }
 
 inline JointVector elbow(double velocity) {
   JointVector v = JointVector::Zero();
@@ -35,7 +38,7 @@ struct ArmBench {
     parameters.plant.stall_rise = 0.02;
     parameters.can_paced = true;
     settings.homing.pause = 100ms;
-    settings.silence_timeout = 400ms;  // the machine may be busy
+    settings.silence_timeout = 1s;  // the machine may be busy
     settings.reply_timeout = 60ms;
     if (wire == Wire::kPty) {
       settings.carrier = ArmCarrier::kSerial;

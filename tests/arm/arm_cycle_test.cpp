@@ -84,8 +84,8 @@ struct ExecutiveBench {
     s.sweep_to = park[kElbow] + 0.3;
     s.dark_frames = 2;
     s.laser_warm_up = 0.1;
-    s.feedback_timeout = 1;  // the driver's own silence is to be seen
-    s.heartbeat_timeout = 1;
+    s.feedback_timeout = s.heartbeat_timeout = 5;  // the driver's own silence is to be seen
+    s.following_error_limit = 1;                   // and nothing that a busy machine does to the motion
     return s;
   }
 
@@ -148,7 +148,6 @@ TEST_P(ArmCycleOn, TheExecutiveStopsOnWater) {
 
 TEST_P(ArmCycleOn, TheExecutiveStopsOnStaleReadings) {
   ExecutiveBench bench(GetParam());
-  bench.scan.following_error_limit = 1;
   bench.begin();
   ASSERT_TRUE(bench.moving());
   bench.arm.emulator->set_faults({.stale = true});

@@ -273,7 +273,7 @@ TEST_F(AravisCameraTest, StopsAndStartsAgainAndCountsNothingLostMeanwhile) {
                                                                  counted.overrun);
 }
 
-TEST_F(AravisCameraTest, TakesThreeCamerasAtOnceByTheirSerialNumbers) {
+TEST_F(AravisCameraTest, TakesThreeCamerasAtOnceByAddressOrSerialNumber) {
   std::vector<std::unique_ptr<GigeCameraEmulator>> emulators;
   for (int i = 1; i <= 3; ++i) {
     GigeCameraSettings device = emulated();
@@ -286,7 +286,7 @@ TEST_F(AravisCameraTest, TakesThreeCamerasAtOnceByTheirSerialNumbers) {
   std::vector<std::unique_ptr<AravisCamera>> cameras;
   for (int i = 1; i <= 3; ++i) {
     AravisSettings settings = driven();
-    settings.address.clear();
+    settings.address = i < 3 ? "127.0.0." + std::to_string(i) : "";
     settings.serial = "TANK-" + std::to_string(i);
     settings.info.rate_hz = 50;
     cameras.push_back(std::make_unique<AravisCamera>(settings));

@@ -26,7 +26,7 @@ std::string complaint(const std::string& line) {
 }
 
 TEST(CanLog, ReadsEveryKindOfFrame) {
-  // The first line is the example of the can-utils manual page of log2asc; the others follow lib.c of can-utils.
+  // As candump.c and lib.c of can-utils write them.
   CanLogEntry e = parse_can_log_line("(1436509052.249713) vcan0 044#2A366C2BBA");
   EXPECT_EQ(e.wall_ns, 1436509052'249713000);
   EXPECT_FALSE(e.nanoseconds);

@@ -96,6 +96,10 @@ CanFrame frame_of(std::uint16_t id, const std::vector<std::uint8_t>& data) {
   return frame;
 }
 
+bool send_within(CanBus& bus, const CanFrame& frame, Duration limit) {
+  return becomes_true([&] { return bus.try_send(frame).ok(); }, limit);
+}
+
 std::optional<CanFrame> receive_within(CanBus& bus, Duration limit) {
   std::optional<CanFrame> frame;
   becomes_true(

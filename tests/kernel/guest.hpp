@@ -47,6 +47,9 @@ bool has_listener(const std::string& interface);
 
 CanFrame frame_of(std::uint16_t id, const std::vector<std::uint8_t>& data);
 
+/// Sends, in time: the kernel's queue may refuse for up to a second after its interface has come up.
+bool send_within(CanBus& bus, const CanFrame& frame, Duration limit = std::chrono::seconds(20));
+
 /// The next frame, if one comes in time; error frames on the way are taken in by the bus.
 std::optional<CanFrame> receive_within(CanBus& bus, Duration limit = std::chrono::seconds(20));
 

@@ -162,7 +162,7 @@ TEST(WireScan, LogsEveryFrameOfTheBus) {
   const WireScan& scan = wire_scan("can");
   const auto frames = read_can_log(scan.session.path / "can.log");
   EXPECT_EQ(static_cast<double>(frames.entries.size()), scan.session.info.devices.at("can_log.recorded"));
-  // Eleven frames an exchange, at most 250 exchanges a second.
+  // Eleven frames an exchange, at most 350 exchanges a second.
   EXPECT_GT(static_cast<double>(frames.entries.size()), 11 * 100 * scan.session.info.simulated_s);
 }
 
