@@ -40,7 +40,9 @@ void RelayLaser::step() noexcept {
     on = false;
   }
   const Request wanted = on ? Request::kOn : Request::kOff;
-  const bool off_overtakes = wanted == Request::kOff && waiting_for_ != Request::kNone && waiting_for_ != Request::kOff;
+  const bool off_overtakes =
+      wanted == Request::kOff &&
+      (waiting_for_ == Request::kOn || (waiting_for_ == Request::kQuery && confirmed_ != Request::kOff));
   if (off_overtakes) {
     abandon();
     send(Request::kOff);

@@ -173,6 +173,17 @@ TEST_F(AravisTriggerTest, AsksForMissingPacketsOnceMoreOfACameraThatCanResend) {
   }
 }
 
+/// Triggers until a frame comes, for a camera just started may miss its first; returns that frame's sequence.
+std::uint64_t prime(Camera& camera) {
+  for (int i = 0; i < 10; ++i) {
+    if (!camera.trigger().ok()) break;
+    const std::vector<Frame> frames = grab_frames(camera, 1);
+    if (!frames.empty()) return frames[0].sequence;
+  }
+  ADD_FAILURE() << "no frame after ten triggers";
+  return 0;
+}
+
 TEST_F(AravisTriggerTest, PairsTwoCamerasByTheirTriggers) {
   TruthLog left_truth, right_truth;
   GigeCameraEmulator left_device(emulated(), picture, left_truth.writer());
@@ -180,6 +191,8 @@ TEST_F(AravisTriggerTest, PairsTwoCamerasByTheirTriggers) {
   AravisCamera left(driven("software")), right(driven("software", "127.0.0.2"));
   ASSERT_TRUE(left.start().ok());
   ASSERT_TRUE(right.start().ok());
+  const std::uint64_t left_first = prime(left), right_first = prime(right);
+  const std::uint64_t exposed = left_device.exposures(), lost = left.counters().lost;
   TriggerPairingSettings settings;
   settings.tolerance = std::chrono::milliseconds(60);  // two software triggers on a busy machine
   TriggerPairing pairing(settings);
@@ -192,16 +205,16 @@ TEST_F(AravisTriggerTest, PairsTwoCamerasByTheirTriggers) {
     ASSERT_TRUE(left.trigger().ok());
     ASSERT_TRUE(right.trigger().ok());
     if (i == 3)
-      ASSERT_TRUE(wait_for([&] { return left_device.exposures() == 4; }));
+      ASSERT_TRUE(wait_for([&] { return left_device.exposures() == exposed + 4; }));
     else
       for (Frame& f : grab_frames(left, 1)) pairing.add_left(std::move(f));
     for (Frame& f : grab_frames(right, 1)) pairing.add_right(std::move(f));
     while (auto pair = pairing.next()) pairs.push_back(std::move(*pair));
   }
   ASSERT_EQ(pairs.size(), 5u);
-  for (const FramePair& p : pairs) EXPECT_EQ(p.left.sequence, p.right.sequence);
+  for (const FramePair& p : pairs) EXPECT_EQ(p.left.sequence - left_first, p.right.sequence - right_first);
   EXPECT_EQ(pairing.counts().partner_lost, 1u);
-  EXPECT_EQ(left.counters().lost, 1u);
+  EXPECT_EQ(left.counters().lost - lost, 1u);
 }
 
 }  // namespace

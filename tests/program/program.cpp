@@ -54,6 +54,11 @@ ProgramRun run_tankrig(const std::vector<std::string>& arguments,
   return run;
 }
 
+bool forbids_private_network(const ProgramRun& run) {
+  const auto told = [&](const char* words) { return run.err.find(words) != std::string::npos; };
+  return run.exit_code != 0 && told("private network: ") && !told("before the first thread");
+}
+
 fs::path scratch_folder() {
   const auto* test = testing::UnitTest::GetInstance()->current_test_info();
   const fs::path folder =

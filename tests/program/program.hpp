@@ -21,6 +21,9 @@ struct ProgramRun {
 ProgramRun run_tankrig(const std::vector<std::string>& arguments,
                        const std::function<void(const std::string&, int)>& on_error_line = {}, bool one_core = false);
 
+/// Did it fail because this machine forbids the network of their own that emulated cameras need?
+bool forbids_private_network(const ProgramRun& run);
+
 /// An empty folder of the running test's own.
 std::filesystem::path scratch_folder();
 

@@ -15,9 +15,8 @@ namespace {
 
 using Edits = std::vector<std::pair<std::string, std::string>>;
 
-/// A copy of the tank-wire rig, patient with a machine that has other work too, with `edits` made.
-fs::path wire_rig(Edits edits = {}) {
-  edits.emplace_back("status_query: 3,", "status_query: 3, answer_timeout_ms: 300,");
+/// A copy of the tank-wire rig with `edits` made.
+fs::path wire_rig(const Edits& edits = {}) {
   const fs::path folder = scratch_folder() / "rig";
   EXPECT_EQ(run_tankrig({"init", folder.string(), "--from", "tank-wire"}).exit_code, 0);
   std::string text = read_text(folder / "rig.yaml");
@@ -42,12 +41,9 @@ double reached(const nlohmann::json& report, const std::string& name) {
   throw std::runtime_error("no joint " + name);
 }
 
-/// Emulated cameras need a network of their own, which some machines forbid.
-bool forbidden(const ProgramRun& run) { return run.exit_code != 0 && run.err.find("emulation: ") != std::string::npos; }
-
 TEST(OnTheWire, StatusTellsWhatTheCarrierDoes) {
   const ProgramRun run = run_tankrig({"arm", "status", "--rig", "tank-wire", "--json"});
-  if (forbidden(run)) GTEST_SKIP() << run.err;
+  if (forbids_private_network(run)) GTEST_SKIP() << run.err;
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const auto status = run.json();
   EXPECT_EQ(status.at("homed"), true);
@@ -64,7 +60,7 @@ TEST(OnTheWire, AJogArrivesOverEitherCarrier) {
   for (const std::string carrier : {"can", "serial"}) {
     const ProgramRun run =
         run_tankrig({"arm", "jog", "--rig", rig.string(), "--carrier", carrier, "elbow", "47", "--json"});
-    if (forbidden(run)) GTEST_SKIP() << run.err;
+    if (forbids_private_network(run)) GTEST_SKIP() << run.err;
     ASSERT_EQ(run.exit_code, 0) << carrier << ": " << run.err;
     EXPECT_NEAR(reached(run.json(), "elbow"), 47, 0.6) << carrier;
     EXPECT_EQ(run.json().at("arm_at_rest"), true) << carrier;
@@ -79,7 +75,7 @@ TEST(OnTheWire, CtrlCStopsAJogOnItsWay) {
                                        if (!sent && line.find("arm: move shoulder") != std::string::npos)
                                          sent = kill(pid, SIGINT) == 0;
                                      });
-  if (forbidden(run)) GTEST_SKIP() << run.err;
+  if (forbids_private_network(run)) GTEST_SKIP() << run.err;
   ASSERT_TRUE(sent) << run.err;
   EXPECT_EQ(run.exit_code, 3) << run.err;
   EXPECT_THAT(run.err, HasSubstr("arm stopped: asked for; laser off, arm at rest"));
@@ -89,7 +85,7 @@ TEST(OnTheWire, CtrlCStopsAJogOnItsWay) {
 TEST(OnTheWire, AnArmThatIsNotHomedIsSentHomeBeforeItMoves) {
   const fs::path rig = rig_not_homed();
   const ProgramRun status = run_tankrig({"arm", "status", "--rig", rig.string(), "--json"});
-  if (forbidden(status)) GTEST_SKIP() << status.err;
+  if (forbids_private_network(status)) GTEST_SKIP() << status.err;
   ASSERT_EQ(status.exit_code, 0) << status.err;
   EXPECT_EQ(status.json().at("homed"), false);
   EXPECT_TRUE(status.json().at("at_rest").is_null());
@@ -110,7 +106,7 @@ TEST(OnTheWire, CtrlCEndsHomingWithTheArmAtRestAndNotHomed) {
       run_tankrig({"arm", "home", "--rig", rig.string(), "--yes"}, [&](const std::string& line, int pid) {
         if (!sent && line.find("arm: home slew") != std::string::npos) sent = kill(pid, SIGINT) == 0;
       });
-  if (forbidden(run)) GTEST_SKIP() << run.err;
+  if (forbids_private_network(run)) GTEST_SKIP() << run.err;
   ASSERT_TRUE(sent) << run.err;
   EXPECT_EQ(run.exit_code, 3) << run.err;
   EXPECT_THAT(run.err, HasSubstr("not homed"));
@@ -127,7 +123,7 @@ TEST(OnTheWire, HomesThenKnowsItsJointsAndLeavesItsStops) {
                          "jog slew -80" + at_rig + " > " + file("jog.json") + "\n" + arm + "status" + at_rig + " > " +
                          file("status.json") + "\n");
   const ProgramRun run = run_tankrig({"emulate", "--rig", rig.string(), "--", "sh", script.string()});
-  if (forbidden(run)) GTEST_SKIP() << run.err;
+  if (forbids_private_network(run)) GTEST_SKIP() << run.err;
   ASSERT_EQ(run.exit_code, 0) << run.err;
 
   const auto home = nlohmann::json::parse(read_text(file("home.json")));
@@ -148,7 +144,7 @@ TEST(OnTheWire, APreviewRunsUntilCtrlCAndThatIsNoFailure) {
                   [&](const std::string& line, int pid) {
                     if (line.find("focus") != std::string::npos && ++refreshes == 3) kill(pid, SIGINT);
                   });
-  if (forbidden(run)) GTEST_SKIP() << run.err;
+  if (forbids_private_network(run)) GTEST_SKIP() << run.err;
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_GE(run.json().at("refreshes").get<int>(), 3);
   EXPECT_EQ(cv::imread(out.string()).cols, 640);
@@ -158,7 +154,7 @@ TEST(OnTheWire, ALitPreviewLeavesTheLaserOffAndTheArmWhereItWas) {
   const fs::path rig = wire_rig();
   const ProgramRun run = run_tankrig({"camera", "preview", "--rig", rig.string(), "--laser", "--yes", "--seconds", "2",
                                       "--out", (scratch_folder() / "lit.png").string(), "--json"});
-  if (forbidden(run)) GTEST_SKIP() << run.err;
+  if (forbids_private_network(run)) GTEST_SKIP() << run.err;
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_THAT(run.err, HasSubstr("stripe"));
   EXPECT_THAT(run.err, HasSubstr("laser off, arm at rest"));

@@ -28,7 +28,7 @@ struct WireScan {
 const std::string& forbidden() {
   static const std::string reason = [] {
     const ProgramRun run = run_tankrig({"emulate", "--rig", "tank-wire", "--device", "lux", "--", "true"});
-    return run.err.find("private network") != std::string::npos ? run.err : std::string();
+    return forbids_private_network(run) ? run.err : std::string();
   }();
   return reason;
 }
@@ -39,17 +39,16 @@ const WireScan& wire_scan(const std::string& carrier) {
   const auto known = done.find(carrier);
   if (known != done.end()) return known->second;
   const fs::path folder = scratch_folder().parent_path() / ("wire-" + carrier);
-  const ProgramRun run =
-      run_tankrig({"emulate", "--rig", "tank-wire", "--truth", (folder / "truth").string(), "--", TANKRIG_PROGRAM, "scan",
-                   "--rig", "tank-wire", "--carrier", carrier, "--json", "--out", (folder / "session").string()});
+  const ProgramRun run = run_tankrig({"emulate", "--rig", "tank-wire", "--truth", (folder / "truth").string(), "--",
+                                      TANKRIG_PROGRAM, "scan", "--rig", "tank-wire", "--carrier", carrier, "--json",
+                                      "--out", (folder / "session").string()});
   if (run.exit_code != 0) throw std::runtime_error("scan failed: " + run.err);
   return done[carrier] = {run.json(), Session::open(folder / "session"), folder / "truth"};
 }
 
 const json& mock_scan() {
   static const json result = [] {
-    const ProgramRun run =
-        run_tankrig({"scan", "--json", "--out", (scratch_folder().parent_path() / "mock").string()});
+    const ProgramRun run = run_tankrig({"scan", "--json", "--out", (scratch_folder().parent_path() / "mock").string()});
     if (run.exit_code != 0) throw std::runtime_error("scan failed: " + run.err);
     return run.json();
   }();

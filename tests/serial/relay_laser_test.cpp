@@ -213,6 +213,18 @@ TEST(RelayLaser, ReadsContactAndInterlockBack) {
   EXPECT_TRUE(wait_until([&] { return !laser.interlock_closed().has_value(); }));
 }
 
+/// As the executive does until laser dark and arm at rest are confirmed.
+TEST(RelayLaser, ReadsTheContactBackWhileOffIsCommandedAgainAndAgain) {
+  Box box;
+  box.with_status();
+  box.emulation.answer_delay = 20ms;
+  box.start();
+  RelayLaser laser(box.settings);
+  ASSERT_TRUE(laser.set(true).ok());
+  ASSERT_TRUE(reaches(laser, true));
+  EXPECT_TRUE(wait_until([&] { return laser.set(false).ok() && !laser.state().value().powered; }));
+}
+
 TEST(RelayLaser, TheInterlockInSeriesDarkensTheLaserWhateverIsCommanded) {
   Box box;
   box.with_status();
