@@ -54,7 +54,9 @@ ConfigNode devices_of(const RigConfig& rig) {
 
 std::unique_ptr<Camera> open_camera(const RigCamera& camera, const ConfigNode& node,
                                     std::vector<std::string>& warnings) {
-  const CameraInfo info{camera.name, camera.model.width, camera.model.height, 3, camera.rate_hz};
+  const int channels = node.integer_or("channels", 3, {1, 3});
+  if (channels == 2) node.fail("channels", "found 2, expected 1 (grey) or 3 (colour)");
+  const CameraInfo info{camera.name, camera.model.width, camera.model.height, channels, camera.rate_hz};
   if (node.choice("driver", {"aravis", "v4l2"}) == "aravis")
     return std::make_unique<AravisCamera>(aravis_settings_from(node, info));
   V4l2CameraSettings settings = v4l2_settings_from(node, camera.name, info.channels);

@@ -155,6 +155,27 @@ int stopped(const fs::path& path, const std::string& why, const std::optional<Ou
   return kPartial;
 }
 
+/// Warns of every camera that recorded clearly less than the plan holds. True if one has too little to make a cloud of.
+bool frames_are_missing(const RigConfig& rig, const ScanPlan& plan, const ScanResult& result, Progress& progress) {
+  bool too_few = false;
+  for (const RigCamera& camera : rig.cameras) {
+    const int expected = plan.expected_frames(camera.record, 1 / camera.rate_hz, rig.scan.dark_frames);
+    std::uint64_t recorded = 0;
+    std::string reasons;
+    for (const auto& [name, count] : result.counts) {
+      if (name == camera.name + ".recorded")
+        recorded = count;
+      else if (name.starts_with(camera.name + ".") && count > 0)
+        reasons += (reasons.empty() ? "" : ", ") + name.substr(camera.name.size() + 1) + " " + std::to_string(count);
+    }
+    if (static_cast<double>(recorded) >= 0.9 * expected) continue;
+    progress.warn("camera " + camera.name + ": " + std::to_string(recorded) + " of " + std::to_string(expected) +
+                  " frames recorded: " + (reasons.empty() ? "no others came" : reasons));
+    too_few = too_few || static_cast<double>(recorded) < 0.5 * expected;
+  }
+  return too_few;
+}
+
 }  // namespace
 
 int scan(const ScanOptions& options) {
@@ -189,6 +210,7 @@ int scan(const ScanOptions& options) {
     return stopped(path, std::string("stopped: ") + e.what(), left, progress);
   }
   if (!result.complete()) return stopped(path, result.status, left, progress);
+  const bool partial = frames_are_missing(rig, plan, result, progress);
 
   const Session session = Session::open(path);
   const ObjectSurface object = object_of(session, parameters.thresholds);
@@ -218,7 +240,7 @@ int scan(const ScanOptions& options) {
     std::printf("%zu frames, %.1f s simulated in %.1f s\nlook at %s\n", session.frames.size(), result.simulated_s, wall,
                 (path / "report.html").c_str());
   }
-  return kOk;
+  return partial ? kPartial : kOk;
 }
 
 }  // namespace tankrig::app
