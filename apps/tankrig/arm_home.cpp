@@ -1,6 +1,10 @@
 // `tankrig arm home`: the zero of relative encoders, found in the joints' stops.
+#include <unistd.h>
+
+#include <cerrno>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <stop_token>
@@ -95,6 +99,11 @@ int arm_home(const ArmCommandOptions& options) {
       std::printf("the arm of %s needs no homing: its encoders know their zero\n", rig.name.c_str());
     return kOk;
   }
+  const std::filesystem::path zero_file = arm->settings().zero_file;
+  if (const auto folder = std::filesystem::absolute(zero_file).parent_path();
+      !zero_file.empty() && ::access(folder.c_str(), W_OK) != 0)
+    throw InputError(zero_file,
+                     "cannot be written: " + std::string(std::strerror(errno)) + ", expected a folder for it");
   confirm("The arm of " + rig.name + " will move every joint into its stop, unchecked. Is its way free?", options.yes);
   const StopOnSignal stop_on_signal;
   make_laser_dark(*backend, rig.scan);
@@ -105,17 +114,17 @@ int arm_home(const ArmCommandOptions& options) {
   const auto laser = backend->laser().state();
   left.laser_dark = laser.ok() && !laser.value().powered && !laser.value().emitting;
   progress.finish_line();
-  if (result.ok() && !arm->settings().zero_file.empty()) save_arm_zero(arm->settings().zero_file, result.zero());
+  if (result.ok() && !zero_file.empty()) save_arm_zero(zero_file, result.zero());
 
   if (options.json)
     print_json(json_of(result, left));
   else
     print(result);
   if (result.ok() && left.safe()) {
-    if (arm->settings().zero_file.empty())
+    if (zero_file.empty())
       progress.warn("the zero is known to this program only: the rig file names no devices: arm: zero_file");
     else
-      progress.note("zero kept in " + arm->settings().zero_file.string() + "; " + to_string(left));
+      progress.note("zero kept in " + zero_file.string() + "; " + to_string(left));
     return kOk;
   }
   progress.warn("arm not homed: " + result.message() + "; " + to_string(left));

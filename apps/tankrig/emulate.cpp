@@ -1,6 +1,7 @@
 #include "apps/tankrig/emulate.hpp"
 
-#include <sys/prctl.h>
+#include <spawn.h>
+#include <stdlib.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -10,6 +11,7 @@
 #include <csignal>
 #include <cstdio>
 #include <cstring>
+#include <utility>
 
 #include "apps/tankrig/commands.hpp"
 #include "apps/tankrig/emulation_process.hpp"
@@ -37,39 +39,48 @@ sim::EmulatedTankSettings settings_of(const RigConfig& rig, const EmulateOptions
            std::find(options.devices.begin(), options.devices.end(), device) != options.devices.end();
   };
   if (!wanted("arm")) settings.arm.reset();
-  if (!wanted("cameras")) settings.cameras.clear();
+  if (!wanted("cameras")) {
+    settings.cameras.clear();
+    settings.video_outputs.clear();
+  }
   if (!wanted("laser")) settings.laser.reset();
   if (!wanted("lux")) settings.lux.reset();
   return settings;
 }
 
-pid_t start(const std::vector<std::string>& command, const std::filesystem::path& runtime) {
+pid_t start(const std::vector<std::string>& command) {
   std::vector<std::string> words = command;
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);
-  ::setenv(kRuntimeVariable, runtime.c_str(), 1);
-  const pid_t process = ::fork();
-  if (process == 0) {
-    ::prctl(PR_SET_PDEATHSIG, SIGTERM);
-    ::execvp(argv[0], argv.data());
-    std::fprintf(stderr, "tankrig: %s: %s\n", argv[0], std::strerror(errno));
-    ::_exit(127);
-  }
-  if (process < 0) throw InputError(command[0] + ": " + std::strerror(errno));
+  posix_spawnattr_t attributes;
+  sigset_t ordinary;
+  sigemptyset(&ordinary);
+  sigaddset(&ordinary, SIGPIPE);
+  ::posix_spawnattr_init(&attributes);
+  ::posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGDEF);
+  ::posix_spawnattr_setsigdefault(&attributes, &ordinary);
+  pid_t process = -1;
+  const int problem = ::posix_spawnp(&process, argv[0], nullptr, &attributes, argv.data(), environ);
+  ::posix_spawnattr_destroy(&attributes);
+  if (problem != 0) throw InputError("emulate: " + command[0] + ": " + std::strerror(problem));
   return process;
 }
 
-/// Until the command ends, or somebody asks to stop.
-int wait_for_end(pid_t process, Clock& clock) {
-  while (true) {
-    int status = 0;
-    if (process > 0 && ::waitpid(process, &status, WNOHANG) == process)
-      return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
-    if (StopOnSignal::requested() && process <= 0) return kOk;
-    if (StopOnSignal::requested()) ::kill(process, SIGTERM);
+/// Until the command ends. Who asks this program to stop asks the command, once: it may have an arm to bring to rest.
+int wait_for(pid_t process, Clock& clock) {
+  bool asked = false;
+  int status = 0;
+  while (::waitpid(process, &status, WNOHANG) == 0) {
+    if (StopOnSignal::requested() && !std::exchange(asked, true)) ::kill(process, SIGTERM);
     clock.sleep_until(clock.now() + kLook);
   }
+  return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+}
+
+int wait_for_stop(Clock& clock) {
+  while (!StopOnSignal::requested()) clock.sleep_until(clock.now() + kLook);
+  return kOk;
 }
 
 }  // namespace
@@ -105,7 +116,9 @@ int emulate(const EmulateOptions& options) {
   std::optional<RuntimeFolder> own;
   if (options.runtime.empty()) own.emplace();
   const std::filesystem::path runtime = own ? own->path() : options.runtime;
+  std::error_code ignored;
   std::filesystem::create_directories(runtime);
+  ::setenv(kRuntimeVariable, runtime.c_str(), 1);
 
   MonotonicClock clock;
   const StopOnSignal stop_on_signal;
@@ -119,7 +132,12 @@ int emulate(const EmulateOptions& options) {
   }
   if (options.command.empty() && options.ready_fd < 0) std::printf("%s\nCtrl-C ends it\n", tank.description().c_str());
   std::fflush(stdout);
-  return wait_for_end(options.command.empty() ? -1 : start(options.command, runtime), clock);
+  if (options.ready_fd >= 0) {  // whoever made the runtime folder for us may have been killed
+    const int code = wait_for_stop(clock);
+    std::filesystem::remove_all(runtime, ignored);
+    return code;
+  }
+  return options.command.empty() ? wait_for_stop(clock) : wait_for(start(options.command), clock);
 }
 
 }  // namespace tankrig::app

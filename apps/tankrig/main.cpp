@@ -1,5 +1,6 @@
 // tankrig: the command line. What each command does is in its own file.
 #include <CLI/CLI.hpp>
+#include <csignal>
 #include <cstdio>
 #include <exception>
 
@@ -112,6 +113,7 @@ void add_init(CLI::App& app, InitOptions& o) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  std::signal(SIGPIPE, SIG_IGN);  // a closed terminal or pager must not end a program that has an arm to stop
   CLI::App app{"tankrig: laser-stripe and stereo reconstruction in a water tank, on the real rig and in simulation"};
   app.require_subcommand(1);
   app.set_version_flag("--version", TANKRIG_VERSION);

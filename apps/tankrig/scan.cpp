@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "apps/tankrig/arm_motion.hpp"
 #include "apps/tankrig/backend.hpp"
 #include "apps/tankrig/commands.hpp"
 #include "apps/tankrig/dry_run.hpp"
@@ -125,6 +126,7 @@ ScanResult record(const ScanOptions& options, const RigConfig& rig, const ScanPl
     result = run_scan(job);
   } catch (...) {
     left = job.left;
+    backend.end_wire_record();
     throw;
   }
   left = result.left;
@@ -188,8 +190,11 @@ int scan(const ScanOptions& options) {
       make_backend(rig, {.world = {options.light, options.noise, options.sensor, options.particles, options.seed},
                          .carrier = options.carrier});
   for (const std::string& warning : backend->warnings()) progress.warn(warning);
+  for (const Statistic& s : backend->statistics())
+    if (s.name == "arm.bus_load_percent")
+      progress.note("arm: its wire is busy for " + std::to_string(std::lround(s.value)) + " % of the time");
 
-  const JointVector posture = read_posture(backend->arm(), backend->clock(), std::chrono::seconds(2));
+  const JointVector posture = homed_posture(*backend, options.rig);
   const ScanPlan plan = make_scan_plan(rig.scan, posture);
   const MotionCheck clearance = check_plan(rig, plan);
   if (options.dry_run) {

@@ -6,18 +6,25 @@ namespace tankrig::app {
 namespace {
 
 std::atomic<bool> stop_requested{false};
-static_assert(std::atomic<bool>::is_always_lock_free);  // set from a signal handler
+std::atomic<int> times_asked{0};
+static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<int>::is_always_lock_free);  // set by a handler
 
-extern "C" void request_stop(int) { stop_requested.store(true); }
+/// Asked twice in a row is asked once: the end takes its time. The third time the program is left to its fate.
+constexpr int kImpatient = 3;
 
-constexpr int kSignals[] = {SIGINT, SIGTERM, SIGHUP};
+extern "C" void request_stop(int signal) {
+  stop_requested.store(true);
+  if (times_asked.fetch_add(1) + 1 >= kImpatient) std::signal(signal, SIG_DFL);
+}
+
+// A program that is suspended supervises nothing: that too is a stop.
+constexpr int kSignals[] = {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGTSTP};
 
 }  // namespace
 
 StopOnSignal::StopOnSignal() {
   struct sigaction action {};
   action.sa_handler = request_stop;
-  action.sa_flags = static_cast<int>(SA_RESETHAND);
   for (int signal : kSignals) sigaction(signal, &action, nullptr);
 }
 

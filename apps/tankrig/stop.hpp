@@ -1,11 +1,11 @@
-// Ctrl-C, a polite kill and a closed terminal as a request to stop.
+// Ctrl-C, Ctrl-Z, a polite kill and a closed terminal as a request to stop.
 #pragma once
 
 #include <atomic>
 
 namespace tankrig::app {
 
-/// While it lives, the first such signal sets requested(); a second one ends the program at once.  One at a time.
+/// While it lives, such a signal sets requested(); the third one ends the program whatever it is doing.  One at a time.
 class StopOnSignal {
  public:
   StopOnSignal();

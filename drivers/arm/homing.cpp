@@ -141,12 +141,15 @@ std::string HomingResult::message() const {
 }
 
 HomingResult home_axes(Arm5e& arm, Clock& clock, std::stop_token stop, const HomingCallback& progress) {
+  const struct Rest {
+    Arm5e& arm;
+    ~Rest() { (void)arm.stop(); }
+  } whatever_ends_it{arm};
   Run run(arm, clock, stop, progress);
   HomingResult result;
   const auto failed = [&](Joint joint, const Error& error) {
     result.error = error;
     result.failed = joint;
-    (void)arm.stop();
     return result;
   };
   arm.forget_zero();

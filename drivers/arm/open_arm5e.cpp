@@ -16,6 +16,7 @@ std::unique_ptr<Arm5e> open_arm5e(const Arm5eSettings& settings, const ArmModel&
   else
     link = std::make_unique<SerialArmLink>(SerialPort(settings.serial), settings.encoder_latency);
   auto arm = std::make_unique<Arm5e>(settings, model, std::move(link), clock);
+  (void)arm->stop();  // whoever drove it last may have been killed
   if (zero) arm->set_zero(*zero);
   return arm;
 }

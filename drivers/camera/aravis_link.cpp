@@ -146,8 +146,11 @@ void AravisLink::open_stream() {
     packet_size_ = static_cast<int>(arv_camera_gv_get_packet_size(c, error));
     const guint64 ticks = arv_gv_device_get_timestamp_tick_frequency(gv, error);
     ns_per_tick_ = ticks > 0 ? 1e9 / static_cast<double>(ticks) : 0;
-    extended_ids_ = arv_camera_is_feature_available(c, "GevGVSPExtendedIDMode", error) &&
-                    std::string_view(arv_camera_get_string(c, "GevGVSPExtendedIDMode", error)) == "On";
+    extended_ids_ = false;
+    if (arv_camera_is_feature_available(c, "GevGVSPExtendedIDMode", error)) {
+      const char* const mode = arv_camera_get_string(c, "GevGVSPExtendedIDMode", error);
+      extended_ids_ = mode && std::string_view(mode) == "On";
+    }
   } else {
     extended_ids_ = true;
     ns_per_tick_ = 1;

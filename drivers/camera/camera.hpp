@@ -37,7 +37,7 @@ class Camera {
   virtual ~Camera() = default;
   virtual CameraInfo info() const = 0;
   virtual Status start() = 0;
-  /// The next complete frame; nothing if none is ready.
+  /// The next complete frame; nothing if none is ready.  Errors: kNotReady before start().
   virtual Result<std::optional<Frame>> try_grab() = 0;
   /// When the next frame may be ready, if the camera knows (paced ones do): lets a waiting thread sleep.
   virtual std::optional<Stamp> next_frame_at() const { return std::nullopt; }

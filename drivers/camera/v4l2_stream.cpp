@@ -3,6 +3,7 @@
 #include <linux/videodev2.h>
 
 #include <cerrno>
+#include <utility>
 
 namespace tankrig {
 
@@ -38,6 +39,7 @@ Status V4l2Stream::start(int count) {
   request.memory = V4L2_MEMORY_MMAP;
   if (const int problem = device_.call(VIDIOC_REQBUFS, &request); problem != 0)
     return failed(problem, "v4l2: request buffers");
+  requested_ = true;
   if (request.count < 2) return failed(ENOMEM, "v4l2: fewer than two buffers");
   for (std::uint32_t i = 0; i < request.count; ++i) {
     v4l2_buffer buffer{};
@@ -57,7 +59,7 @@ Status V4l2Stream::start(int count) {
 }
 
 void V4l2Stream::stop() noexcept {
-  if (buffers_.empty()) return;
+  if (!std::exchange(requested_, false)) return;
   int type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
   device_.call(VIDIOC_STREAMOFF, &type);
   for (const std::span<std::uint8_t> memory : buffers_) device_.unmap(memory.data(), memory.size());

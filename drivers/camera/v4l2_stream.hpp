@@ -41,6 +41,7 @@ class V4l2Stream {
 
   V4l2Device& device_;
   std::vector<std::span<std::uint8_t>> buffers_;
+  bool requested_ = false;  ///< the driver keeps buffers for us
 };
 
 /// kDisconnected for what a device that is gone answers, kIo for the rest.

@@ -63,6 +63,7 @@ CanRecorder::CanRecorder(const CanSettings& settings, const std::filesystem::pat
     : carrier_(CanCarrier::open(settings, CanCarrier::Role::kListener)),
       file_(open_log(file)),
       wake_(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {
+  if (wake_.get() < 0) throw InputError("can.log: eventfd: " + reason(errno));
   waiting_.reserve(2 * kFlushBytes);
   thread_ = std::thread([this] { run(); });
 }

@@ -41,7 +41,7 @@ Status CanSocket::try_send(const CanFrame& frame) noexcept {
   }
   if (state() == CanState::kBusOff)
     return Error{ErrorCode::kNotReady, 0, clock_.now(),
-                 carrier_.restarts() ? "can: send: bus-off" : "can: send: bus-off: ip link set can0 type can restart"};
+                 carrier_.restarts() ? "can: send: bus-off" : "can: send: bus-off: ip link set INTERFACE type can restart"};
   add(sent_);
   return {};
 }

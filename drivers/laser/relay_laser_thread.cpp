@@ -199,6 +199,7 @@ void RelayLaser::distrust(ErrorCode code, int os_errno) noexcept {
 }
 
 void RelayLaser::reconnect() noexcept {
+  if (reading_.trusted) distrust(ErrorCode::kDisconnected, 0);
   if (port_.reopen().ok()) {
     failures_ = 0;
     abandoned_count_ = 0;

@@ -102,10 +102,13 @@ InterlockOutputs Executive::decide(const CycleRecord& record) noexcept {
   const Segment& segment = plan_.segments()[record.segment];
   const bool running = state_ == ExecutiveState::kRunning;
   const Duration silence{record.stamp.ns - heartbeat_ns_.load(std::memory_order_relaxed)};
+  const bool fresh = seconds(silence) <= settings_.heartbeat_timeout;
+  if (running && !fresh && heartbeat_ns_.load(std::memory_order_relaxed) != 0)
+    raise(Fault::kHeartbeat, {ErrorCode::kTimeout, 0, record.stamp, "executive: heartbeat"});
   InterlockInputs in;
   in.arm = armed_.load(std::memory_order_relaxed);
   in.interlock_closed = interlock_.load(std::memory_order_relaxed) && loop_closed_;
-  in.heartbeat_fresh = seconds(silence) <= settings_.heartbeat_timeout;
+  in.heartbeat_fresh = fresh;
   in.sweeping = running && segment.sweeping;
   in.device_fault = fault_ != Fault::kNone;
   in.laser_request = running && laser_request(record, segment);

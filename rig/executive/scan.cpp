@@ -88,12 +88,12 @@ class ScanRun {
     read_interlock();
     cycle_.begin();
     take_turn();
-    executive_.set_armed(job_.plan.uses_laser());
     if (Feed* feed = grid_camera())
       start_camera(*feed);
     else
       start_plan(job_.clock.now() + from_seconds(job_.settings.frame_period));
     executive_.heartbeat(job_.clock.now());
+    executive_.set_armed(job_.plan.uses_laser());  // last: an edge while anything is missing is lost
   }
 
   /// About one period of the cycle, and what it left in the ring.
@@ -129,8 +129,8 @@ class ScanRun {
   /// The way out by an exception: the sink and the cameras are not asked again, the executive runs until all is safe.
   void leave_safe(const char* why) noexcept {
     executive_.request_stop();
-    cycle_.begin();
-    while (!end_.settled()) {
+    const Stamp give_up = job_.clock.now() + from_seconds(2 * job_.settings.rest_timeout);
+    while (!end_.settled() && job_.clock.now() < give_up) {
       cycle_.turn();
       CycleRecord record;
       while (executive_.try_pop(record)) end_.add(record);
@@ -168,8 +168,10 @@ class ScanRun {
     }
   }
 
+  /// A device may take its time to start; the supervisor is well meanwhile.
   void start_camera(Feed& feed) {
     joiner_.restarted(feed.number);
+    executive_.heartbeat(job_.clock.now());
     const Status started = feed.camera->start();
     feed.running = started.ok();
     if (!started.ok()) device_failed("camera " + feed.camera->info().name + ": " + describe(started.error()));

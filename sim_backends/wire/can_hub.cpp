@@ -99,6 +99,7 @@ struct CanHub::Impl {
 
   explicit Impl(const CanHubSettings& s) : settings(s), listener(listen_at(s.path)) {
     wake = OwnedDescriptor(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC));
+    if (wake.get() < 0) throw InputError("CAN hub: eventfd: " + reason(errno));
     thread = std::thread([this] { serve(); });
   }
 

@@ -46,10 +46,12 @@ struct EmulatedTank::Impl {
     }
     if (!settings.truth.empty()) std::filesystem::create_directories(settings.truth);
     for (const EmulatedCamera& camera : settings.cameras) {
-      world.render(camera.name, sample_exposure(
-                                    clock.now(), Duration{}, 0, [&](Stamp t) { return joints_at(t); },
-                                    [](Stamp) { return 0.0; }));  // a camera's first picture takes a second
-      start_camera(camera);
+      cameras.push_back(std::make_unique<GigeCameraEmulator>(camera.gige, pictures_of(camera.name)));
+      tell("camera " + camera.name, camera.gige.address);
+    }
+    for (const EmulatedVideoOutput& camera : settings.video_outputs) {
+      video_outputs.push_back(std::make_unique<V4l2OutputEmulator>(camera.output, pictures_of(camera.name)));
+      tell("camera " + camera.name, camera.output.device);
     }
   }
 
@@ -61,19 +63,11 @@ struct EmulatedTank::Impl {
 
   void start_arm(const EmulatedArm& s) {
     arm.emplace(world.arm(), s.parameters, clock);
-    std::string interface = s.can_interface;
     if (s.hub) {
       hub.emplace(*s.hub);
-      interface = "unix:" + s.hub->path.string();
+      serve_arm("unix:" + s.hub->path.string(), s.parameters);
     }
-    if (!interface.empty()) {
-      CanSettings can;
-      can.interface = interface;
-      can.bitrate = s.parameters.can_bitrate;
-      can.filters = s.parameters.can_ids.host_filters();
-      arm->serve(open_can(can, clock));
-      tell("arm", interface);
-    }
+    if (!s.can_interface.empty()) serve_arm(s.can_interface, s.parameters);
     if (!s.line.empty()) {
       arm->serve(s.line);
       tell("arm", s.line.string());
@@ -81,19 +75,31 @@ struct EmulatedTank::Impl {
     if (!s.zero_file.empty()) save_arm_zero(s.zero_file, {arm->true_zero(), utc_now()});
   }
 
-  void start_camera(const EmulatedCamera& s) {
+  void serve_arm(const std::string& interface, const ArmEmulatorParameters& parameters) {
+    CanSettings can;
+    can.interface = interface;
+    can.bitrate = parameters.can_bitrate;
+    can.filters = parameters.can_ids.host_filters();
+    arm->serve(open_can(can, clock));
+    tell("arm", interface);
+  }
+
+  /// What a camera sees from now on. Its first picture takes a second, and is made here.
+  PictureSource pictures_of(const std::string& camera) {
+    const auto expose = [this](Stamp mid, Duration exposure, std::uint64_t index) {
+      return sample_exposure(
+          mid, exposure, index, [this](Stamp t) { return joints_at(t); },
+          [this](Stamp t) { return laser.power_at(t); });
+    };
+    world.render(camera, expose(clock.now(), Duration{}, 0));
     ExposureTruth* truth = nullptr;
     if (!settings.truth.empty())
-      truth = truths.emplace_back(std::make_unique<ExposureTruth>(settings.truth / (s.name + ".csv"))).get();
-    const auto picture = [this, truth, name = s.name](std::uint64_t index, Stamp begin, Duration exposure) {
-      const Exposure e = sample_exposure(
-          begin + exposure / 2, exposure, index, [&](Stamp t) { return joints_at(t); },
-          [&](Stamp t) { return laser.power_at(t); });
+      truth = truths.emplace_back(std::make_unique<ExposureTruth>(settings.truth / (camera + ".csv"))).get();
+    return [this, expose, truth, camera](std::uint64_t index, Stamp begin, Duration exposure) {
+      const Exposure e = expose(begin + exposure / 2, exposure, index);
       if (truth) truth->add(e);
-      return world.render(name, e);
+      return world.render(camera, e);
     };
-    cameras.push_back(std::make_unique<GigeCameraEmulator>(s.gige, picture));
-    tell("camera " + s.name, s.gige.address);
   }
 
   JointVector joints_at(Stamp when) { return arm ? arm->truth_at(when) : resting; }
@@ -110,6 +116,7 @@ struct EmulatedTank::Impl {
   std::optional<LuxEmulator> lux;
   std::vector<std::unique_ptr<ExposureTruth>> truths;
   std::vector<std::unique_ptr<GigeCameraEmulator>> cameras;  // last: their threads ask the devices above
+  std::vector<std::unique_ptr<V4l2OutputEmulator>> video_outputs;
 };
 
 EmulatedTank::EmulatedTank(const TankWorld& world, EmulatedTankSettings settings, Clock& clock)

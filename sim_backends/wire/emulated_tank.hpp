@@ -14,6 +14,7 @@
 #include "sim_backends/wire/gige_camera.hpp"
 #include "sim_backends/wire/lux_emulator.hpp"
 #include "sim_backends/wire/relay_emulator.hpp"
+#include "sim_backends/wire/v4l2_output.hpp"
 #include "sim_backends/world/tank_world.hpp"
 
 namespace tankrig::sim {
@@ -21,7 +22,7 @@ namespace tankrig::sim {
 struct EmulatedArm {
   ArmEmulatorParameters parameters;
   std::optional<CanHubSettings> hub;  ///< a bus of our own
-  std::string can_interface;          ///< else an interface of the kernel's; empty: not on CAN
+  std::string can_interface;          ///< an interface of the kernel's; empty: none
   std::filesystem::path line;         ///< empty: not on a serial line
   std::filesystem::path zero_file;    ///< written as homing would have; empty: the arm has not been homed
 };
@@ -31,10 +32,16 @@ struct EmulatedCamera {
   GigeCameraSettings gige;
 };
 
+struct EmulatedVideoOutput {
+  std::string name;  ///< of the scene's virtualCamera
+  V4l2OutputSettings output;
+};
+
 /// What is there is emulated. Paths are absolute.
 struct EmulatedTankSettings {
   std::optional<EmulatedArm> arm;
   std::vector<EmulatedCamera> cameras;
+  std::vector<EmulatedVideoOutput> video_outputs;
   std::optional<RelayEmulatorSettings> laser;
   Duration laser_warm_up = std::chrono::seconds{1};
   std::optional<LuxEmulatorSettings> lux;
@@ -42,9 +49,11 @@ struct EmulatedTankSettings {
 };
 
 /// The emulators for the devices a rig file names, with their behaviour from its `emulation` section where there is
-/// one: `arm` (also `homed: true | false`), `cameras` (of every GigE Vision camera: `clock_drift_ppm`,
-/// `timestamp_latch`), `laser` (`watchdog_ms`, `answer_delay_ms`), `lux_meter` (`answer_delay_ms`). Cameras of other
-/// drivers, and lines that do not begin with "runtime/", are left alone. Errors: InputError with file and line.
+/// one: `arm` (also `homed: true | false`, and `can_interface`: the emulator's own end of a kernel's bus), `cameras`
+/// (of every GigE Vision camera: `clock_drift_ppm`, `timestamp_latch`), `v4l2_outputs` by camera (`device`,
+/// `pixel_format`,
+/// ...), `laser` (`watchdog_ms`, `answer_delay_ms`), `lux_meter` (`answer_delay_ms`). Lines that do not begin with
+/// "runtime/" are left alone. Errors: InputError with file and line.
 EmulatedTankSettings emulated_tank_settings_from(const ConfigNode& devices, const std::optional<ConfigNode>& emulation,
                                                  const TankWorld& world, const std::filesystem::path& runtime);
 

@@ -21,17 +21,18 @@ EmulatedArm arm_from(const ConfigNode& node, const std::optional<ConfigNode>& be
   arm.parameters.can_ids = driver.can_ids;
   if (node.has("can")) {
     arm.parameters.can_bitrate = driver.can.bitrate;
-    const std::string& interface = driver.can.interface;
-    if (interface.starts_with(kBus))
-      arm.hub = CanHubSettings{.path = interface.substr(sizeof kBus - 1), .bitrate = driver.can.bitrate};
-    else
-      arm.can_interface = interface;
+    if (driver.can.interface.starts_with(kBus))
+      arm.hub = CanHubSettings{.path = driver.can.interface.substr(sizeof kBus - 1), .bitrate = driver.can.bitrate};
   }
+  if (behaviour) arm.can_interface = behaviour->text_or("can_interface", "");
   if (const auto serial = node.optional_child("serial"); serial && is_emulated(*serial, "device")) {
     arm.parameters.serial_baud = driver.serial.baud;
     arm.line = driver.serial.device;
   }
-  if (behaviour && behaviour->flag_or("homed", false)) arm.zero_file = driver.zero_file;
+  if (behaviour && behaviour->flag_or("homed", false)) {
+    if (!is_emulated(node, "zero_file")) behaviour->fail("homed", "expected a zero_file that begins with runtime/");
+    arm.zero_file = driver.zero_file;
+  }
   return arm;
 }
 
@@ -55,6 +56,15 @@ GigeCameraSettings camera_from(const ConfigNode& node, const SceneCamera& seen,
   return gige;
 }
 
+V4l2OutputSettings output_from(const ConfigNode& node, const SceneCamera& seen) {
+  V4l2OutputSettings output = v4l2_output_settings_from(node);
+  output.width = seen.model.width;
+  output.height = seen.model.height;
+  output.rate_hz = seen.rate_hz;
+  output.exposure = from_seconds(seen.exposure_s);
+  return output;
+}
+
 }  // namespace
 
 EmulatedTankSettings emulated_tank_settings_from(const ConfigNode& devices, const std::optional<ConfigNode>& emulation,
@@ -68,6 +78,10 @@ EmulatedTankSettings emulated_tank_settings_from(const ConfigNode& devices, cons
     for (const SceneCamera& seen : world.cameras())
       if (const auto node = cameras->optional_child(seen.name); node && node->text("driver") == "aravis")
         s.cameras.push_back({seen.name, camera_from(*node, seen, behaviour("cameras"))});
+  if (const auto outputs = behaviour("v4l2_outputs"))
+    for (const SceneCamera& seen : world.cameras())
+      if (const auto node = outputs->optional_child(seen.name))
+        s.video_outputs.push_back({seen.name, output_from(*node, seen)});
   if (const auto laser = devices.optional_child("laser"); laser && is_emulated(*laser, "device")) {
     const auto b = behaviour("laser");
     s.laser = relay_emulator_settings_from(*laser, b ? &*b : nullptr, runtime);

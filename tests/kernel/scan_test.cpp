@@ -2,12 +2,12 @@
 // its real driver; the pictures were rendered on the host.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "core/utc.hpp"
 #include "drivers/arm/arm_zero.hpp"
 #include "drivers/can/can_log.hpp"
 #include "rig/session/session.hpp"
@@ -106,6 +106,21 @@ TEST(ScanInTheGuest, ScansReconstructsAndScoresTheBox) {
   EXPECT_EQ(log.cut_bytes, 0u);
   EXPECT_GT(log.entries.size(), 1000u);
   EXPECT_EQ(log.entries.front().interface, "rigcan0");
+}
+
+TEST(ScanInTheGuest, EmulateServesTheWorldOnAVideoDevice) {
+  const TemporaryFolder folder;
+  const auto rig =
+      folder.write("rig.yaml", "base: " TANKRIG_SOURCE_DIR
+                               "/tests/kernel/rig/rig.yaml\n"
+                               "emulation: {v4l2_outputs: {mono: {device: /dev/video10, pixel_format: BGR24}}}\n");
+  const auto stream = folder.path() / "pictures.bgr";
+  shell(std::string(TANKRIG_PROGRAM) + " emulate --rig " + rig.string() +
+        " --device cameras -- v4l2-ctl -d /dev/video10 " + "--stream-mmap --stream-count 3 --stream-to " +
+        stream.string());
+  EXPECT_EQ(std::filesystem::file_size(stream), 3u * 320 * 240 * 3);
+  const std::string bytes = folder.read("pictures.bgr");
+  EXPECT_NE(std::count(bytes.begin(), bytes.end(), bytes[0]), static_cast<long>(bytes.size()));  // no blank picture
 }
 
 }  // namespace
