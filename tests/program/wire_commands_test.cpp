@@ -82,6 +82,21 @@ TEST(OnTheWire, CtrlCStopsAJogOnItsWay) {
   EXPECT_LT(reached(run.json(), "shoulder"), 55);
 }
 
+TEST(OnTheWire, CtrlCTwiceInASweepStillEndsWithLaserAndArmConfirmed) {
+  int sent = 0;
+  const fs::path session = scratch_folder() / "session";
+  const ProgramRun run =
+      run_tankrig({"scan", "--rig", "tank-wire", "--out", session.string()}, [&](const std::string& line, int pid) {
+        if (sent > 0 || line.find("scan: sweep") == std::string::npos) return;
+        for (int i = 0; i < 2; ++i) sent += kill(pid, SIGINT) == 0;
+      });
+  if (forbids_private_network(run)) GTEST_SKIP() << run.err;
+  ASSERT_EQ(sent, 2) << run.err;
+  EXPECT_EQ(run.exit_code, 3) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("laser off, arm at rest"));
+  EXPECT_EQ(run_tankrig({"session", "info", session.string()}).exit_code, 0);
+}
+
 TEST(OnTheWire, AnArmThatIsNotHomedIsSentHomeBeforeItMoves) {
   const fs::path rig = rig_not_homed();
   const ProgramRun status = run_tankrig({"arm", "status", "--rig", rig.string(), "--json"});
