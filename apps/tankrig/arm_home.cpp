@@ -90,6 +90,7 @@ void print(const HomingResult& result) {
 int arm_home(const ArmCommandOptions& options) {
   Progress progress;
   const RigConfig rig = load_rig(find_rig(options.rig));
+  const StopOnSignal stop_on_signal;  // before the devices: it outlives them
   const std::unique_ptr<Backend> backend = make_backend(rig, {.carrier = options.carrier, .cameras = false});
   auto* const arm = dynamic_cast<Arm5e*>(&backend->arm());
   if (!arm) {
@@ -105,7 +106,6 @@ int arm_home(const ArmCommandOptions& options) {
     throw InputError(zero_file,
                      "cannot be written: " + std::string(std::strerror(errno)) + ", expected a folder for it");
   confirm("The arm of " + rig.name + " will move every joint into its stop, unchecked. Is its way free?", options.yes);
-  const StopOnSignal stop_on_signal;
   make_laser_dark(*backend, rig.scan);
 
   const HomingResult result = home(*arm, backend->clock(), progress);

@@ -109,8 +109,8 @@ JointVector homed_posture(Backend& backend, const std::string& rig) {
 int move_arm(const ArmCommandOptions& options, const TargetFrom& target_from) {
   Progress progress;
   const RigConfig rig = load_rig(find_rig(options.rig));
+  const StopOnSignal stop_on_signal;  // before the devices: it outlives them
   const std::unique_ptr<Backend> backend = make_backend(rig, {.carrier = options.carrier, .cameras = false});
-  const StopOnSignal stop_on_signal;
   make_laser_dark(*backend, rig.scan);
   const JointVector now = homed_posture(*backend, options.rig);
 

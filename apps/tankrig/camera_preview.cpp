@@ -228,10 +228,10 @@ int camera_preview(const CameraPreviewOptions& options) {
   Progress progress;
   const RigConfig rig = load_rig(find_rig(options.rig));
   if (options.laser) confirm("The laser of " + rig.name + " will shine. Is everybody's sight protected?", options.yes);
+  const StopOnSignal stop_on_signal;  // before the devices: it outlives them
   const std::unique_ptr<Backend> backend = make_backend(rig, {});
   const CameraChoice camera = choose_camera(rig, *backend, options.camera);
   PreviewOutput output(options.out, camera.rig->name, options.rate_hz);
-  const StopOnSignal stop_on_signal;
 
   std::string failure;
   if (options.laser) {

@@ -13,10 +13,17 @@
 #include "drivers/can/can_recorder.hpp"
 #include "drivers/laser/relay_laser.hpp"
 #include "drivers/lux/open_lux_meter.hpp"
+#include "sim_backends/wire/emulated_tank.hpp"
 #include "sim_backends/wire/private_network.hpp"
 
 namespace tankrig::app {
 namespace {
+
+ConfigNode devices_of(const RigConfig& rig) {
+  const auto devices = rig.section("devices");
+  if (!devices) throw InputError(rig.file, "devices: found nothing, expected arm, cameras, laser and lux_meter");
+  return *devices;
+}
 
 /// The emulated devices of a rig that has them: those of a running `tankrig emulate`, or our own.
 class Emulation {
@@ -31,10 +38,18 @@ class Emulation {
       if (const Status entered = sim::enter_private_network(); !entered)
         throw InputError(rig.file, std::string("emulation: ") + entered.error().where + ": " +
                                        std::strerror(entered.error().os_errno));
-      process_.emplace(rig, options);
-      runtime_ = process_->runtime();
     }
-    if (rig.section("emulation")) world_.emplace(sim::TankWorld::load(rig.scene, options.world));
+    if (!runtime_.empty() && !std::filesystem::is_directory(runtime_))
+      throw InputError(std::string(kRuntimeVariable) + ": found '" + runtime_.string() +
+                       "', expected the folder of a running `tankrig emulate`");
+    if (!rig.section("emulation")) return;
+    if (rig.scene.empty()) throw InputError(rig.file, "scene: found nothing, expected the scene to emulate");
+    world_.emplace(sim::TankWorld::load(rig.scene, options.world));
+    if (!runtime_.empty()) return;
+    (void)sim::emulated_tank_settings_from(devices_of(rig), rig.section("emulation"), *world_,
+                                           "/");  // errors told here
+    process_.emplace(rig, options);
+    runtime_ = process_->runtime();
   }
 
   const std::filesystem::path& runtime() const { return runtime_; }
@@ -45,12 +60,6 @@ class Emulation {
   std::optional<EmulationProcess> process_;
   std::optional<sim::TankWorld> world_;
 };
-
-ConfigNode devices_of(const RigConfig& rig) {
-  const auto devices = rig.section("devices");
-  if (!devices) throw InputError(rig.file, "devices: found nothing, expected arm, cameras, laser and lux_meter");
-  return *devices;
-}
 
 std::unique_ptr<Camera> open_camera(const RigCamera& camera, const ConfigNode& node,
                                     std::vector<std::string>& warnings) {
@@ -73,14 +82,24 @@ class DeviceBackend final : public Backend {
  public:
   DeviceBackend(const RigConfig& rig, const BackendOptions& options)
       : emulation_(rig, options), devices_(devices_of(rig)) {
+    const auto open = [&](const std::string& device, auto opening) {
+      try {
+        return opening();
+      } catch (const InputError& e) {
+        throw InputError(rig.file, "devices." + device + ": " + e.what());
+      }
+    };
     const std::filesystem::path& runtime = emulation_.runtime();
     const ConfigNode laser = devices_.child("laser"), arm = devices_.child("arm"), cameras = devices_.child("cameras");
     laser.choice("driver", {"relay"});
     wired_interlock_ = laser.choice_or("interlock", "read", {"read", "wired"}) == "wired";
-    laser_ = std::make_unique<RelayLaser>(relay_laser_settings_from(laser, runtime));
+    const RelayLaserSettings laser_settings = relay_laser_settings_from(laser, runtime);
+    if (!wired_interlock_ && !laser_settings.protocol.status_query)
+      laser.fail("interlock", "found read without a status_query, expected one, or wired");
+    laser_ = open("laser", [&] { return std::make_unique<RelayLaser>(laser_settings); });
     arm.choice("driver", {"arm5e"});
     arm_settings_ = arm5e_settings_from(arm, runtime, options.carrier);
-    arm_ = open_arm5e(arm_settings_, rig.arm, clock_);
+    arm_ = open("arm", [&] { return open_arm5e(arm_settings_, rig.arm, clock_); });
     if (options.cameras) {
       for (const RigCamera& camera : rig.cameras)
         cameras_.push_back(open_camera(camera, cameras.child(camera.name), warnings_));

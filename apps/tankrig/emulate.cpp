@@ -92,7 +92,8 @@ void add_emulate(CLI::App& app, EmulateOptions& o) {
       "With a command, both live on a network of their own and end together. Without one, the devices are served on\n"
       "this machine's until Ctrl-C.");
   c->add_option("--rig", o.rig, "Rig name below etc/rigs, or a rig.yaml")->capture_default_str();
-  c->add_option("--device", o.devices, "Only these: arm, cameras, laser, lux")
+  c->add_option("--device", o.devices, "Only this one: arm, cameras, laser or lux; may be given several times")
+      ->allow_extra_args(false)
       ->check(CLI::IsMember({"arm", "cameras", "laser", "lux"}));
   c->add_option("--runtime", o.runtime, "Folder for buses and serial lines (default: a fresh one)");
   c->add_option("--light", o.light, "Ambient light, 0 darkness .. 1 the reference")->check(CLI::Range(0.0, 1.0));
@@ -119,6 +120,9 @@ int emulate(const EmulateOptions& options) {
   std::error_code ignored;
   std::filesystem::create_directories(runtime);
   ::setenv(kRuntimeVariable, runtime.c_str(), 1);
+  const char* const path = ::getenv("PATH");
+  const std::string own_folder = std::filesystem::read_symlink("/proc/self/exe", ignored).parent_path();
+  ::setenv("PATH", (own_folder + ":" + (path ? path : "")).c_str(), 1);  // the command may be tankrig itself
 
   MonotonicClock clock;
   const StopOnSignal stop_on_signal;

@@ -30,13 +30,18 @@ namespace {
 /// The session as the scan's sink.
 class SessionSink final : public ScanSink {
  public:
-  explicit SessionSink(SessionWriter& writer) : writer_(writer) {}
+  SessionSink(SessionWriter& writer, Progress& progress) : writer_(writer), progress_(progress) {}
   void joints(const JointState& state) override { writer_.joints(state); }
   void frame(const FrameRecord& record, const cv::Mat& image) override { writer_.frame(record, image); }
-  void event(Stamp when, std::string_view kind, const std::string& text) override { writer_.event(when, kind, text); }
+  /// A fault is told at once: what follows may take seconds.
+  void event(Stamp when, std::string_view kind, const std::string& text) override {
+    if (kind == "fault") progress_.warn(text);
+    writer_.event(when, kind, text);
+  }
 
  private:
   SessionWriter& writer_;
+  Progress& progress_;
 };
 
 /// sessions/RIG-20170503T091244Z, numbered if there is one already.
@@ -107,7 +112,7 @@ ScanResult record(const ScanOptions& options, const RigConfig& rig, const ScanPl
     write_camera_file(path / "cameras" / (camera.name + ".yaml"), camera.model, camera.name);
 
   backend.record_wire(path);
-  SessionSink sink(writer);
+  SessionSink sink(writer, progress);
   std::vector<ScanCamera> cameras;
   const std::vector<Camera*> devices = backend.cameras();
   for (std::size_t i = 0; i < devices.size(); ++i) cameras.push_back({devices[i], rig.cameras[i].record});
@@ -130,7 +135,7 @@ ScanResult record(const ScanOptions& options, const RigConfig& rig, const ScanPl
     throw;
   }
   left = result.left;
-  if (meter) try {
+  if (meter && result.complete()) try {
       writer.info().lux_after = read_lux(backend);
     } catch (const InputError& e) {
       progress.warn(e.what());
@@ -186,6 +191,7 @@ int scan(const ScanOptions& options) {
   Progress progress;
   const RigConfig rig = load_rig(find_rig(options.rig), options.preset);
   const ReconstructionParameters parameters = reconstruction_parameters(rig.root);
+  const StopOnSignal stop_on_signal;  // before the devices: it outlives them
   const std::unique_ptr<Backend> backend =
       make_backend(rig, {.world = {options.light, options.noise, options.sensor, options.particles, options.seed},
                          .carrier = options.carrier});
@@ -205,7 +211,10 @@ int scan(const ScanOptions& options) {
   const fs::path path = options.out.empty() ? default_session(rig.name) : options.out;
   if (fs::exists(path)) throw InputError(path, "exists already, expected a new session directory");
   check_laser_ready(rig.scan, backend->laser(), backend->interlock_closed());
-  const StopOnSignal stop_on_signal;
+  if (StopOnSignal::requested()) {
+    progress.warn("scan stopped before anything moved");
+    return kPartial;
+  }
   ScanResult result;
   std::optional<OutputsLeft> left;
   try {
@@ -242,7 +251,8 @@ int scan(const ScanOptions& options) {
     print_json(out);
   } else {
     std::printf("%s", score_table(tabled(scores)).c_str());
-    std::printf("%zu frames, %.1f s simulated in %.1f s\nlook at %s\n", session.frames.size(), result.simulated_s, wall,
+    std::printf("%zu frames, a scan of %.1f s%s, all in %.1f s\nlook at %s\n", session.frames.size(),
+                result.simulated_s, backend->clock().real_time() ? "" : " simulated", wall,
                 (path / "report.html").c_str());
   }
   return partial ? kPartial : kOk;
