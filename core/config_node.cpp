@@ -162,6 +162,10 @@ double ConfigNode::number_or(std::string_view key, double fallback, Range range)
   return has(key) ? number(key, range) : fallback;
 }
 
+Duration ConfigNode::milliseconds_or(std::string_view key, Duration fallback, Range range) const {
+  return has(key) ? from_seconds(1e-3 * number(key, range)) : fallback;
+}
+
 int ConfigNode::integer(std::string_view key, Range range) const {
   range.lower = std::max(range.lower, -2147483648.0);
   range.upper = std::min(range.upper, 2147483647.0);

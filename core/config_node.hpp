@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/frames.hpp"
+#include "core/time.hpp"
 
 namespace tankrig {
 
@@ -34,6 +35,8 @@ class ConfigNode {
   bool has(std::string_view key) const;
   double number(std::string_view key, Range range = {}) const;
   double number_or(std::string_view key, double fallback, Range range = {}) const;
+  /// A number of milliseconds; `range` in milliseconds too.
+  Duration milliseconds_or(std::string_view key, Duration fallback, Range range) const;
   int integer(std::string_view key, Range range = {}) const;
   int integer_or(std::string_view key, int fallback, Range range = {}) const;
   bool flag(std::string_view key) const;

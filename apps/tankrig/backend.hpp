@@ -44,10 +44,9 @@ class Backend {
 };
 
 struct BackendOptions {
-  sim::WorldOptions world = {};        ///< of what is simulated or emulated
-  std::string carrier = {};            ///< of the arm: "can" or "serial"; empty: the rig file's
-  std::filesystem::path runtime = {};  ///< of devices emulated by a running `tankrig emulate`; empty: emulate them here
-  bool cameras = true;                 ///< false: neither cameras nor lux meter are opened, for work on the arm alone
+  sim::WorldOptions world = {};  ///< of what is simulated or emulated
+  std::string carrier = {};      ///< of the arm: "can" or "serial"; empty: the rig file's
+  bool cameras = true;           ///< false: neither cameras nor lux meter are opened, for work on the arm alone
 };
 
 /// Errors: InputError if the rig and its scene contradict each other, or a device cannot be opened.

@@ -30,11 +30,9 @@ class Emulation {
  public:
   Emulation(const RigConfig& rig, const BackendOptions& options) {
     const char* running = std::getenv(kRuntimeVariable);
-    if (!options.runtime.empty()) {
-      runtime_ = options.runtime;
-    } else if (running) {
+    if (running) {
       runtime_ = running;
-    } else if (rig.section("emulation")) {
+    } else if (rig.section("emulation") && options.cameras && sim::needs_private_network(devices_of(rig))) {
       if (const Status entered = sim::enter_private_network(); !entered)
         throw InputError(rig.file, std::string("emulation: ") + entered.error().where + ": " +
                                        std::strerror(entered.error().os_errno));

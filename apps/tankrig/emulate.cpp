@@ -110,7 +110,10 @@ void add_emulate(CLI::App& app, EmulateOptions& o) {
 int emulate(const EmulateOptions& options) {
   const RigConfig rig = load_rig(find_rig(options.rig));
   if (rig.scene.empty()) throw InputError(rig.file, "scene: found nothing, expected the scene to emulate");
-  if (!options.command.empty())
+  const bool cameras = options.devices.empty() ||
+                       std::find(options.devices.begin(), options.devices.end(), "cameras") != options.devices.end();
+  const auto devices = rig.section("devices");
+  if (!options.command.empty() && cameras && devices && sim::needs_private_network(*devices))
     if (const Status entered = sim::enter_private_network(); !entered)
       throw InputError(std::string("emulate: ") + entered.error().where + ": " +
                        std::strerror(entered.error().os_errno));

@@ -12,10 +12,6 @@ namespace {
 
 constexpr double kUsualCanRate = 100, kUsualSerialRate = 50;  // the laboratory's cycle is 50 Hz
 
-Duration milliseconds_or(const ConfigNode& node, std::string_view key, Duration fallback, ConfigRange range) {
-  return from_seconds(node.number_or(key, seconds(fallback) * 1e3, range) * 1e-3);
-}
-
 std::string overload(const Arm5eSettings& settings) {
   const CarrierLoad carrier = carrier_load(settings);
   if (carrier.load <= kLargestCarrierLoad) return {};
@@ -132,10 +128,10 @@ Arm5eSettings arm5e_settings_from(const ConfigNode& arm, const std::filesystem::
   const std::string text = overload(s);
   if (!text.empty()) chosen->fail(chosen->has("exchange_rate_hz") ? "exchange_rate_hz" : chosen->keys().front(), text);
 
-  s.encoder_latency = milliseconds_or(arm, "encoder_latency_ms", s.encoder_latency, {0, 500});
-  s.reply_timeout = milliseconds_or(arm, "reply_timeout_ms", s.reply_timeout, {1, 1000});
-  s.silence_timeout = milliseconds_or(arm, "silence_timeout_ms", s.silence_timeout, {10, 10'000});
-  s.watchdog = milliseconds_or(arm, "watchdog_ms", s.watchdog, {20, 10'000});
+  s.encoder_latency = arm.milliseconds_or("encoder_latency_ms", s.encoder_latency, {0, 500});
+  s.reply_timeout = arm.milliseconds_or("reply_timeout_ms", s.reply_timeout, {1, 1000});
+  s.silence_timeout = arm.milliseconds_or("silence_timeout_ms", s.silence_timeout, {10, 10'000});
+  s.watchdog = arm.milliseconds_or("watchdog_ms", s.watchdog, {20, 10'000});
   if (arm.has("zero_file")) {
     const std::string file = arm.text("zero_file");
     s.zero_file =

@@ -28,7 +28,7 @@ struct ArmLinkCounters {
   std::uint64_t wrong_ids = 0, wrong_lengths = 0, incomplete = 0;                          ///< CAN
   std::uint64_t unknown_slots = 0;  ///< a kind of slot the arm never sends
   std::uint64_t send_buffer_full = 0;
-  std::uint64_t lost = 0, reopened = 0;
+  std::uint64_t reopened = 0;
 };
 
 /// One request is on its way at a time; a stop may overtake.

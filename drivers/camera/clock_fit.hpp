@@ -54,7 +54,6 @@ class ClockFit {
   std::uint64_t jumps() const { return jumps_; }
 
  private:
-  struct Line;
   void solve();
   bool fits(const ClockSample& sample) const;
 

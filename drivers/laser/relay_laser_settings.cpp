@@ -3,14 +3,6 @@
 #include "drivers/laser/relay_laser.hpp"
 
 namespace tankrig {
-namespace {
-
-Duration milliseconds(const ConfigNode& node, const char* key, Duration fallback, ConfigRange range) {
-  return from_seconds(node.number_or(key, seconds(fallback) * 1e3, range) * 1e-3);
-}
-
-}  // namespace
-
 RelayProtocol relay_protocol_from(const ConfigNode& laser) {
   RelayProtocol p;
   p.on_byte = static_cast<std::uint8_t>(laser.integer_or("on_byte", p.on_byte, {0, 255}));
@@ -28,11 +20,11 @@ RelayLaserSettings relay_laser_settings_from(const ConfigNode& laser, const std:
   s.serial.baud = laser.integer_or("baud", s.serial.baud, {50, 4e6});
   s.protocol = relay_protocol_from(laser);
   s.warm_up = from_seconds(laser.number_or("warm_up_s", seconds(s.warm_up), {0, 600}));
-  s.refresh = milliseconds(laser, "refresh_ms", s.refresh, {0, 10000});
-  s.query_period = milliseconds(laser, "query_period_ms", s.query_period, {5, 10000});
-  s.answer_timeout = milliseconds(laser, "answer_timeout_ms", s.answer_timeout, {5, 5000});
+  s.refresh = laser.milliseconds_or("refresh_ms", s.refresh, {0, 10000});
+  s.query_period = laser.milliseconds_or("query_period_ms", s.query_period, {5, 10000});
+  s.answer_timeout = laser.milliseconds_or("answer_timeout_ms", s.answer_timeout, {5, 5000});
   s.attempts = laser.integer_or("attempts", s.attempts, {1, 10});
-  s.caller_timeout = milliseconds(laser, "caller_timeout_ms", s.caller_timeout, {0, 60000});
+  s.caller_timeout = laser.milliseconds_or("caller_timeout_ms", s.caller_timeout, {0, 60000});
   s.opening_timeout = from_seconds(laser.number_or("opening_timeout_s", seconds(s.opening_timeout), {0.05, 60}));
   return s;
 }

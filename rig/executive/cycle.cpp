@@ -1,8 +1,13 @@
 #include "rig/executive/cycle.hpp"
 
-#include <pthread.h>
+#include "core/thread_priority.hpp"
 
 namespace tankrig {
+namespace {
+
+constexpr int kPriority = 50;
+
+}  // namespace
 
 Cycle::Cycle(Executive& executive, Clock& clock, Duration period)
     : executive_(executive), clock_(clock), period_(period), grid_(clock.now(), period) {}
@@ -19,7 +24,7 @@ void Cycle::step() noexcept {
 void Cycle::begin() {
   if (!clock_.real_time() || thread_.joinable() || ending_.load(std::memory_order_relaxed)) return;
   thread_ = std::thread([this] {
-    pthread_setname_np(pthread_self(), "tankrig-cycle");
+    keep_time("tankrig-cycle", kPriority);
     while (!ending_.load(std::memory_order_relaxed)) step();
   });
 }

@@ -6,16 +6,11 @@ namespace {
 constexpr ConfigRange kNotNegative{0, 1e6};
 constexpr ConfigRange kPositive{1e-9, 1e6};
 
-Duration milliseconds_or(const ConfigNode& node, std::string_view key, Duration fallback,
-                         ConfigRange range = kNotNegative) {
-  return from_seconds(node.number_or(key, seconds(fallback) * 1e3, range) * 1e-3);
-}
-
 void read_arm(const ConfigNode& node, MockArmParameters& arm) {
-  arm.exchange_period = milliseconds_or(node, "exchange_period_ms", arm.exchange_period, {0.1, 1000});
-  arm.feedback_latency = milliseconds_or(node, "feedback_latency_ms", arm.feedback_latency, {0, 500});
+  arm.exchange_period = node.milliseconds_or("exchange_period_ms", arm.exchange_period, {0.1, 1000});
+  arm.feedback_latency = node.milliseconds_or("feedback_latency_ms", arm.feedback_latency, {0, 500});
   arm.latency_known = node.flag_or("latency_known", arm.latency_known);
-  arm.watchdog = milliseconds_or(node, "watchdog_ms", arm.watchdog, kPositive);
+  arm.watchdog = node.milliseconds_or("watchdog_ms", arm.watchdog, kPositive);
   arm.time_constant = node.number_or("time_constant_s", arm.time_constant, kPositive);
   arm.creep = node.number_or("creep_rad_s", arm.creep, kNotNegative);
   arm.max_ticks_per_s = node.number_or("max_ticks_per_s", arm.max_ticks_per_s, kPositive);
@@ -30,9 +25,9 @@ void read_arm(const ConfigNode& node, MockArmParameters& arm) {
 }
 
 void read_camera(const ConfigNode& node, MockCameraParameters& camera) {
-  camera.exposure = milliseconds_or(node, "exposure_ms", camera.exposure, kPositive);
-  camera.phase = milliseconds_or(node, "phase_ms", camera.phase);
-  camera.readout = milliseconds_or(node, "readout_ms", camera.readout);
+  camera.exposure = node.milliseconds_or("exposure_ms", camera.exposure, kPositive);
+  camera.phase = node.milliseconds_or("phase_ms", camera.phase, kNotNegative);
+  camera.readout = node.milliseconds_or("readout_ms", camera.readout, kNotNegative);
   camera.drop_every = node.integer_or("drop_every", camera.drop_every, {0, 1e6});
   camera.buffer_frames = node.integer_or("buffer_frames", camera.buffer_frames, {1, 1000});
 }
@@ -44,7 +39,7 @@ MockParameters parameters_from(const ConfigNode& mock) {
   if (const auto arm = mock.optional_child("arm")) read_arm(*arm, p.arm);
   if (const auto camera = mock.optional_child("camera")) read_camera(*camera, p.camera);
   if (const auto laser = mock.optional_child("laser"))
-    p.laser_warm_up = milliseconds_or(*laser, "warm_up_ms", p.laser_warm_up);
+    p.laser_warm_up = laser->milliseconds_or("warm_up_ms", p.laser_warm_up, kNotNegative);
   if (const auto lux = mock.optional_child("lux_meter"))
     p.lux_relative_noise = lux->number_or("relative_noise", p.lux_relative_noise, {0, 1});
   mock.finish();

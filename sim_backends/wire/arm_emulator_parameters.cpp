@@ -5,10 +5,6 @@ namespace {
 
 constexpr ConfigRange kProbability{0, 1};
 
-Duration milliseconds_or(const ConfigNode& node, std::string_view key, Duration fallback, ConfigRange range) {
-  return from_seconds(node.number_or(key, seconds(fallback) * 1e3, range) * 1e-3);
-}
-
 template <class T>
 void read_joints(const ConfigNode& node, std::string_view key, std::array<T, kJoints>& into) {
   if (!node.has(key)) return;
@@ -31,9 +27,9 @@ ArmEmulatorParameters arm_emulator_parameters_from(const ConfigNode& node) {
   p.plant.quiescent_a = node.number_or("quiescent_a", p.plant.quiescent_a, {0, 20});
   p.plant.stall_a = node.number_or("stall_a", p.plant.stall_a, {0, 20});
   p.plant.current_a_per_tick_s = node.number_or("current_a_per_tick_s", p.plant.current_a_per_tick_s, {0, 1});
-  p.watchdog = milliseconds_or(node, "watchdog_ms", p.watchdog, {0, 60'000});
-  p.turnaround = milliseconds_or(node, "turnaround_ms", p.turnaround, {0, 500});
-  p.encoder_latency = milliseconds_or(node, "encoder_latency_ms", p.encoder_latency, {0, 500});
+  p.watchdog = node.milliseconds_or("watchdog_ms", p.watchdog, {0, 60'000});
+  p.turnaround = node.milliseconds_or("turnaround_ms", p.turnaround, {0, 500});
+  p.encoder_latency = node.milliseconds_or("encoder_latency_ms", p.encoder_latency, {0, 500});
   p.can_paced = node.flag_or("can_paced", p.can_paced);
   p.serial_paced = node.flag_or("serial_paced", p.serial_paced);
   p.needs_gains = node.flag_or("needs_gains", p.needs_gains);

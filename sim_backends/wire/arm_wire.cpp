@@ -8,6 +8,8 @@
 #include <cerrno>
 #include <system_error>
 
+#include "sim_backends/wire/wire_priority.hpp"
+
 namespace tankrig::sim {
 
 ArmWire::ArmWire(ArmElectronics& electronics, const ArmEmulatorParameters& parameters, const Clock& clock)
@@ -36,6 +38,7 @@ void ArmWire::set_plugged(bool plugged) {
 }
 
 void ArmWire::run() {
+  keep_time("arm-wire", kEmulatedWirePriority);
   while (!ends_) {
     const Stamp now = clock_.now();
     const Duration rest = std::clamp(attend(now) - clock_.now(), Duration{0}, kIdle);

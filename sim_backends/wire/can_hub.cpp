@@ -22,6 +22,7 @@
 #include "drivers/can/can_timing.hpp"
 #include "drivers/can/kernel_stamp.hpp"
 #include "drivers/can/owned_descriptor.hpp"
+#include "sim_backends/wire/wire_priority.hpp"
 
 namespace tankrig::sim {
 namespace {
@@ -122,6 +123,7 @@ struct CanHub::Impl {
   }
 
   void serve() {
+    keep_time("can-hub", kEmulatedWirePriority);
     ::prctl(PR_SET_TIMERSLACK, 1);
     std::vector<pollfd> polled;
     while (true) {

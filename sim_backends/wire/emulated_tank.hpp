@@ -57,6 +57,9 @@ struct EmulatedTankSettings {
 EmulatedTankSettings emulated_tank_settings_from(const ConfigNode& devices, const std::optional<ConfigNode>& emulation,
                                                  const TankWorld& world, const std::filesystem::path& runtime);
 
+/// Are there cameras that need loopback addresses of their own? A kernel's CAN interfaces are not seen from there.
+bool needs_private_network(const ConfigNode& devices);
+
 /// Serves from construction to destruction. The cameras see the arm where it really is, and the laser as bright as it
 /// really is.
 /// Threads: one; the emulators have their own.

@@ -1,4 +1,6 @@
 // Which emulators a rig file asks for.
+#include <algorithm>
+
 #include "core/input_error.hpp"
 #include "drivers/arm/arm5e_settings.hpp"
 #include "drivers/camera/aravis_camera.hpp"
@@ -66,6 +68,14 @@ V4l2OutputSettings output_from(const ConfigNode& node, const SceneCamera& seen) 
 }
 
 }  // namespace
+
+bool needs_private_network(const ConfigNode& devices) {
+  const auto cameras = devices.optional_child("cameras");
+  if (!cameras) return false;
+  const std::vector<std::string> names = cameras->keys();
+  return std::any_of(names.begin(), names.end(),
+                     [&](const std::string& name) { return cameras->child(name).text_or("driver", "") == "aravis"; });
+}
 
 EmulatedTankSettings emulated_tank_settings_from(const ConfigNode& devices, const std::optional<ConfigNode>& emulation,
                                                  const TankWorld& world, const std::filesystem::path& runtime) {

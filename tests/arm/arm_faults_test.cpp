@@ -1,5 +1,8 @@
 // What goes wrong on the arm's wires, and what the cycle is told of it.
 #include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <string>
 #include <thread>
@@ -255,6 +258,29 @@ TEST_P(ArmFaultsOn, TheArmsOwnWatchdogStopsItWhenTheHostIsGone) {
     return bench.emulator->true_velocity_at(bench.clock.now())[kElbow] > 0.09;
   }));
   EXPECT_TRUE(bench.until([&] { return bench.emulator->true_velocity_at(bench.clock.now())[kElbow] == 0; }));
+}
+
+TEST(ArmFaults, OpeningStopsAnArmThatAKilledProgramLeftMoving) {
+  ArmBench bench(Wire::kPty);
+  bench.parameters.watchdog = Duration{0};
+  bench.emulator = std::make_unique<ArmEmulator>(bench.model, bench.parameters, bench.clock);
+  bench.emulator->serve(bench.folder.path() / "arm");
+  const auto moves = [&] { return bench.emulator->true_velocity_at(bench.clock.now())[kElbow] != 0; };
+  const pid_t program = ::fork();
+  if (program == 0) {
+    bench.arm = open_arm5e(bench.settings, bench.model, bench.clock);
+    while (true) {
+      (void)bench.arm->try_read();
+      (void)bench.arm->write_ticks({0, 0, 100, 0, 0});
+      bench.clock.sleep_until(bench.clock.now() + 5ms);
+    }
+  }
+  EXPECT_TRUE(bench.until(moves));
+  ::kill(program, SIGKILL);
+  ::waitpid(program, nullptr, 0);
+  EXPECT_TRUE(moves());
+  bench.arm = open_arm5e(bench.settings, bench.model, bench.clock);
+  EXPECT_TRUE(bench.until([&] { return !moves(); }));
 }
 
 TEST_P(ArmFaultsOn, MayBeStoppedFromAnyThreadWhileTheCycleRuns) {

@@ -74,7 +74,10 @@ TEST(ArmOnVcanWithCanUtils, CandumpSeesTheGainsAndTheDemandsByteForByte) {
   Background candump({"candump", "-L", "-n", "10", "vcan0,200:7E0"}, log);
   ASSERT_TRUE(becomes_true([] { return shell("cat /proc/net/can/rcvlist_fil").find("vcan0") != std::string::npos; }));
   MonotonicClock clock;
-  const auto arm = open_arm5e(patient_arm(), arm5e(), clock);
+  const Arm5eSettings settings = patient_arm();
+  const auto arm = std::make_unique<Arm5e>(
+      settings, arm5e(),
+      std::make_unique<CanArmLink>(open_can(settings.can, clock), settings.can_ids, settings.can.bitrate), clock);
   ASSERT_TRUE(arm->write_ticks({0, 0x0123, -0x010A, 0, 0}).ok());  // the gains go first
   ASSERT_TRUE(becomes_true([&] { return shell("cat " + log).find("215#") != std::string::npos; }));
   const auto acknowledged =

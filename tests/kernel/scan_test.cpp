@@ -79,10 +79,29 @@ std::string story(const std::filesystem::path& session) {
                (session / "session.yaml").string());
 }
 
+/// The rig with emulated devices, in `folder`.
+std::filesystem::path emulated_rig(const TemporaryFolder& folder, const std::string& emulation) {
+  const std::filesystem::path here = TANKRIG_SOURCE_DIR "/tests/kernel/rig";
+  std::ifstream in(here / "rig.yaml");
+  std::string text(std::istreambuf_iterator<char>(in), {});
+  const auto replace = [&](const std::string& from, const std::string& to) {
+    text.replace(text.find(from), from.size(), to);
+  };
+  replace("base: ../../..", "base: " TANKRIG_SOURCE_DIR);
+  replace("scene: scene.xml", "scene: " + (here / "scene.xml").string());
+  return folder.write("rig.yaml", text + "emulation: " + emulation + "\n");
+}
+
+void power_up_the_bus() {
+  for (const char* port : {"rigcan0", "rigcan1"}) {
+    set_link(port, "down");
+    set_link(port, "up txqueuelen 1000 type can bitrate 1000000 restart-ms 100");
+  }
+}
+
 TEST(ScanInTheGuest, ScansReconstructsAndScoresTheBox) {
   const TemporaryFolder folder;
-  for (const char* port : {"rigcan0", "rigcan1"})
-    set_link(port, "up txqueuelen 1000 type can bitrate 1000000 restart-ms 100");
+  power_up_the_bus();
   RestOfTheRig rest(folder.path());
   ::setenv("TANKRIG_RUNTIME", folder.path().c_str(), 1);
   const auto session = folder.path() / "session", said = folder.path() / "said.json";
@@ -110,10 +129,7 @@ TEST(ScanInTheGuest, ScansReconstructsAndScoresTheBox) {
 
 TEST(ScanInTheGuest, EmulateServesTheWorldOnAVideoDevice) {
   const TemporaryFolder folder;
-  const auto rig =
-      folder.write("rig.yaml", "base: " TANKRIG_SOURCE_DIR
-                               "/tests/kernel/rig/rig.yaml\n"
-                               "emulation: {v4l2_outputs: {mono: {device: /dev/video10, pixel_format: BGR24}}}\n");
+  const auto rig = emulated_rig(folder, "{v4l2_outputs: {mono: {device: /dev/video10, pixel_format: BGR24}}}");
   const auto stream = folder.path() / "pictures.bgr";
   shell(std::string(TANKRIG_PROGRAM) + " emulate --rig " + rig.string() +
         " --device cameras -- v4l2-ctl -d /dev/video10 " + "--stream-mmap --stream-count 3 --stream-to " +
@@ -121,6 +137,18 @@ TEST(ScanInTheGuest, EmulateServesTheWorldOnAVideoDevice) {
   EXPECT_EQ(std::filesystem::file_size(stream), 3u * 320 * 240 * 3);
   const std::string bytes = folder.read("pictures.bgr");
   EXPECT_NE(std::count(bytes.begin(), bytes.end(), bytes[0]), static_cast<long>(bytes.size()));  // no blank picture
+}
+
+TEST(ScanInTheGuest, EmulateServesTheArmOnACanController) {
+  const TemporaryFolder folder;
+  power_up_the_bus();
+  const auto rig = emulated_rig(folder, "{arm: {can_interface: rigcan1, homed: true}}");
+  const auto said = folder.path() / "said.json";
+  shell(std::string(TANKRIG_PROGRAM) + " emulate --rig " + rig.string() +
+        " --device arm --device laser -- tankrig arm status --rig " + rig.string() + " --json >" + said.string());
+  const auto status = nlohmann::json::parse(folder.read("said.json"));
+  EXPECT_EQ(status.at("homed"), true);
+  EXPECT_GT(status.at("states"), 5);
 }
 
 }  // namespace

@@ -27,7 +27,7 @@ struct WireScan {
 /// Why emulated cameras cannot have their network here; empty if they can.
 const std::string& forbidden() {
   static const std::string reason = [] {
-    const ProgramRun run = run_tankrig({"emulate", "--rig", "tank-wire", "--device", "lux", "--", "true"});
+    const ProgramRun run = run_tankrig({"emulate", "--rig", "tank-wire", "--device", "cameras", "--", "true"});
     return forbids_private_network(run) ? run.err : std::string();
   }();
   return reason;
