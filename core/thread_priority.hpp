@@ -3,9 +3,8 @@
 
 namespace tankrig {
 
-/// Gives the calling thread SCHED_FIFO at `priority` (1 .. 99) and a name of at most 15 characters. Where the system does
-/// not allow it the thread stays as it was, and works on an idle machine.
-/// True if it was allowed.
+/// Gives the calling thread SCHED_FIFO at `priority` (1 .. 99) and a name of at most 15 characters. Where the system
+/// does not allow it the thread stays as it was, and works on an idle machine. True if it was allowed.
 bool keep_time(const char* name, int priority) noexcept;
 
 }  // namespace tankrig

@@ -40,8 +40,9 @@ Status CanSocket::try_send(const CanFrame& frame) noexcept {
     return Error{ErrorCode::kRefused, ENOBUFS, clock_.now(), "can: send: queue full"};
   }
   if (state() == CanState::kBusOff)
-    return Error{ErrorCode::kNotReady, 0, clock_.now(),
-                 carrier_.restarts() ? "can: send: bus-off" : "can: send: bus-off: ip link set INTERFACE type can restart"};
+    return Error{
+        ErrorCode::kNotReady, 0, clock_.now(),
+        carrier_.restarts() ? "can: send: bus-off" : "can: send: bus-off: ip link set INTERFACE type can restart"};
   add(sent_);
   return {};
 }

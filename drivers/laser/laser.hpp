@@ -9,10 +9,10 @@
 namespace tankrig {
 
 struct LaserState {
-  bool commanded = false;  ///< last set()
-  bool powered = false;    ///< relay closed, as read back where the device offers it
-  bool emitting = false;   ///< powered, and warm-up over
-  Stamp since{};           ///< when `emitting` or, if off, `powered` last changed
+  bool commanded = false;                  ///< last set()
+  bool powered = false;                    ///< relay closed, as read back where the device offers it
+  bool emitting = false;                   ///< powered, and warm-up over
+  Stamp since{};                           ///< when `emitting` or, if off, `powered` last changed
   std::optional<bool> interlock_closed{};  ///< the interlock's loop, where the device reads it
 };
 

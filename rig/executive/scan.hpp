@@ -50,7 +50,7 @@ struct ScanResult {
       counts;                      ///< "CAMERA.REASON", "CAMERA.recorded", "cycle.overruns", "cycle.records_dropped"
   double max_following_error = 0;  ///< [rad]
   Duration worst_residual{}, residual_p99{};  ///< of the recorded frames
-  OutputsLeft left;  ///< confirmed after the end
+  OutputsLeft left;                           ///< confirmed after the end
 
   bool complete() const { return status == "complete"; }
 };

@@ -78,7 +78,7 @@ struct SessionInfo {
   std::string noise;             ///< sensor model and parameters; "device" on a real rig
   std::uint64_t seed = 0;
   std::optional<double> light;  ///< simulated only
-  std::string lux_source;                 ///< "meter", "hand", or empty where there is none
+  std::string lux_source;       ///< "meter", "hand", or empty where there is none
   std::optional<double> lux_before, lux_after;
   double simulated_s = 0;                       ///< length of the run on its own clock
   std::map<std::string, std::uint64_t> counts;  ///< every frame not used has a reason here

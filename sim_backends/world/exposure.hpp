@@ -17,7 +17,8 @@ struct Exposure {
   std::uint64_t index = 0;                ///< with seed and camera name: seeds noise and speckle
 };
 
-/// Asks `joints_at` and `laser_at`, functions of a Stamp, at the times of an exposure that lasts `duration` around `mid`.
+/// Asks `joints_at` and `laser_at`, functions of a Stamp, at the times of an exposure that lasts `duration` around
+/// `mid`.
 template <class JointsAt, class LaserAt>
 Exposure sample_exposure(Stamp mid, Duration duration, std::uint64_t index, JointsAt joints_at, LaserAt laser_at) {
   Exposure e;

@@ -4,11 +4,10 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <opencv2/core.hpp>
 #include <optional>
 #include <string>
 #include <vector>
-
-#include <opencv2/core.hpp>
 
 #include "core/arm_model.hpp"
 #include "core/camera_model.hpp"
@@ -39,7 +38,8 @@ struct SceneCamera {
 };
 
 /// A scene file made visible. Everything is const after load: one world serves many threads.
-/// Frames: w, b, e, c, l, o of core/frames.hpp. Bit-reproducible for a seed on one instruction set, whatever the thread count.
+/// Frames: w, b, e, c, l, o of core/frames.hpp. Bit-reproducible for a seed on one instruction set, whatever the thread
+/// count.
 class TankWorld {
  public:
   /// Errors: InputError with file and line. Elements known but not simulated are returned by warnings().
@@ -54,8 +54,8 @@ class TankWorld {
   const std::vector<SceneCamera>& cameras() const;
   const ArmModel& arm() const;
   Transform wMb() const;
-  Transform wMo() const;             ///< the object's mesh frame in the tank
-  Transform eMl() const;             ///< the projector on the end effector (sheet: x_l = 0, light along +z_l)
+  Transform wMo() const;  ///< the object's mesh frame in the tank
+  Transform eMl() const;  ///< the projector on the end effector (sheet: x_l = 0, light along +z_l)
   std::filesystem::path object_mesh() const;
   double light() const;
   std::string noise_description() const;  ///< for the session: model and its parameters

@@ -43,7 +43,8 @@ TEST_F(ConfigNodeTest, ReadsEveryKindOfValue) {
 TEST_F(ConfigNodeTest, NamesFileLineKeyValueAndExpectation) {
   const ConfigNode sut = load("ok: 1\nscan:\n  velocity: fast\n");
   const std::string text = message([&] { sut.child("scan").number("velocity", {0.01, 1}); });
-  EXPECT_EQ(text, (folder_.path() / "config_node_test.yaml").string() + ":3: scan.velocity: found 'fast', expected a number from 0.01 to 1");
+  EXPECT_EQ(text, (folder_.path() / "config_node_test.yaml").string() +
+                      ":3: scan.velocity: found 'fast', expected a number from 0.01 to 1");
 }
 
 TEST_F(ConfigNodeTest, RefusesNumbersOutOfRangeAndNotWhole) {
