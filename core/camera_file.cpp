@@ -181,17 +181,28 @@ CameraModel read_camera_file(const std::filesystem::path& path) {
   return camera;
 }
 
-void write_camera_file(const std::filesystem::path& path, const CameraModel& c, const std::string& name) {
+Rectification rectification_of(const CameraModel& c) {
+  return {cv::Matx33d::eye(), {c.fx, 0, c.cx, 0, 0, c.fy, c.cy, 0, 0, 0, 1, 0}};
+}
+
+void write_camera_file(const std::filesystem::path& path, const CameraModel& camera, const std::string& name) {
+  write_camera_file(path, camera, name, rectification_of(camera));
+}
+
+void write_camera_file(const std::filesystem::path& path, const CameraModel& c, const std::string& name,
+                       const Rectification& rectification) {
+  const auto list = [](const auto& matrix) {
+    std::string text;
+    for (const double value : matrix.val) text += (text.empty() ? "[" : ", ") + exact(value);
+    return text + "]";
+  };
   std::ostringstream out;
   out << "image_width: " << c.width << "\nimage_height: " << c.height << "\ncamera_name: " << name
-      << "\ncamera_matrix:\n  rows: 3\n  cols: 3\n  data: [" << exact(c.fx) << ", 0, " << exact(c.cx) << ", 0, "
-      << exact(c.fy) << ", " << exact(c.cy)
-      << ", 0, 0, 1]\ndistortion_model: plumb_bob\ndistortion_coefficients:\n  rows: 1\n  cols: 5\n  data: ["
-      << exact(c.k1) << ", " << exact(c.k2) << ", " << exact(c.p1) << ", " << exact(c.p2) << ", " << exact(c.k3)
-      << "]\nrectification_matrix:\n  rows: 3\n  cols: 3\n  data: [1, 0, 0, 0, 1, 0, 0, 0, 1]\nprojection_matrix:\n  "
-         "rows: 3\n"
-      << "  cols: 4\n  data: [" << exact(c.fx) << ", 0, " << exact(c.cx) << ", 0, 0, " << exact(c.fy) << ", "
-      << exact(c.cy) << ", 0, 0, 0, 1, 0]\n";
+      << "\ncamera_matrix:\n  rows: 3\n  cols: 3\n  data: " << list(c.matrix())
+      << "\ndistortion_model: plumb_bob\ndistortion_coefficients:\n  rows: 1\n  cols: 5\n  data: [" << exact(c.k1)
+      << ", " << exact(c.k2) << ", " << exact(c.p1) << ", " << exact(c.p2) << ", " << exact(c.k3)
+      << "]\nrectification_matrix:\n  rows: 3\n  cols: 3\n  data: " << list(rectification.R)
+      << "\nprojection_matrix:\n  rows: 3\n  cols: 4\n  data: " << list(rectification.P) << "\n";
   std::filesystem::path temporary = path;
   temporary += ".tmp";
   std::ofstream file(temporary, std::ios::binary);

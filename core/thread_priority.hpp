@@ -7,4 +7,7 @@ namespace tankrig {
 /// does not allow it the thread stays as it was, and works on an idle machine. True if it was allowed.
 bool keep_time(const char* name, int priority) noexcept;
 
+/// Runs the calling thread on processor `cpu` only. False, and nothing changed, if it may not or there is no such one.
+bool stay_on_cpu(int cpu) noexcept;
+
 }  // namespace tankrig

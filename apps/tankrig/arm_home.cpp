@@ -92,7 +92,7 @@ int arm_home(const ArmCommandOptions& options) {
   const RigConfig rig = load_rig(find_rig(options.rig));
   const StopOnSignal stop_on_signal;  // before the devices: it outlives them
   const std::unique_ptr<Backend> backend = make_backend(rig, {.carrier = options.carrier, .cameras = false});
-  auto* const arm = dynamic_cast<Arm5e*>(&backend->arm());
+  Arm5e* const arm = backend->homed_arm();
   if (!arm) {
     if (options.json)
       print_json({{"status", "not needed"}});
@@ -106,11 +106,12 @@ int arm_home(const ArmCommandOptions& options) {
     throw InputError(zero_file,
                      "cannot be written: " + std::string(std::strerror(errno)) + ", expected a folder for it");
   confirm("The arm of " + rig.name + " will move every joint into its stop, unchecked. Is its way free?", options.yes);
+  const RigStops stops(*backend, progress);
   make_laser_dark(*backend, rig.scan);
 
   const HomingResult result = home(*arm, backend->clock(), progress);
   OutputsLeft left;
-  left.arm_at_rest = came_to_rest(*arm, backend->clock(), from_seconds(rig.scan.rest_timeout));
+  left.arm_at_rest = came_to_rest(*arm, backend->clock(), from_seconds(rig.scan.safety.rest_timeout));
   const auto laser = backend->laser().state();
   left.laser_dark = laser.ok() && !laser.value().powered && !laser.value().emitting;
   progress.finish_line();

@@ -83,7 +83,7 @@ void print(const Outcome& o, bool moved) {
 void make_laser_dark(Backend& backend, const ScanSettings& settings) {
   Laser& laser = backend.laser();
   Clock& clock = backend.clock();
-  const Stamp deadline = clock.now() + from_seconds(settings.rest_timeout);
+  const Stamp deadline = clock.now() + from_seconds(settings.safety.rest_timeout);
   while (true) {
     const Status off = laser.set(false);
     const auto state = laser.state();
@@ -120,6 +120,7 @@ int move_arm(const ArmCommandOptions& options, const TargetFrom& target_from) {
   Outcome outcome{now, target.q, now, make_move_plan(settings, now, target.q, target.name), {}, {}};
   outcome.check = check_plan(rig, outcome.plan);
   if (!options.dry_run) {
+    const RigStops stops(*backend, progress);
     MotionSink sink(now, progress);
     ScanJob job{outcome.plan,
                 settings,

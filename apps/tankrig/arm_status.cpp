@@ -33,7 +33,7 @@ struct ArmReport {
 
   /// An arm that is not homed counts ticks, but its angles are not numbers.
   bool homed() const { return !refused_as_not_homed && state.q.allFinite(); }
-  bool at_rest(const RigConfig& rig) const { return (fastest.array() < rig.scan.rest_velocity).all(); }
+  bool at_rest(const RigConfig& rig) const { return (fastest.array() < rig.scan.safety.rest_velocity).all(); }
 };
 
 /// Listens for a while.  Errors: InputError if the arm says nothing, with the driver's reason if there is one.

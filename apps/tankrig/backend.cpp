@@ -3,7 +3,7 @@
 namespace tankrig::app {
 
 std::unique_ptr<Backend> make_backend(const RigConfig& rig, const BackendOptions& options) {
-  return rig.backend == "mock" ? make_mock_backend(rig, options.world) : make_device_backend(rig, options);
+  return rig.backend == "mock" ? make_mock_backend(rig, options) : make_device_backend(rig, options);
 }
 
 }  // namespace tankrig::app

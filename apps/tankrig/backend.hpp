@@ -8,11 +8,12 @@
 #include <vector>
 
 #include "core/clock.hpp"
-#include "drivers/arm/arm.hpp"
+#include "drivers/arm/arm5e.hpp"
 #include "drivers/camera/camera.hpp"
 #include "drivers/laser/laser.hpp"
 #include "drivers/lux/lux_meter.hpp"
 #include "rig/config/rig_config.hpp"
+#include "sim_backends/faults/fault_script.hpp"
 #include "sim_backends/world/tank_world.hpp"
 
 namespace tankrig::app {
@@ -23,6 +24,8 @@ class Backend {
   virtual ~Backend() = default;
   virtual Clock& clock() = 0;
   virtual Arm& arm() = 0;
+  /// The arm's own driver, where it is one that has to be homed; else null.
+  virtual Arm5e* homed_arm() { return nullptr; }
   virtual Laser& laser() = 0;
   virtual std::vector<Camera*> cameras() = 0;
   virtual LuxMeter& lux_meter() = 0;
@@ -39,20 +42,23 @@ class Backend {
   virtual void end_wire_record() {}
   /// What every device counted, as "DEVICE.NAME".
   virtual Statistics statistics() const { return {}; }
+  /// The fault plan that is being played in this process; null if there is none.
+  virtual sim::FaultScript* faults() { return nullptr; }
   /// The simulated tank; null on a real rig.
   virtual const sim::TankWorld* world() const = 0;
 };
 
 struct BackendOptions {
-  sim::WorldOptions world = {};  ///< of what is simulated or emulated
-  std::string carrier = {};      ///< of the arm: "can" or "serial"; empty: the rig file's
-  bool cameras = true;           ///< false: neither cameras nor lux meter are opened, for work on the arm alone
+  sim::WorldOptions world = {};       ///< of what is simulated or emulated
+  std::string carrier = {};           ///< of the arm: "can" or "serial"; empty: the rig file's
+  std::filesystem::path faults = {};  ///< plan for what is simulated or emulated; empty: none
+  bool cameras = true;                ///< false: neither cameras nor lux meter are opened, for work on the arm alone
 };
 
 /// Errors: InputError if the rig and its scene contradict each other, or a device cannot be opened.
 std::unique_ptr<Backend> make_backend(const RigConfig& rig, const BackendOptions& options);
 
-std::unique_ptr<Backend> make_mock_backend(const RigConfig& rig, const sim::WorldOptions& options);
+std::unique_ptr<Backend> make_mock_backend(const RigConfig& rig, const BackendOptions& options);
 std::unique_ptr<Backend> make_device_backend(const RigConfig& rig, const BackendOptions& options);
 
 }  // namespace tankrig::app

@@ -15,6 +15,8 @@
 #include "apps/tankrig/rig_files.hpp"
 #include "apps/tankrig/stop.hpp"
 #include "core/input_error.hpp"
+#include "rig/executive/beam_view.hpp"
+#include "rig/executive/light_check.hpp"
 #include "rig/executive/operator_plan.hpp"
 #include "rig/executive/scan.hpp"
 #include "rig/executive/scan_log.hpp"
@@ -165,6 +167,7 @@ void require_frames(Camera& camera, Clock& clock) {
 ScanResult lit_preview(const CameraPreviewOptions& options, const RigConfig& rig, Backend& backend,
                        const CameraChoice& camera, PreviewOutput& output, Progress& progress) {
   if (!backend.interlock_closed()) throw InputError("laser interlock: found open, expected closed");
+  const RigStops stops(backend, progress);
   make_laser_dark(backend, rig.scan);
   require_frames(*camera.device, backend.clock());
   ScanSettings settings = rig.scan;
@@ -175,13 +178,14 @@ ScanResult lit_preview(const CameraPreviewOptions& options, const RigConfig& rig
   settings.laser_warm_up = std::max(settings.laser_warm_up, seconds(backend.laser().warm_up()));
   const JointVector posture = homed_posture(backend, options.rig);
   const ScanPlan plan = make_lit_hold_plan(settings, posture, options.seconds.value_or(kLitSeconds));
+  check_light(plan, settings.safety);
   LitSink sink(*camera.device, output, progress);
   ScanJob job{plan,
               settings,
               backend.clock(),
               backend.arm(),
               backend.laser(),
-              {{camera.device, RecordWhen::kAll}},
+              {{camera.device, RecordWhen::kAll, stripe_in_view(rig, *camera.rig)}},
               sink,
               StopOnSignal::requested(),
               [&] { return backend.interlock_closed(); }};

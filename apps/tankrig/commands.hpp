@@ -19,7 +19,8 @@ struct ScanOptions {
   std::string lux = "auto";  ///< "auto" reads the lux meter, or a value by hand
   std::string carrier;       ///< of the arm: "can" or "serial"; empty: the rig file's
   std::string operator_name, notes;
-  std::filesystem::path out;  ///< session directory; empty: sessions/<rig>-<UTC>
+  std::filesystem::path faults;  ///< fault plan for simulated or emulated devices; empty: none
+  std::filesystem::path out;     ///< session directory; empty: sessions/<rig>-<UTC>
   bool json = false, dry_run = false;
 };
 int scan(const ScanOptions& options);

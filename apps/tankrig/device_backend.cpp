@@ -8,6 +8,7 @@
 #include "apps/tankrig/scene_check.hpp"
 #include "core/input_error.hpp"
 #include "drivers/arm/arm5e.hpp"
+#include "drivers/arm/backlash_arm.hpp"
 #include "drivers/camera/aravis_camera.hpp"
 #include "drivers/camera/v4l2_camera.hpp"
 #include "drivers/can/can_recorder.hpp"
@@ -30,6 +31,9 @@ class Emulation {
  public:
   Emulation(const RigConfig& rig, const BackendOptions& options) {
     const char* running = std::getenv(kRuntimeVariable);
+    if (!options.faults.empty() && (running || !rig.section("emulation")))
+      throw InputError(running ? "--faults: the devices are being emulated already, give it to `tankrig emulate`"
+                               : "--faults: these devices are real, expected a rig with a section `emulation`");
     if (running) {
       runtime_ = running;
     } else if (rig.section("emulation") && options.cameras && sim::needs_private_network(devices_of(rig))) {
@@ -59,13 +63,27 @@ class Emulation {
   std::optional<sim::TankWorld> world_;
 };
 
+/// A camera that the cycle triggers is set to software trigger, whether its device section says so or not.
+AravisSettings aravis_settings_of(const RigCamera& camera, const ConfigNode& node, const CameraInfo& info) {
+  AravisSettings settings = aravis_settings_from(node, info);
+  if (camera.trigger.mode == TriggerMode::kFree) return settings;
+  if (node.has("trigger") && settings.trigger != "software")
+    node.fail("trigger", "found " + settings.trigger + ", expected software: camera " + camera.name +
+                             " is triggered by the cycle");
+  settings.trigger = "software";
+  return settings;
+}
+
 std::unique_ptr<Camera> open_camera(const RigCamera& camera, const ConfigNode& node,
                                     std::vector<std::string>& warnings) {
   const int channels = node.integer_or("channels", 3, {1, 3});
   if (channels == 2) node.fail("channels", "found 2, expected 1 (grey) or 3 (colour)");
   const CameraInfo info{camera.name, camera.model.width, camera.model.height, channels, camera.rate_hz};
   if (node.choice("driver", {"aravis", "v4l2"}) == "aravis")
-    return std::make_unique<AravisCamera>(aravis_settings_from(node, info));
+    return std::make_unique<AravisCamera>(aravis_settings_of(camera, node, info));
+  if (camera.trigger.mode != TriggerMode::kFree)
+    node.fail("driver",
+              "found v4l2 for a camera with a trigger, expected aravis: Video for Linux has no software trigger");
   V4l2CameraSettings settings = v4l2_settings_from(node, camera.name, info.channels);
   settings.width = info.width;
   settings.height = info.height;
@@ -98,6 +116,7 @@ class DeviceBackend final : public Backend {
     arm.choice("driver", {"arm5e"});
     arm_settings_ = arm5e_settings_from(arm, runtime, options.carrier);
     arm_ = open("arm", [&] { return open_arm5e(arm_settings_, rig.arm, clock_); });
+    links_.emplace(*arm_, rig.arm, rig.backlash_ticks);
     if (options.cameras) {
       for (const RigCamera& camera : rig.cameras)
         cameras_.push_back(open_camera(camera, cameras.child(camera.name), warnings_));
@@ -108,7 +127,8 @@ class DeviceBackend final : public Backend {
   }
 
   Clock& clock() override { return clock_; }
-  Arm& arm() override { return *arm_; }
+  Arm& arm() override { return *links_; }
+  Arm5e* homed_arm() override { return arm_.get(); }
   Laser& laser() override { return *laser_; }
   LuxMeter& lux_meter() override { return lux_meter_ ? *lux_meter_ : no_lux_meter_; }
   std::vector<Camera*> cameras() override {
@@ -173,6 +193,7 @@ class DeviceBackend final : public Backend {
   Arm5eSettings arm_settings_;
   std::unique_ptr<RelayLaser> laser_;
   std::unique_ptr<Arm5e> arm_;
+  std::optional<BacklashArm> links_;
   std::vector<std::unique_ptr<Camera>> cameras_;
   std::unique_ptr<LuxMeter> lux_meter_;
   NoLuxMeter no_lux_meter_;

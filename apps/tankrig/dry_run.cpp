@@ -31,7 +31,7 @@ struct Harvest {
 Harvest harvest_of(const ScanPlan& plan, const RigConfig& rig) {
   Harvest out;
   for (const RigCamera& camera : rig.cameras) {
-    const int frames = plan.expected_frames(camera.record, 1 / camera.rate_hz, rig.scan.dark_frames);
+    const int frames = expected_frames(rig, camera, plan);
     out.frames += frames;
     out.bytes += 3.0 * camera.model.width * camera.model.height * frames;
   }
@@ -39,6 +39,18 @@ Harvest harvest_of(const ScanPlan& plan, const RigConfig& rig) {
 }
 
 }  // namespace
+
+int expected_frames(const RigConfig& rig, const RigCamera& camera, const ScanPlan& plan) {
+  const double period = 1 / camera.rate_hz;
+  const double in_sweep =
+      camera.trigger.mode == TriggerMode::kPosition ? camera.trigger.spacing / rig.scan.sweep_velocity : period;
+  int frames = 0;
+  if (camera.record != RecordWhen::kSweep)
+    frames += plan.expected_frames(RecordWhen::kDark, period, rig.scan.dark_frames);
+  if (camera.record != RecordWhen::kDark)
+    frames += plan.expected_frames(RecordWhen::kSweep, in_sweep, rig.scan.dark_frames);
+  return frames;
+}
 
 MotionCheck check_plan(const RigConfig& rig, const ScanPlan& plan) {
   MotionLimits limits;

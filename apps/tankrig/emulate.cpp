@@ -34,6 +34,8 @@ sim::EmulatedTankSettings settings_of(const RigConfig& rig, const EmulateOptions
   sim::EmulatedTankSettings settings = sim::emulated_tank_settings_from(*devices, emulation, world, runtime);
   for (const RigCamera& camera : rig.cameras) scene_camera(rig, camera, world);
   settings.truth = options.truth;
+  if (!options.faults.empty()) settings.faults = sim::FaultPlan::load(options.faults);
+  settings.faults.check(sim::FaultLevel::kWire);
   const auto wanted = [&](const char* device) {
     return options.devices.empty() ||
            std::find(options.devices.begin(), options.devices.end(), device) != options.devices.end();
@@ -102,6 +104,8 @@ void add_emulate(CLI::App& app, EmulateOptions& o) {
   c->add_option("--sensor", o.sensor, "Sensor model")->check(CLI::IsMember({"gaussian", "emva1288"}));
   c->add_option("--particles", o.particles, "Floating particles per cubic metre")->check(CLI::Range(0.0, 1e5));
   c->add_option("--seed", o.seed, "Seed of every random number")->capture_default_str();
+  c->add_option("--faults", o.faults, "Play this fault plan on the emulated devices (docs/faults.md)")
+      ->check(CLI::ExistingFile);
   c->add_option("--truth", o.truth, "Write what was true of every exposure into this folder");
   c->add_option("--ready-fd", o.ready_fd, "Write one byte to this descriptor when every device answers");
   c->add_option("command", o.command, "Command to run beside the devices, after --");

@@ -19,6 +19,7 @@ struct EmulateOptions {
   std::optional<double> light, noise, particles;
   std::optional<std::string> sensor;
   std::uint64_t seed = 1;
+  std::filesystem::path faults;      ///< fault plan; empty: none
   std::filesystem::path truth;       ///< folder for what was true of every exposure; empty: not kept
   int ready_fd = -1;                 ///< gets one byte when every device answers
   std::vector<std::string> command;  ///< runs beside the devices, on a network of its own with them

@@ -44,6 +44,7 @@ std::vector<std::string> arguments(const RigConfig& rig, const BackendOptions& o
   const auto add = [&](const char* name, const std::string& value) { out.insert(out.end(), {name, value}); };
   if (!options.cameras)
     for (const char* device : {"arm", "laser"}) add("--device", device);
+  if (!options.faults.empty()) add("--faults", std::filesystem::absolute(options.faults));
   if (world.light) add("--light", exact(*world.light));
   if (world.noise) add("--noise", exact(*world.noise));
   if (world.sensor) add("--sensor", *world.sensor);

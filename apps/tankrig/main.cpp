@@ -5,10 +5,15 @@
 #include <exception>
 
 #include "apps/tankrig/arm_commands.hpp"
+#include "apps/tankrig/calibrate.hpp"
 #include "apps/tankrig/camera_commands.hpp"
 #include "apps/tankrig/commands.hpp"
+#include "apps/tankrig/doctor.hpp"
 #include "apps/tankrig/emulate.hpp"
 #include "apps/tankrig/output.hpp"
+#include "apps/tankrig/session_check.hpp"
+#include "apps/tankrig/session_export.hpp"
+#include "apps/tankrig/session_replay.hpp"
 #include "core/input_error.hpp"
 
 using namespace tankrig::app;
@@ -31,6 +36,8 @@ void add_scan(CLI::App& app, ScanOptions& o) {
       ->capture_default_str();
   c->add_option("--carrier", o.carrier, "The arm's wire on a rig with devices (default: the rig file's)")
       ->check(CLI::IsMember({"can", "serial"}));
+  c->add_option("--faults", o.faults, "Play this fault plan on simulated or emulated devices (docs/faults.md)")
+      ->check(CLI::ExistingFile);
   c->add_option("--operator", o.operator_name, "Who runs the experiment");
   c->add_option("--notes", o.notes, "Free text kept in the session");
   c->add_option("--out", o.out, "Session directory, which must not exist (default: sessions/RIG-DATE)");
@@ -123,20 +130,32 @@ int main(int argc, char** argv) {
   EvaluateOptions evaluate_options;
   ImportOptions import_options;
   SessionInfoOptions info_options;
+  SessionCheckOptions check_options;
+  SessionRecoverOptions recover_options;
+  SessionReplayOptions replay_options;
+  SessionExportOptions export_options;
+  DoctorOptions doctor_options;
   ReportOptions report_options;
   InitOptions init_options;
   ArmCommandOptions arm_options;
   CameraPreviewOptions preview_options;
   EmulateOptions emulate_options;
+  CalibrateTimeOptions calibrate_time_options;
   add_scan(app, scan_options);
   add_reconstruct(app, reconstruct_options);
   add_evaluate(app, evaluate_options);
   add_session(app, import_options, info_options);
+  CLI::App& session = *app.get_subcommand("session");
+  add_session_check(session, check_options, recover_options);
+  add_session_replay(session, replay_options);
+  add_session_export(session, export_options);
   add_report(app, report_options);
+  add_doctor(app, doctor_options);
   add_init(app, init_options);
   add_arm(app, arm_options);
   add_camera(app, preview_options);
   add_emulate(app, emulate_options);
+  add_calibrate(app, calibrate_time_options);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
@@ -150,8 +169,14 @@ int main(int argc, char** argv) {
     if (app.got_subcommand("init")) return init(init_options);
     if (app.got_subcommand("arm")) return arm_options.run(arm_options);
     if (app.got_subcommand("camera")) return camera_preview(preview_options);
+    if (app.got_subcommand("doctor")) return doctor(doctor_options);
     if (app.got_subcommand("emulate")) return emulate(emulate_options);
-    if (app.get_subcommand("session")->got_subcommand("import")) return import_session(import_options);
+    if (app.got_subcommand("calibrate")) return calibrate_time(calibrate_time_options);
+    if (session.got_subcommand("import")) return import_session(import_options);
+    if (session.got_subcommand("check")) return check_session(check_options);
+    if (session.got_subcommand("recover")) return recover_session(recover_options);
+    if (session.got_subcommand("replay")) return replay_session(replay_options);
+    if (session.got_subcommand("export")) return export_session(export_options);
     return session_info(info_options);
   };
   try {

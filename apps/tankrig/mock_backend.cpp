@@ -1,6 +1,11 @@
 // The rig in this process: mock devices on the simulated tank, under the virtual clock.
 #include "apps/tankrig/backend.hpp"
 #include "apps/tankrig/scene_check.hpp"
+#include "drivers/arm/backlash_arm.hpp"
+#include "sim_backends/faults/faulty_arm.hpp"
+#include "sim_backends/faults/faulty_camera.hpp"
+#include "sim_backends/faults/faulty_laser.hpp"
+#include "sim_backends/faults/faulty_lux_meter.hpp"
 #include "sim_backends/mock/mock_arm.hpp"
 #include "sim_backends/mock/mock_camera.hpp"
 #include "sim_backends/mock/mock_laser.hpp"
@@ -9,16 +14,32 @@
 namespace tankrig::app {
 namespace {
 
-/// In-process devices on the simulated tank, under the virtual clock.
+sim::FaultPlan read_plan(const std::filesystem::path& file) {
+  if (file.empty()) return {};
+  sim::FaultPlan plan = sim::FaultPlan::load(file);
+  plan.check(sim::FaultLevel::kMock);
+  return plan;
+}
+
+/// In-process devices on the simulated tank, under the virtual clock, with the faults of a plan before them.
 class MockBackend final : public Backend {
  public:
-  MockBackend(const RigConfig& rig, const sim::WorldOptions& options)
-      : world_(sim::TankWorld::load(rig.scene, options)),
+  MockBackend(const RigConfig& rig, const BackendOptions& options)
+      : world_(sim::TankWorld::load(rig.scene, options.world)),
+        script_(read_plan(options.faults)),
         parameters_(read_parameters(rig)),
         arm_(world_.arm(), parameters_.arm, rig.scan.park, clock_),
+        faulty_arm_(arm_, script_, clock_),
+        links_(faulty_arm_, world_.arm(), rig.backlash_ticks),
         laser_(parameters_.laser_warm_up, clock_),
-        lux_meter_([this] { return world_.lux(); }, clock_, parameters_.lux_relative_noise, options.seed) {
-    for (const RigCamera& camera : rig.cameras) cameras_.push_back(make_camera(rig, camera));
+        faulty_laser_(laser_, script_, clock_),
+        lux_meter_([this] { return world_.lux(); }, clock_, parameters_.lux_relative_noise, options.world.seed),
+        faulty_lux_meter_(lux_meter_, script_, clock_) {
+    script_.mark(sim::FaultOrigin::kStart, clock_.now());
+    for (const RigCamera& camera : rig.cameras) {
+      cameras_.push_back(make_camera(rig, camera));
+      faulty_cameras_.push_back(std::make_unique<sim::FaultyCamera>(*cameras_.back(), script_, clock_));
+    }
     warnings_ = world_.warnings();
     for (const std::string& difference : calibration_errors(rig, world_)) warnings_.push_back(difference);
   }
@@ -26,15 +47,16 @@ class MockBackend final : public Backend {
   std::vector<std::string> warnings() const override { return warnings_; }
 
   Clock& clock() override { return clock_; }
-  Arm& arm() override { return arm_; }
-  Laser& laser() override { return laser_; }
-  LuxMeter& lux_meter() override { return lux_meter_; }
+  Arm& arm() override { return links_; }
+  Laser& laser() override { return faulty_laser_; }
+  LuxMeter& lux_meter() override { return faulty_lux_meter_; }
   bool interlock_closed() const override { return true; }  // nobody stands in the simulated beam
   std::string noise() const override { return world_.noise_description(); }
+  sim::FaultScript* faults() override { return script_.plan().faults.empty() ? nullptr : &script_; }
   const sim::TankWorld* world() const override { return &world_; }
   std::vector<Camera*> cameras() override {
     std::vector<Camera*> out;
-    for (const auto& camera : cameras_) out.push_back(camera.get());
+    for (const auto& camera : faulty_cameras_) out.push_back(camera.get());
     return out;
   }
 
@@ -51,6 +73,7 @@ class MockBackend final : public Backend {
     const sim::SceneCamera& seen = scene_camera(rig, camera, world_);
     sim::MockCameraParameters parameters = parameters_.camera;
     parameters.exposure = from_seconds(seen.exposure_s);
+    parameters.triggered = camera.trigger.mode != TriggerMode::kFree;
     return std::make_unique<sim::MockCamera>(
         CameraInfo{camera.name, camera.model.width, camera.model.height, seen.channels, camera.rate_hz}, parameters,
         clock_, arm_, laser_,
@@ -58,18 +81,24 @@ class MockBackend final : public Backend {
   }
 
   sim::TankWorld world_;
+  sim::FaultScript script_;
   VirtualClock clock_;
   sim::MockParameters parameters_;
   sim::MockArm arm_;
+  sim::FaultyArm faulty_arm_;
+  BacklashArm links_;
   sim::MockLaser laser_;
+  sim::FaultyLaser faulty_laser_;
   sim::MockLuxMeter lux_meter_;
+  sim::FaultyLuxMeter faulty_lux_meter_;
   std::vector<std::unique_ptr<sim::MockCamera>> cameras_;
+  std::vector<std::unique_ptr<sim::FaultyCamera>> faulty_cameras_;
   std::vector<std::string> warnings_;
 };
 
 }  // namespace
 
-std::unique_ptr<Backend> make_mock_backend(const RigConfig& rig, const sim::WorldOptions& options) {
+std::unique_ptr<Backend> make_mock_backend(const RigConfig& rig, const BackendOptions& options) {
   return std::make_unique<MockBackend>(rig, options);
 }
 

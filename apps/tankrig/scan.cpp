@@ -12,15 +12,21 @@
 #include "apps/tankrig/dry_run.hpp"
 #include "apps/tankrig/output.hpp"
 #include "apps/tankrig/pictures.hpp"
+#include "apps/tankrig/played_faults.hpp"
 #include "apps/tankrig/progress.hpp"
 #include "apps/tankrig/rig_files.hpp"
 #include "apps/tankrig/scores.hpp"
 #include "apps/tankrig/stop.hpp"
 #include "apps/tankrig/summary.hpp"
+#include "apps/tankrig/timing.hpp"
 #include "core/input_error.hpp"
 #include "core/utc.hpp"
+#include "rig/executive/beam_view.hpp"
+#include "rig/executive/light_check.hpp"
+#include "rig/executive/plan_csv.hpp"
 #include "rig/session/checksums.hpp"
 #include "rig/session/session_writer.hpp"
+#include "rig/session/sha256.hpp"
 
 namespace fs = std::filesystem;
 
@@ -30,17 +36,26 @@ namespace {
 /// The session as the scan's sink.
 class SessionSink final : public ScanSink {
  public:
-  SessionSink(SessionWriter& writer, Progress& progress) : writer_(writer), progress_(progress) {}
-  void joints(const JointState& state) override { writer_.joints(state); }
-  void frame(const FrameRecord& record, const cv::Mat& image) override { writer_.frame(record, image); }
+  SessionSink(SessionWriter& writer, PlayedFaults& faults, Progress& progress)
+      : writer_(writer), faults_(faults), progress_(progress) {}
+  void joints(const JointState& state) override {
+    faults_.write(false);
+    writer_.joints(state);
+  }
+  void frame(const FrameRecord& record, const cv::Mat& image) override {
+    faults_.write(true);
+    writer_.frame(record, image);
+  }
   /// A fault is told at once: what follows may take seconds.
   void event(Stamp when, std::string_view kind, const std::string& text) override {
     if (kind == "fault") progress_.warn(text);
+    if (kind == "phase") faults_.enter_phase(text, when);
     writer_.event(when, kind, text);
   }
 
  private:
   SessionWriter& writer_;
+  PlayedFaults& faults_;
   Progress& progress_;
 };
 
@@ -75,8 +90,7 @@ double read_lux(Backend& backend) {
   return reading.value().lux;
 }
 
-SessionInfo session_info_of(const ScanOptions& options, const RigConfig& rig, const Backend& backend,
-                            const fs::path& path) {
+SessionInfo session_info_of(const ScanOptions& options, const RigConfig& rig, Backend& backend, const fs::path& path) {
   SessionInfo info;
   info.name = path.filename().string();
   info.kind = "scan";
@@ -87,6 +101,7 @@ SessionInfo session_info_of(const ScanOptions& options, const RigConfig& rig, co
   info.seed = options.seed;
   if (backend.world()) info.light = backend.world()->light();
   rig.describe(info);
+  info.clock_begin = read_clock_pair(backend.clock());
   return info;
 }
 
@@ -100,22 +115,28 @@ ScanResult record(const ScanOptions& options, const RigConfig& rig, const ScanPl
     info.lux_source = meter ? "meter" : "hand";
     info.lux_before = meter ? read_lux(backend) : std::stod(options.lux);
   }
+  const std::string mesh = rig.object.mesh.filename().string();
+  const std::string rig_file = resolved_rig_yaml(rig, mesh);
+  info.rig_hash = sha256_of_text(rig_file);
   SessionWriterOptions writer_options;
   writer_options.wait_when_full = !backend.clock().real_time();
   SessionWriter writer(path, std::move(info), writer_options);
-  const std::string mesh = rig.object.mesh.filename().string();
   writer.add_file(rig.object.mesh, mesh);
-  writer.add_text("rig.yaml", resolved_rig_yaml(rig, mesh));
+  writer.add_text("rig.yaml", rig_file);
+  writer.add_text("plan.csv", plan_csv(plan));
 
   fs::create_directory(path / "cameras");
   for (const RigCamera& camera : rig.cameras)
     write_camera_file(path / "cameras" / (camera.name + ".yaml"), camera.model, camera.name);
 
   backend.record_wire(path);
-  SessionSink sink(writer, progress);
+  PlayedFaults faults(backend, writer, options.faults);
+  SessionSink sink(writer, faults, progress);
   std::vector<ScanCamera> cameras;
   const std::vector<Camera*> devices = backend.cameras();
-  for (std::size_t i = 0; i < devices.size(); ++i) cameras.push_back({devices[i], rig.cameras[i].record});
+  for (std::size_t i = 0; i < devices.size(); ++i)
+    cameras.push_back({devices[i], rig.cameras[i].record, stripe_in_view(rig, rig.cameras[i]), rig.cameras[i].trigger,
+                       rig.cameras[i].time_offset});
   ScanJob job{plan,
               rig.scan,
               backend.clock(),
@@ -124,7 +145,7 @@ ScanResult record(const ScanOptions& options, const RigConfig& rig, const ScanPl
               cameras,
               sink,
               StopOnSignal::requested(),
-              [&] { return backend.interlock_closed(); },
+              [&] { return faults.round(); },
               [&](const ScanProgress& p) { progress.update("scan: " + p.segment, p.fraction); }};
   ScanResult result;
   try {
@@ -142,12 +163,16 @@ ScanResult record(const ScanOptions& options, const RigConfig& rig, const ScanPl
       writer.event(backend.clock().now(), "fault", e.what());
     }
   writer.info().simulated_s = result.simulated_s;
+  keep_timing(writer, rig, result);
+  if (backend.clock().real_time()) writer.info().clock_end = read_clock_pair(backend.clock());
   writer.info().counts.insert(result.counts.begin(), result.counts.end());
   backend.end_wire_record();
   for (const Statistic& s : backend.statistics()) writer.info().devices[s.name] = s.value;
-  writer.info().devices["sync.residual_p99_ms"] = 1e3 * seconds(result.residual_p99);
-  writer.info().devices["sync.residual_max_ms"] = 1e3 * seconds(result.worst_residual);
-  writer.close(result.status);
+  for (const Statistic& s : result.sync) writer.info().devices[s.name] = s.value;
+  const std::atomic<bool>* stop = StopOnSignal::requested() ? nullptr : &StopOnSignal::requested();
+  writer.close(result.status, {[&](double fraction) { progress.update("writing pictures", fraction); }, stop});
+  write_checksums(path);
+  for (const auto& [name, count] : writer.info().counts) result.counts[name] = count;
   return result;
 }
 
@@ -166,7 +191,7 @@ int stopped(const fs::path& path, const std::string& why, const std::optional<Ou
 bool frames_are_missing(const RigConfig& rig, const ScanPlan& plan, const ScanResult& result, Progress& progress) {
   bool too_few = false;
   for (const RigCamera& camera : rig.cameras) {
-    const int expected = plan.expected_frames(camera.record, 1 / camera.rate_hz, rig.scan.dark_frames);
+    const int expected = expected_frames(rig, camera, plan);
     std::uint64_t recorded = 0;
     std::string reasons;
     for (const auto& [name, count] : result.counts) {
@@ -194,7 +219,8 @@ int scan(const ScanOptions& options) {
   const StopOnSignal stop_on_signal;  // before the devices: it outlives them
   const std::unique_ptr<Backend> backend =
       make_backend(rig, {.world = {options.light, options.noise, options.sensor, options.particles, options.seed},
-                         .carrier = options.carrier});
+                         .carrier = options.carrier,
+                         .faults = options.faults});
   for (const std::string& warning : backend->warnings()) progress.warn(warning);
   for (const Statistic& s : backend->statistics())
     if (s.name == "arm.bus_load_percent")
@@ -202,6 +228,7 @@ int scan(const ScanOptions& options) {
 
   const JointVector posture = homed_posture(*backend, options.rig);
   const ScanPlan plan = make_scan_plan(rig.scan, posture);
+  check_light(plan, rig.scan.safety);
   const MotionCheck clearance = check_plan(rig, plan);
   if (options.dry_run) {
     print_dry_run(rig, plan, clearance, options.json);
@@ -211,6 +238,10 @@ int scan(const ScanOptions& options) {
   const fs::path path = options.out.empty() ? default_session(rig.name) : options.out;
   if (fs::exists(path)) throw InputError(path, "exists already, expected a new session directory");
   check_laser_ready(rig.scan, backend->laser(), backend->interlock_closed());
+  auto stops = std::make_unique<RigStops>(*backend, progress);
+  if (backend->clock().real_time())
+    if (const std::string missing = check_real_time(rig.scan.real_time); !missing.empty())
+      progress.warn("real time " + missing);
   if (StopOnSignal::requested()) {
     progress.warn("scan stopped before anything moved");
     return kPartial;
@@ -219,11 +250,17 @@ int scan(const ScanOptions& options) {
   std::optional<OutputsLeft> left;
   try {
     result = record(options, rig, plan, *backend, path, progress, left);
+    stops.reset();
   } catch (const InputError& e) {
     if (!left && !fs::exists(path / "session.yaml")) throw;
     return stopped(path, std::string("stopped: ") + e.what(), left, progress);
   }
+  if (result.times && !options.json) {
+    progress.finish_line();
+    print_timing(rig, result);
+  }
   if (!result.complete()) return stopped(path, result.status, left, progress);
+  if (has_spool(path)) return stopped(path, "stopped while writing pictures (tankrig session recover)", left, progress);
   const bool partial = frames_are_missing(rig, plan, result, progress);
 
   const Session session = Session::open(path);
@@ -248,9 +285,10 @@ int scan(const ScanOptions& options) {
     out["wall_s"] = wall;
     out["simulated_s"] = result.simulated_s;
     out["frames"] = session.frames.size();
+    if (result.times) out["timing"] = timing_json(rig, result);
     print_json(out);
   } else {
-    std::printf("%s", score_table(tabled(scores)).c_str());
+    std::printf("%s%s", score_table(tabled(scores)).c_str(), sync_line(result.sync).c_str());
     std::printf("%zu frames, a scan of %.1f s%s, all in %.1f s\nlook at %s\n", session.frames.size(),
                 result.simulated_s, backend->clock().real_time() ? "" : " simulated", wall,
                 (path / "report.html").c_str());

@@ -9,11 +9,6 @@ namespace fs = std::filesystem;
 namespace tankrig::app {
 namespace {
 
-bool has_cameras(const Session& session, const std::string& method) {
-  if (method.starts_with("laser")) return session.find_camera(CameraRole::kMono);
-  return session.find_camera(CameraRole::kLeft) && session.find_camera(CameraRole::kRight);
-}
-
 std::vector<LaserPass> laser_passes(const Session& session, const SessionCamera& camera, const Transform& oMb) {
   const SessionCalibration& c = session.info.calibration;
   std::vector<LaserPass> passes;
@@ -60,6 +55,11 @@ Score score_of(const Session& session, const MetricThresholds& thresholds, const
 }
 
 }  // namespace
+
+bool has_cameras(const Session& session, const std::string& method) {
+  if (method.starts_with("laser")) return session.find_camera(CameraRole::kMono);
+  return session.find_camera(CameraRole::kLeft) && session.find_camera(CameraRole::kRight);
+}
 
 ObjectSurface object_of(const Session& session, const MetricThresholds& thresholds) {
   if (!session.info.object) throw InputError(session.path, "has no object to score against, expected a scan");

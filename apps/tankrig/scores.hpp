@@ -19,6 +19,9 @@ struct Score {
   const std::string& method() const { return reconstruction.method; }
 };
 
+/// Whether the session has the cameras that a method needs.
+bool has_cameras(const Session& session, const std::string& method);
+
 /// The session's object, prepared for scoring.  Errors: InputError if the session has none.
 ObjectSurface object_of(const Session& session, const MetricThresholds& thresholds);
 

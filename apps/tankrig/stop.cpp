@@ -1,5 +1,7 @@
 #include "apps/tankrig/stop.hpp"
 
+#include <unistd.h>
+
 #include <csignal>
 
 namespace tankrig::app {
@@ -14,7 +16,9 @@ constexpr int kImpatient = 3;
 
 extern "C" void request_stop(int signal) {
   stop_requested.store(true);
-  if (times_asked.fetch_add(1) + 1 >= kImpatient) std::signal(signal, SIG_DFL);
+  if (times_asked.fetch_add(1) + 1 < kImpatient) return;
+  StopKey::restore();
+  std::signal(signal, SIG_DFL);
 }
 
 // A program that is suspended supervises nothing: that too is a stop.
@@ -33,5 +37,10 @@ StopOnSignal::~StopOnSignal() {
 }
 
 const std::atomic<bool>& StopOnSignal::requested() { return stop_requested; }
+
+RigStops::RigStops(Backend& backend, Progress& progress)
+    : emergency_(backend.laser(), backend.arm()), key_(STDIN_FILENO, stop_requested) {
+  if (key_.active()) progress.note("space, Enter or q stops: laser off, arm at rest");
+}
 
 }  // namespace tankrig::app

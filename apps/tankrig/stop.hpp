@@ -1,7 +1,12 @@
-// Ctrl-C, Ctrl-Z, a polite kill and a closed terminal as a request to stop.
+// Ctrl-C, Ctrl-Z, a polite kill, a closed terminal and the stop key as a request to stop.
 #pragma once
 
 #include <atomic>
+
+#include "apps/tankrig/backend.hpp"
+#include "apps/tankrig/progress.hpp"
+#include "rig/safety/emergency.hpp"
+#include "rig/safety/stop_key.hpp"
 
 namespace tankrig::app {
 
@@ -14,6 +19,17 @@ class StopOnSignal {
   StopOnSignal& operator=(const StopOnSignal&) = delete;
 
   static const std::atomic<bool>& requested();
+};
+
+/// While laser or arm may do something: the stop key of the terminal, which is told on the screen, and the last resort
+/// of a program that dies.  One at a time.
+class RigStops {
+ public:
+  RigStops(Backend& backend, Progress& progress);
+
+ private:
+  EmergencyStop emergency_;
+  StopKey key_;
 };
 
 }  // namespace tankrig::app

@@ -46,6 +46,18 @@ std::string score_table(const std::vector<std::pair<std::string, nlohmann::json>
   return table + reasons;
 }
 
+std::string sync_line(const Statistics& sync) {
+  std::string ms, mm;
+  for (const Statistic& s : sync) {
+    if (!s.name.starts_with("sync.residual_")) continue;
+    std::string& list = s.name.ends_with("_ms") ? ms : mm;
+    char number[32];
+    std::snprintf(number, sizeof number, "%s%.2f", list.empty() ? "" : ", ", s.value);
+    list += number;
+  }
+  return "sync residual (median, 99 %, most): " + ms + " ms; " + mm + " mm on the target\n";
+}
+
 std::string uwsim_table(const nlohmann::json& score) {
   std::string table = score.dump(2) + "\n";
   return table;

@@ -13,6 +13,7 @@ namespace tankrig {
 /// Joints as measured by the arm's encoders.
 struct JointState {
   Stamp stamp{};                               ///< when the encoders were read, latency removed
+  std::array<Duration, kJoints> age{};         ///< a joint that was not read then: how much earlier it was
   JointVector q = JointVector::Zero();         ///< rad
   JointVector velocity = JointVector::Zero();  ///< rad/s
   std::array<std::int32_t, kJoints> ticks{};   ///< raw, unwrapped

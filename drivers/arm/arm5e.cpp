@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <utility>
 
 namespace tankrig {
@@ -29,10 +28,6 @@ const char* send_failure(ErrorCode code) noexcept {
   }
 }
 
-bool turns_without_end(const JointLimit& limit) noexcept {
-  return limit.upper - limit.lower > 2 * std::numbers::pi - 1e-6;
-}
-
 bool all_at_power_up(const std::array<SensorSlot, kJoints>& joints) noexcept {
   return std::all_of(joints.begin(), joints.end(), [](const SensorSlot& s) { return s.position <= kPowerUpRaw; });
 }
@@ -45,10 +40,13 @@ Arm5e::Arm5e(const Arm5eSettings& settings, const ArmModel& model, std::unique_p
       clock_(clock),
       period_(from_seconds(1 / settings.exchange_rate_hz)),
       bus_load_(carrier_load(settings).load),
-      link_(std::move(link)) {
+      link_(std::move(link)),
+      schedule_(settings.carrier == ArmCarrier::kCan ? settings.fast_joint : std::nullopt),
+      heard_(clock.now()),
+      faults_(settings_) {
   tracks_.fill(EncoderTrack(settings.encoder));
   const Stamp now = clock_.now();
-  next_send_ = answered_at_ = changed_at_ = now;
+  next_send_ = changed_at_ = now;
   written_ns_ = now.ns;
   if (clock_.real_time()) keeper_ = std::thread([this] { keep(); });
 }
@@ -76,27 +74,11 @@ void Arm5e::leave() noexcept {
   } while (stop_wanted_.load() && enter());
 }
 
-Error Arm5e::fault_error(Fault fault, Stamp now) noexcept {
-  switch (fault) {
-    case Fault::kOverCurrent:
-      return {ErrorCode::kOutOfRange, 0, now, "arm: over-current for too long"};
-    case Fault::kWater:
-      return {ErrorCode::kOutOfRange, 0, now, "arm: water in a joint's housing"};
-    case Fault::kEncoder:
-      return {ErrorCode::kNotReady, 0, now, "arm: an encoder lost its reference, home again"};
-    case Fault::kPosture:
-      return {ErrorCode::kNotReady, 0, now, "arm: a joint outside its limits, home again"};
-    case Fault::kNone:
-      break;
-  }
-  return {ErrorCode::kInternal, 0, now, "arm: no fault"};
-}
-
-void Arm5e::raise(Fault fault) noexcept {
-  if (fault_ != Fault::kNone) return;
-  fault_ = fault;
-  fault_told_ = false;
+void Arm5e::raise(ArmFault fault) noexcept {
+  if (!faults_.raise(fault)) return;
   stop_wanted_ = true;
+  if (fault == ArmFault::kWater) add(water_alarms_);
+  if (fault == ArmFault::kOverCurrent) add(over_currents_);
 }
 
 Result<std::optional<JointState>> Arm5e::try_read() noexcept {
@@ -132,13 +114,11 @@ Result<std::optional<JointState>> Arm5e::drain(Stamp now) noexcept {
     const auto state = take(*received.value(), now);
     if (state) newest = state;
   }
-  if (!fault_told_) {
-    fault_told_ = true;
-    return fault_error(fault_, now);
-  }
-  if (now - answered_at_ > settings_.silence_timeout) {
+  if (const auto fault = faults_.tell(now)) return *fault;
+  if (now - heard_.oldest() > settings_.silence_timeout) {
     if (!was_silent_) gains_answered_ = false;
     was_silent_ = true;
+    schedule_.begin_whole();
     return Error{ErrorCode::kTimeout, 0, now, "arm: silent"};
   }
   const bool at_a_stop = readings_.current_a > settings_.homing.stop_current_a;
@@ -158,8 +138,8 @@ void Arm5e::lose() noexcept {
 /// The answer to the gains, or readings, which become a state once the encoders are believed.
 std::optional<JointState> Arm5e::take(const ArmAnswer& answer, Stamp now) noexcept {
   add(exchanges_);
-  const bool returned = std::exchange(was_silent_, false);
-  answered_at_ = now;
+  heard_.of(answer.sensors ? answer.has : ArmExchange{}, now);
+  const bool returned = answer.sensors && answer.has.whole() && std::exchange(was_silent_, false);
   if (gains_last_)
     gains_answered_ = true;
   else if (!gains_answered_)
@@ -171,15 +151,9 @@ std::optional<JointState> Arm5e::take(const ArmAnswer& answer, Stamp now) noexce
   }
   note(answer, now);
 
-  JointState state;
-  state.stamp = readings_.stamp;
-  state.current_a = readings_.current_a;
-  bool believed = true;
   for (std::size_t j = 0; j < kJoints; ++j) {
-    switch (tracks_[j].take(answer.joints[j].position, state.stamp)) {
-      case EncoderTrack::Reading::kStarting:
-        believed = false;
-        break;
+    if (!holds(answer.has.sensors, j)) continue;
+    switch (tracks_[j].take(answer.joints[j].position, readings_.stamp)) {
       case EncoderTrack::Reading::kRejected:
         add(jumps_rejected_);
         break;
@@ -187,79 +161,57 @@ std::optional<JointState> Arm5e::take(const ArmAnswer& answer, Stamp now) noexce
         add(jumps_);
         lose_reference();
         break;
+      case EncoderTrack::Reading::kStarting:
       case EncoderTrack::Reading::kGood:
         break;
     }
-    state.ticks[j] = tracks_[j].ticks();
   }
-  if (!believed) return {};
+  if (!std::all_of(tracks_.begin(), tracks_.end(), [](const EncoderTrack& t) { return t.started(); })) return {};
+  const JointState joints = state();
+  watch(joints);
+  return joints;
+}
+
+JointState Arm5e::state() const noexcept {
+  JointState state;
+  state.stamp = readings_.stamp;
+  state.current_a = readings_.current_a;
   for (std::size_t j = 0; j < kJoints; ++j) {
     const int row = static_cast<int>(j);
+    state.age[j] = state.stamp - readings_.read[j];
+    state.ticks[j] = tracks_[j].ticks();
     state.q[row] = homed() ? model_.actuators[j].angle(state.ticks[j]) : kNoAngle;
     state.velocity[row] = homed() ? tracks_[j].speed() * signed_slope(model_.actuators[j], state.ticks[j]) : kNoAngle;
   }
-  watch(state);
   return state;
 }
 
 void Arm5e::note(const ArmAnswer& answer, Stamp now) noexcept {
-  if (answer.joints != last_.joints || answer.master != last_.master)
+  if (answer.joints != last_.joints || answer.master != last_.master) {
     changed_at_ = now;
-  else if (driven_)
-    add(stale_);
-  last_ = answer;
-  const ArmScaling& scaling = settings_.scaling;
-  readings_.stamp = std::max(answer.read, readings_.stamp + Duration{1});
-  readings_.current_a = scaling.amperes(answer.master.current);
-  readings_.voltage_v = scaling.volts(answer.master.voltage);
-  readings_.master_temperature_c = scaling.celsius(answer.master.temperature);
-  for (std::size_t j = 0; j < kJoints; ++j) {
-    const SensorSlot& slot = answer.joints[j];
-    readings_.raw[j] = slot.position;
-    readings_.water[j] = slot.water_ingress;
-    readings_.temperature_c[j] = scaling.celsius(slot.temperature);
-    readings_.joint_current_a[j] = settings_.tail == TailMeaning::kLe16 ? scaling.amperes(slot.tail) : 0;
+    changed_in_round_ = true;
   }
+  if (answer.has.master && !std::exchange(changed_in_round_, false) && driven_) add(stale_);
+  last_ = answer;
+  readings_.take(answer, settings_.scaling, settings_.tail);
 }
 
 void Arm5e::watch(const JointState& state) noexcept {
-  const bool wet = std::any_of(readings_.water.begin(), readings_.water.end(),
-                               [this](std::uint8_t raw) { return raw >= settings_.water_ingress_raw; });
-  if (wet && fault_ == Fault::kNone) {
-    add(water_alarms_);
-    raise(Fault::kWater);
-  }
-  if (state.current_a <= settings_.over_current_a)
-    over_current_since_.reset();
-  else if (!over_current_since_)
-    over_current_since_ = state.stamp;
-  else if (state.stamp - *over_current_since_ >= settings_.over_current_time && fault_ == Fault::kNone) {
-    add(over_currents_);
-    raise(Fault::kOverCurrent);
-  }
-  if (!homed()) return;
-  for (int j = 0; j < kJoints; ++j) {
-    const JointLimit& limit = model_.limits[static_cast<std::size_t>(j)];
-    const double margin = settings_.posture_margin;
-    if (turns_without_end(limit) || (state.q[j] >= limit.lower - margin && state.q[j] <= limit.upper + margin))
-      continue;
-    homed_ = false;
-    raise(Fault::kPosture);
-    return;
-  }
+  raise(faults_.seen_in(readings_));
+  if (!homed() || !outside_limits(model_, state.q, settings_.posture_margin)) return;
+  homed_ = false;
+  raise(ArmFault::kPosture);
 }
 
 /// The arm may have been without supply, and has forgotten its gains too.
 void Arm5e::lose_reference() noexcept {
   homed_ = gains_answered_ = false;
   gains_next_ = true;
-  raise(Fault::kEncoder);
+  raise(ArmFault::kEncoder);
 }
 
-bool Arm5e::ends_with_homing(Fault fault) noexcept { return fault == Fault::kEncoder || fault == Fault::kPosture; }
-
 Status Arm5e::refusal(Stamp now, bool by_ticks) const noexcept {
-  if (fault_ != Fault::kNone && !(by_ticks && ends_with_homing(fault_))) return fault_error(fault_, now);
+  if (const Status refused = faults_.refusal(now, by_ticks); !refused.ok()) return refused;
   if (!connected_) return Error{ErrorCode::kDisconnected, 0, now, "arm: carrier lost"};
   return {};
 }
@@ -277,12 +229,7 @@ Result<JointVector> Arm5e::write_velocity(const JointVector& velocity) noexcept 
     for (std::size_t j = 0; j < kJoints; ++j) ticks[j] = tracks_[j].ticks();
     auto demand = velocity_demand(model_, settings_.shaping, ticks, velocity);
     if (!demand) return Error{ErrorCode::kOutOfRange, 0, now, "arm: velocity is not a number"};
-    for (std::size_t j = 0; j < kJoints; ++j) {
-      const double asked = demand->ticks_per_s[j];
-      if (asked == 0) continue;
-      const double sent = std::copysign(sendable(static_cast<std::uint16_t>(std::abs(asked))), asked);
-      demand->applied[static_cast<int>(j)] *= sent / asked;
-    }
+    make_sendable(*demand);
     set_demand(demand->ticks_per_s, now);
     if (const Status sent = pump(now, false); !sent.ok()) return sent.error();
     return demand->applied;
@@ -359,19 +306,23 @@ Status Arm5e::pump(Stamp now, bool at_once) noexcept {
     const Duration slack = std::min<Duration>(period_ / 8, std::chrono::milliseconds(1));
     if (now + slack < next_send_) return {};
   }
-  const Status sent = at_once ? send(now) : (gains_next_ ? link_->try_send(settings_.pid, now) : send(now));
+  const ArmExchange exchange = at_once ? ArmExchange{} : schedule_.next();
+  const bool gains = gains_next_ && !at_once;
+  const Status sent = gains ? link_->try_send(settings_.pid, now) : send(exchange, now);
   if (!sent.ok()) {
     const Error& error = sent.error();
     if (error.code == ErrorCode::kRefused && !at_once) return {};  // again in the next cycle
     if (error.code == ErrorCode::kDisconnected) lose();
     return Error{error.code, error.os_errno, now, send_failure(error.code)};
   }
-  gains_last_ = gains_next_ && !at_once;
-  if (gains_last_) {
+  gains_last_ = gains;
+  if (gains) {
     gains_next_ = false;
   } else {
-    stop_sent_ = !driven_ && std::all_of(demands_.begin(), demands_.end(),
-                                         [](const DemandSlot& d) { return d.type == DemandType::kStop; });
+    const bool rest = !driven_ && std::all_of(demands_.begin(), demands_.end(),
+                                              [](const DemandSlot& d) { return d.type == DemandType::kStop; });
+    stop_sent_ = rest && (exchange.whole() || stop_sent_);
+    if (!at_once) schedule_.advance();
   }
   deadline_ = now + link_->exchange_time() + settings_.reply_timeout;
   next_send_ = next_send_ + period_;
@@ -379,7 +330,7 @@ Status Arm5e::pump(Stamp now, bool at_once) noexcept {
   return {};
 }
 
-Status Arm5e::send(Stamp now) noexcept {
+Status Arm5e::send(const ArmExchange& exchange, Stamp now) noexcept {
   ArmDemands demands = demands_;
   for (DemandSlot& demand : demands) {
     demand.speed_limit = settings_.speed_limit;
@@ -387,46 +338,27 @@ Status Arm5e::send(Stamp now) noexcept {
   }
   demands[kJawOpening].current_limit = settings_.jaw_current_limit;
   if (wobble_) demands[kJawRotate].speed_limit ^= 1U;
-  return link_->try_send(demands, now);
+  return link_->try_send(demands, exchange, now);
 }
 
 void Arm5e::set_zero(const ArmZero& zero) noexcept {
   while (!enter()) std::this_thread::yield();
   for (std::size_t j = 0; j < kJoints; ++j) tracks_[j].set_zero(zero.raw[j]);
-  forgive_reference();
+  faults_.reference_found();
   homed_ = true;
   leave();
 }
 
 void Arm5e::forget_zero() noexcept {
   while (!enter()) std::this_thread::yield();
-  forgive_reference();
+  faults_.reference_found();
   homed_ = false;
   leave();
 }
 
-void Arm5e::forgive_reference() noexcept {
-  if (!ends_with_homing(fault_)) return;
-  fault_ = Fault::kNone;
-  fault_told_ = true;
-}
-
 Status Arm5e::clear_faults() noexcept {
   while (!enter()) std::this_thread::yield();
-  const Stamp now = clock_.now();
-  const auto clear = [&]() noexcept -> Status {
-    const bool wet = std::any_of(readings_.water.begin(), readings_.water.end(),
-                                 [this](std::uint8_t raw) { return raw >= settings_.water_ingress_raw; });
-    const bool drawing = readings_.current_a > settings_.over_current_a;
-    if ((fault_ == Fault::kOverCurrent && drawing) || (fault_ == Fault::kWater && wet))
-      return Error{ErrorCode::kRefused, 0, now, fault_error(fault_, now).where};
-    if (ends_with_homing(fault_)) return fault_error(fault_, now);
-    fault_ = Fault::kNone;
-    fault_told_ = true;
-    over_current_since_.reset();
-    return {};
-  };
-  const Status cleared = clear();
+  const Status cleared = faults_.clear(readings_, clock_.now());
   leave();
   return cleared;
 }

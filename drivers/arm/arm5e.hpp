@@ -11,22 +11,16 @@
 #include "core/clock.hpp"
 #include "drivers/arm/arm.hpp"
 #include "drivers/arm/arm5e_settings.hpp"
+#include "drivers/arm/arm_faults.hpp"
+#include "drivers/arm/arm_readings.hpp"
 #include "drivers/arm/arm_zero.hpp"
 
 namespace tankrig {
 
-/// Raw encoders and what the arm says about itself.
-struct ArmReadings {
-  Stamp stamp{};
-  std::array<std::uint16_t, kJoints> raw{};   ///< encoders as they come
-  std::array<std::uint8_t, kJoints> water{};  ///< raw
-  std::array<double, kJoints> temperature_c{};
-  std::array<double, kJoints> joint_current_a{};  ///< zeros unless the tail of the slots is known
-  double current_a = 0, voltage_v = 0, master_temperature_c = 0;
-};
-
 /// Set-points are exchanged against encoder readings at the rate of the settings; in between the newest waits.
 /// A joint state of an arm that is not homed has ticks since power-up and angles that are not numbers.
+/// With a fast joint, set-points and readings of the others take kFastRound exchanges to come round; stop() and the
+/// first request after a silence are whole all the same. An arm of which anything has not been heard of is silent.
 ///
 /// Faults, each told once by try_read and then kept until clear_faults(): over-current, water, encoders that lost their
 /// reference, an axis beyond its limits. The arm is stopped, set-points are refused, states go on.
@@ -71,25 +65,21 @@ class Arm5e final : public Arm {
   const ArmModel& model() const noexcept { return model_; }
 
  private:
-  enum class Fault : std::uint8_t { kNone, kOverCurrent, kWater, kEncoder, kPosture };
-
   using Count = std::atomic<std::uint64_t>;
 
-  static Error fault_error(Fault fault, Stamp now) noexcept;
   bool enter() noexcept { return !inside_.test_and_set(); }
   void leave() noexcept;
-  void raise(Fault fault) noexcept;
-  static bool ends_with_homing(Fault fault) noexcept;
+  void raise(ArmFault fault) noexcept;
   void lose_reference() noexcept;
-  void forgive_reference() noexcept;
   Status refusal(Stamp now, bool by_ticks) const noexcept;
   Result<std::optional<JointState>> drain(Stamp now) noexcept;
   std::optional<JointState> take(const ArmAnswer& answer, Stamp now) noexcept;
   void note(const ArmAnswer& answer, Stamp now) noexcept;
+  JointState state() const noexcept;
   void watch(const JointState& state) noexcept;
   void lose() noexcept;
   Status pump(Stamp now, bool at_once) noexcept;
-  Status send(Stamp now) noexcept;
+  Status send(const ArmExchange& exchange, Stamp now) noexcept;
   void rest() noexcept;
   void set_demand(const std::array<double, kJoints>& ticks_per_s, Stamp now) noexcept;
   void publish() noexcept;
@@ -104,17 +94,18 @@ class Arm5e final : public Arm {
   std::atomic_flag inside_ = ATOMIC_FLAG_INIT;  // guards what follows, up to the atomics
   std::unique_ptr<ArmLink> link_;
   ArmDemands demands_{};
+  ExchangeSchedule schedule_;
   std::array<EncoderTrack, kJoints> tracks_;
   ArmReadings readings_;
   ArmAnswer last_;
+  LastHeard heard_;
+  bool changed_in_round_ = true;
   bool gains_next_ = true, gains_answered_ = false, gains_last_ = false;
   bool wobble_ = false;     ///< which of two equivalent frames is sent
-  bool stop_sent_ = false;  ///< the newest frame on the wire commands rest
+  bool stop_sent_ = false;  ///< every joint's newest demand on the wire is rest
   bool connected_ = true, was_silent_ = false;
-  Stamp next_send_{}, deadline_{}, answered_at_{}, changed_at_{};
-  std::optional<Stamp> over_current_since_;
-  Fault fault_ = Fault::kNone;
-  bool fault_told_ = true;
+  Stamp next_send_{}, deadline_{}, changed_at_{};
+  ArmFaults faults_;
 
   std::atomic<bool> homed_{false}, stop_wanted_{false}, driven_{false}, line_lost_{false};
   std::atomic<std::int64_t> written_ns_{0};  ///< newest set-point

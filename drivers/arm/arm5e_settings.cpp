@@ -1,5 +1,6 @@
 #include "drivers/arm/arm5e_settings.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
@@ -19,6 +20,19 @@ std::string overload(const Arm5eSettings& settings) {
   std::snprintf(text, sizeof text, "found %.6g exchanges/s, a load of %.1f %% (%s), expected at most %.4g/s (%.0f %%)",
                 settings.exchange_rate_hz, 100 * carrier.load, carrier.text.c_str(),
                 std::floor(10 * kLargestCarrierLoad * carrier.largest_rate_hz) / 10, 100 * kLargestCarrierLoad);
+  return text;
+}
+
+/// The others must be heard of well before they are missed.
+std::string slow_round(const Arm5eSettings& settings) {
+  const double round_s = ExchangeSchedule::kFastRound / settings.exchange_rate_hz;
+  if (settings.carrier != ArmCarrier::kCan || !settings.fast_joint || 2 * round_s <= seconds(settings.silence_timeout))
+    return {};
+  char text[200];
+  std::snprintf(text, sizeof text,
+                "found %.6g exchanges/s: with a fast_joint the others take %d exchanges, %.3g s, expected at most half "
+                "of silence_timeout_ms",
+                settings.exchange_rate_hz, ExchangeSchedule::kFastRound, round_s);
   return text;
 }
 
@@ -85,9 +99,11 @@ CarrierLoad carrier_load(const Arm5eSettings& settings) {
   char text[160];
   double exchange_s = 0;
   if (settings.carrier == ArmCarrier::kCan) {
-    const int bits = can_exchange_bits();
+    const bool fast = settings.fast_joint.has_value();
+    const int bits = can_exchange_bits(fast);
     exchange_s = static_cast<double>(bits) / settings.can.bitrate;
-    std::snprintf(text, sizeof text, "11 frames of together %d bits at most, at %d bit/s", bits, settings.can.bitrate);
+    std::snprintf(text, sizeof text, "%d frames of together %d bits at most, at %d bit/s", fast ? 3 : 11, bits,
+                  settings.can.bitrate);
   } else {
     exchange_s = 2 * seconds(serial_frame_time(settings.serial));
     std::snprintf(text, sizeof text, "51 bytes each way at %d baud", settings.serial.baud);
@@ -122,6 +138,10 @@ Arm5eSettings arm5e_settings_from(const ConfigNode& arm, const std::filesystem::
   if (can) {
     s.can = can_settings_from(*can, runtime);
     if (const auto ids = can->optional_child("ids")) s.can_ids = arm_can_ids_from(*ids);
+    if (can->has("fast_joint")) {
+      const std::string joint = can->choice("fast_joint", {kJointNames.begin(), kJointNames.end()});
+      s.fast_joint = static_cast<Joint>(std::find(kJointNames.begin(), kJointNames.end(), joint) - kJointNames.begin());
+    }
   }
   if (serial) s.serial = serial_from(*serial, runtime);
   s.can.filters = s.can_ids.arm_filters();
@@ -131,6 +151,8 @@ Arm5eSettings arm5e_settings_from(const ConfigNode& arm, const std::filesystem::
   s.encoder_latency = arm.milliseconds_or("encoder_latency_ms", s.encoder_latency, {0, 500});
   s.reply_timeout = arm.milliseconds_or("reply_timeout_ms", s.reply_timeout, {1, 1000});
   s.silence_timeout = arm.milliseconds_or("silence_timeout_ms", s.silence_timeout, {10, 10'000});
+  if (const std::string late = slow_round(s); !late.empty())
+    chosen->fail(chosen->has("exchange_rate_hz") ? "exchange_rate_hz" : "fast_joint", late);
   s.watchdog = arm.milliseconds_or("watchdog_ms", s.watchdog, {20, 10'000});
   if (arm.has("zero_file")) {
     const std::string file = arm.text("zero_file");

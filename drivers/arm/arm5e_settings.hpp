@@ -2,12 +2,14 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "core/config_node.hpp"
 #include "drivers/arm/can_arm_link.hpp"
 #include "drivers/arm/encoder_track.hpp"
 #include "drivers/arm/homing_settings.hpp"
+#include "drivers/arm/over_current.hpp"
 #include "drivers/arm/serial_arm_link.hpp"
 #include "drivers/arm/velocity_demand.hpp"
 
@@ -21,8 +23,9 @@ struct Arm5eSettings {
   CanSettings can;
   ArmCanIds can_ids;
   SerialSettings serial;
-  double exchange_rate_hz = 100;  ///< a request and its answer; at most 70 % of what the carrier can
-  Duration encoder_latency{};     ///< from reading the encoders to the first bit of the answer
+  double exchange_rate_hz = 100;    ///< a request and its answer; at most 70 % of what the carrier can
+  std::optional<Joint> fast_joint;  ///< on CAN: in every exchange, the others in turn; empty: all in all of them
+  Duration encoder_latency{};       ///< from reading the encoders to the first bit of the answer
   Duration reply_timeout = std::chrono::milliseconds(20);     ///< beyond the wire's own time
   Duration silence_timeout = std::chrono::milliseconds(250);  ///< without an answer the arm is lost
   Duration watchdog = std::chrono::milliseconds(500);         ///< without a set-point the arm is stopped
@@ -34,8 +37,8 @@ struct Arm5eSettings {
   EncoderTrackSettings encoder;
   TailMeaning tail = TailMeaning::kMaster;
   ArmScaling scaling = laboratory_scaling();
-  double over_current_a = 2;  ///< of the whole arm
-  Duration over_current_time = std::chrono::milliseconds(1500);
+  double over_current_a = OverCurrentLimit{}.amperes;  ///< of the whole arm
+  Duration over_current_time = OverCurrentLimit{}.duration;
   int water_ingress_raw = 1;     ///< at or above it a joint reports water
   double posture_margin = 0.05;  ///< outside its limits by more, a homed arm is not where it thinks it is [rad]
   HomingSettings homing;

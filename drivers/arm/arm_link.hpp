@@ -7,6 +7,7 @@
 
 #include "core/arm_model.hpp"
 #include "core/result.hpp"
+#include "drivers/arm/arm_exchange.hpp"
 #include "drivers/arm/joint_slot.hpp"
 #include "drivers/statistics.hpp"
 
@@ -18,6 +19,7 @@ using ArmDemands = std::array<DemandSlot, kJoints>;  ///< in the order of `Joint
 struct ArmAnswer {
   Stamp read{};          ///< when the encoders were read
   bool sensors = false;  ///< else an echo or an acknowledgement
+  ArmExchange has{};     ///< what has come with it; the rest of what follows is older
   std::array<SensorSlot, kJoints> joints{};
   MasterBytes master;
 };
@@ -37,9 +39,10 @@ class ArmLink {
  public:
   virtual ~ArmLink() = default;
 
-  /// Sends one set of demands, whole or not at all as far as the carrier can.  Errors: kRefused when its buffer is full
-  /// (ordinary, counted), kDisconnected.
-  virtual Status try_send(const ArmDemands& demands, Stamp now) noexcept = 0;
+  /// Sends those demands that `exchange` names, whole or not at all as far as the carrier can, and asks for what it
+  /// names. A carrier that cannot do less exchanges everything.  Errors: kRefused when its buffer is full (ordinary,
+  /// counted), kDisconnected.
+  virtual Status try_send(const ArmDemands& demands, const ArmExchange& exchange, Stamp now) noexcept = 0;
   virtual Status try_send(const PidSlot& gains, Stamp now) noexcept = 0;
 
   /// Next whole answer that has come; nothing if none.  Errors: kDisconnected and what the carrier says.
@@ -55,7 +58,7 @@ class ArmLink {
   /// It comes back by itself, or by reopen().
   virtual bool needs_reopen() const noexcept = 0;
 
-  /// Wire time of a request and its answer.
+  /// Wire time of a whole request and its answer.
   virtual Duration exchange_time() const noexcept = 0;
   virtual ArmLinkCounters counters() const noexcept = 0;
   /// Of what lies below, if it counts.  Threads: any.

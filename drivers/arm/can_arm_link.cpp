@@ -11,7 +11,7 @@
 namespace tankrig {
 namespace {
 
-constexpr unsigned kEveryJoint = (1U << kJoints) - 1;
+constexpr int kFastSlots = 3;
 constexpr std::uint8_t kMasterLength = 3;
 
 Duration frame_time(const CanFrame& frame, int bitrate) noexcept {
@@ -72,7 +72,9 @@ ArmCanIds arm_can_ids_from(const ConfigNode& node) {
   return ids;
 }
 
-int can_exchange_bits() noexcept { return 2 * kJoints * worst_frame_bits(8) + worst_frame_bits(kMasterLength); }
+int can_exchange_bits(bool fast) noexcept {
+  return fast ? kFastSlots * worst_frame_bits(8) : 2 * kJoints * worst_frame_bits(8) + worst_frame_bits(kMasterLength);
+}
 
 CanArmLink::CanArmLink(std::unique_ptr<CanBus> bus, const ArmCanIds& ids, int bitrate, Duration encoder_latency)
     : bus_(std::move(bus)), ids_(ids), bitrate_(bitrate), encoder_latency_(encoder_latency) {
@@ -88,19 +90,28 @@ void CanArmLink::mean(std::uint16_t id, Kind kind, std::size_t joint) {
   meanings_.at(id) = {kind, static_cast<std::uint8_t>(joint)};
 }
 
-Status CanArmLink::try_send(const ArmDemands& demands, Stamp) noexcept {
+/// The demand that asks comes last: an answer to it means that the others have come too.
+Status CanArmLink::try_send(const ArmDemands& demands, const ArmExchange& exchange, Stamp) noexcept {
   std::array<CanFrame, kJoints> frames;
-  for (std::size_t j = 0; j < kJoints; ++j) frames[j] = {ids_.demand[j], 8, encode(demands[j]), {}};
-  return send_all(frames);
+  std::size_t n = 0;
+  for (const bool asks : {false, true})
+    for (std::size_t j = 0; j < kJoints; ++j) {
+      if (!holds(exchange.demands, j) || holds(exchange.sensors, j) != asks) continue;
+      CanFrame& frame = frames[n++] = {ids_.demand[j], 8, encode(demands[j]), {}};
+      if (exchange.whole()) continue;
+      frame.data.back() = kActAtOnce;
+      if (asks) frame.data.back() |= static_cast<std::uint8_t>(exchange.sensors | (exchange.master ? kAskMaster : 0));
+    }
+  return send_all(std::span(frames).first(n), exchange);
 }
 
 Status CanArmLink::try_send(const PidSlot& gains, Stamp) noexcept {
   std::array<CanFrame, kJoints> frames;
   for (std::size_t j = 0; j < kJoints; ++j) frames[j] = {ids_.pid[j], 8, encode(gains), {}};
-  return send_all(frames);
+  return send_all(frames, {});
 }
 
-Status CanArmLink::send_all(const std::array<CanFrame, kJoints>& frames) noexcept {
+Status CanArmLink::send_all(std::span<const CanFrame> frames, const ArmExchange& exchange) noexcept {
   for (const CanFrame& frame : frames) {
     const Status sent = bus_->try_send(frame);
     if (sent.ok()) continue;
@@ -108,8 +119,15 @@ Status CanArmLink::send_all(const std::array<CanFrame, kJoints>& frames) noexcep
     return sent;
   }
   ++counters_.requests;
+  if (outstanding_ == 0) forget_partial_answer();
+  asked_[std::min(static_cast<std::size_t>(outstanding_), kInFlight - 1)] = exchange;
   ++outstanding_;
   return {};
+}
+
+const ArmExchange& CanArmLink::asked() const noexcept {
+  static constexpr ArmExchange kWhole{};
+  return outstanding_ > 0 ? asked_[0] : kWhole;
 }
 
 Result<std::optional<ArmAnswer>> CanArmLink::try_receive(Stamp) noexcept {
@@ -129,15 +147,16 @@ Result<std::optional<ArmAnswer>> CanArmLink::try_receive(Stamp) noexcept {
     }
     if (!take(frame, meaning)) continue;
     ++counters_.answers;
+    std::shift_left(asked_.begin(), asked_.end(), 1);
     outstanding_ = std::max(0, outstanding_ - 1);
     return std::optional<ArmAnswer>(answer_);
   }
 }
 
-/// True when the frame completes an answer. The arm reads every encoder at once, then sends without a pause: each
-/// frame's arrival tells when, and the earliest is the least delayed.
+/// True when the frame completes an answer. The arm reads the encoders it is asked for at once, then sends without a
+/// pause: each frame's arrival tells when, and the earliest is the least delayed.
 bool CanArmLink::take(const CanFrame& frame, Meaning meaning) noexcept {
-  const unsigned bit = 1U << meaning.joint;
+  const JointSet bit = only(meaning.joint);
   if (meaning.kind == Kind::kPid || meaning.kind == Kind::kEcho) {
     acknowledged_ |= bit;
     if (acknowledged_ != kEveryJoint) return false;
@@ -145,31 +164,44 @@ bool CanArmLink::take(const CanFrame& frame, Meaning meaning) noexcept {
     answer_.sensors = false;
     return true;
   }
-  const bool again = meaning.kind == Kind::kSensors ? (arrived_ & bit) != 0 : burst_begun_;
+  const ArmExchange& wanted = asked();
+  const bool master = meaning.kind == Kind::kMaster;
+  if (master ? !wanted.master : (wanted.sensors & bit) == 0) {  // late, of a request that was given up
+    ++counters_.incomplete;
+    return false;
+  }
+  const bool again = master ? burst_begun_ : (arrived_ & bit) != 0;
   if (again) ++counters_.incomplete;
   if (again || !burst_begun_) {
     burst_begun_ = true;
+    master_arrived_ = false;
     arrived_ = 0;
     burst_time_ = {};
     answer_.read = frame.stamp;
   }
   burst_time_ += frame_time(frame, bitrate_);
   answer_.read = std::min(answer_.read, frame.stamp - burst_time_ - encoder_latency_);
-  if (meaning.kind == Kind::kMaster) {
+  if (master) {
     answer_.master = {frame.data[0], frame.data[1], frame.data[2]};
-    return false;
+    master_arrived_ = true;
+  } else {
+    answer_.joints[meaning.joint] = decode_sensors(frame.data);
+    arrived_ |= bit;
   }
-  answer_.joints[meaning.joint] = decode_sensors(frame.data);
-  arrived_ |= bit;
-  if (arrived_ != kEveryJoint) return false;
+  if (arrived_ != wanted.sensors || (!wanted.whole() && wanted.master && !master_arrived_)) return false;
   arrived_ = 0;
   burst_begun_ = false;
   answer_.sensors = true;
+  answer_.has = wanted;
   return true;
 }
 
 void CanArmLink::give_up() noexcept {
   outstanding_ = 0;
+  forget_partial_answer();
+}
+
+void CanArmLink::forget_partial_answer() noexcept {
   if (burst_begun_ || acknowledged_ != 0) ++counters_.incomplete;
   burst_begun_ = false;
   arrived_ = acknowledged_ = 0;

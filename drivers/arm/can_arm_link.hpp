@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <span>
 
 #include "drivers/arm/arm_link.hpp"
 #include "drivers/can/can_bus.hpp"
@@ -30,15 +31,21 @@ struct ArmCanIds {
 /// `master`.  Errors: InputError with line, also when an identifier stands twice.
 ArmCanIds arm_can_ids_from(const ConfigNode& node);
 
-/// Bits one exchange takes at worst: five demands, the master's bytes, five sensor slots.
-int can_exchange_bits() noexcept;
+/// The last byte of a demand frame. 0: the arm waits for all five and answers with everything (the whole exchange).
+/// With kActAtOnce it acts on this one at once and answers with the sensor slots of the joints in the five lowest bits,
+/// the master's bytes before them if kAskMaster is set.
+inline constexpr std::uint8_t kActAtOnce = 0x80, kAskMaster = 0x20;
+
+/// Bits one exchange takes at worst: five demands, the master's bytes, five sensor slots; or, of a fast one, three
+/// slots.
+int can_exchange_bits(bool fast = false) noexcept;
 
 class CanArmLink final : public ArmLink {
  public:
   /// `encoder_latency`: from reading the encoders to the first bit of the answer.
   CanArmLink(std::unique_ptr<CanBus> bus, const ArmCanIds& ids, int bitrate, Duration encoder_latency = {});
 
-  Status try_send(const ArmDemands& demands, Stamp now) noexcept override;
+  Status try_send(const ArmDemands& demands, const ArmExchange& exchange, Stamp now) noexcept override;
   Status try_send(const PidSlot& gains, Stamp now) noexcept override;
   Result<std::optional<ArmAnswer>> try_receive(Stamp now) noexcept override;
   int outstanding() const noexcept override { return outstanding_; }
@@ -57,7 +64,11 @@ class CanArmLink final : public ArmLink {
     std::uint8_t joint = 0;
   };
 
-  Status send_all(const std::array<CanFrame, kJoints>& frames) noexcept;
+  static constexpr std::size_t kInFlight = 4;
+
+  Status send_all(std::span<const CanFrame> frames, const ArmExchange& exchange) noexcept;
+  const ArmExchange& asked() const noexcept;
+  void forget_partial_answer() noexcept;
   bool take(const CanFrame& frame, Meaning meaning) noexcept;
   void mean(std::uint16_t id, Kind kind, std::size_t joint);
 
@@ -67,8 +78,10 @@ class CanArmLink final : public ArmLink {
   Duration encoder_latency_;
   std::array<Meaning, 0x800> meanings_{};
   int outstanding_ = 0;
-  unsigned arrived_ = 0;  ///< a bit per joint: sensors of the answer that is coming in
-  unsigned acknowledged_ = 0;
+  std::array<ArmExchange, kInFlight> asked_{};  ///< by the requests that are outstanding, oldest first
+  JointSet arrived_ = 0;                        ///< sensors of the answer that is coming in
+  bool master_arrived_ = false;
+  JointSet acknowledged_ = 0;
   ArmAnswer answer_;
   bool burst_begun_ = false;
   Duration burst_time_{};  ///< of the answer's frames so far

@@ -30,6 +30,8 @@ class EncoderTrack {
   /// Begins anew, as after construction; the zero stays.
   void restart() noexcept;
 
+  bool started() const noexcept { return started_; }
+
   /// The raw reading that is tick 0 of the actuator. It outlives a restart of this program, not one of the arm.
   void set_zero(std::uint16_t raw) noexcept;
 
@@ -40,7 +42,7 @@ class EncoderTrack {
   double speed() const noexcept;
 
  private:
-  static constexpr int kPast = 8;
+  static constexpr int kPast = 64;  // kSpan at 1 kHz
   static constexpr Duration kSpan = std::chrono::milliseconds(40);
   struct Past {
     std::int32_t ticks = 0;

@@ -12,7 +12,7 @@ Duration serial_frame_time(const SerialSettings& settings) noexcept {
 SerialArmLink::SerialArmLink(SerialPort port, Duration encoder_latency)
     : port_(std::move(port)), frame_time_(serial_frame_time(port_.settings())), encoder_latency_(encoder_latency) {}
 
-Status SerialArmLink::try_send(const ArmDemands& demands, Stamp now) noexcept {
+Status SerialArmLink::try_send(const ArmDemands& demands, const ArmExchange&, Stamp now) noexcept {
   SerialContent content;
   for (std::size_t j = 0; j < kJoints; ++j)
     content.slots[j] = {static_cast<std::uint8_t>(HostSlot::kDemand), encode(demands[j])};

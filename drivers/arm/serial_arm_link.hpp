@@ -17,7 +17,7 @@ class SerialArmLink final : public ArmLink {
   /// `encoder_latency`: from reading the encoders to the first bit of the answer.
   explicit SerialArmLink(SerialPort port, Duration encoder_latency = {});
 
-  Status try_send(const ArmDemands& demands, Stamp now) noexcept override;
+  Status try_send(const ArmDemands& demands, const ArmExchange& exchange, Stamp now) noexcept override;
   Status try_send(const PidSlot& gains, Stamp now) noexcept override;
   Result<std::optional<ArmAnswer>> try_receive(Stamp now) noexcept override;
   int outstanding() const noexcept override { return outstanding_; }

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "core/arm_model.hpp"
+#include "drivers/arm/joint_slot.hpp"
 
 namespace tankrig {
 
@@ -53,6 +54,18 @@ inline std::optional<VelocityDemand> velocity_demand(const ArmModel& model, cons
     demand.applied[static_cast<int>(j)] = demand.ticks_per_s[j] * slope[j];
   }
   return demand;
+}
+
+/// What the wire makes of it: no demand's low byte is 0x0A. RT: safe.
+inline void make_sendable(VelocityDemand& demand) noexcept {
+  for (std::size_t j = 0; j < kJoints; ++j) {
+    const double asked = demand.ticks_per_s[j];
+    if (asked == 0) continue;
+    const double sent =
+        std::copysign(sendable(static_cast<std::uint16_t>(std::min<double>(std::abs(asked), kLargestSpeed))), asked);
+    demand.ticks_per_s[j] = sent;
+    demand.applied[static_cast<int>(j)] *= sent / asked;
+  }
 }
 
 }  // namespace tankrig

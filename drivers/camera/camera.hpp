@@ -31,7 +31,7 @@ struct CameraCounters {
   std::uint64_t delivered = 0, lost = 0, incomplete = 0, overrun = 0;
 };
 
-/// Threads: start, try_grab and stop from one thread, never the cycle's.  RT: never.
+/// Threads: start, try_grab and stop from one thread, trigger from any, none the cycle's.  RT: never.
 class Camera {
  public:
   virtual ~Camera() = default;

@@ -91,6 +91,8 @@ Rectifier::Rectifier(const StereoCalibration& calibration) : size_(calibration.l
   cv::initUndistortRectifyMap(left.matrix(), left.distortion(), R1, P1, size_, CV_32FC1, left_x_, left_y_);
   cv::initUndistortRectifyMap(right.matrix(), right.distortion(), R2, P2, size_, CV_32FC1, right_x_, right_y_);
 
+  left_rectification_ = {cv::Matx33d(R1), cv::Matx34d(P1)};
+  right_rectification_ = {cv::Matx33d(R2), cv::Matx34d(P2)};
   focal_px_ = P1.at<double>(0, 0);
   cx_ = P1.at<double>(0, 2);
   cy_ = P1.at<double>(1, 2);

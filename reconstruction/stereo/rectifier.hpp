@@ -34,6 +34,9 @@ class Rectifier {
   Vector3d point(double u, double v, double disparity) const;
   /// Pixel of the rectified left image, and disparity, of a point in c: {u, v, disparity}.
   Vector3d project(const Vector3d& p) const;
+  /// Of each eye, as camera_info has it; the right one's P carries the baseline.
+  const Rectification& left_rectification() const { return left_rectification_; }
+  const Rectification& right_rectification() const { return right_rectification_; }
   /// Where the rectified left pixel lies in the raw left image [px].
   Vector2d raw_left(int u, int v) const { return {left_x_(v, u), left_y_(v, u)}; }
 
@@ -41,6 +44,7 @@ class Rectifier {
   cv::Size size_;
   double focal_px_ = 0, cx_ = 0, cy_ = 0, baseline_ = 0;
   Eigen::Matrix3d rectified_R_c_ = Eigen::Matrix3d::Identity();
+  Rectification left_rectification_, right_rectification_;
   cv::Mat1f left_x_, left_y_, right_x_, right_y_;
 };
 

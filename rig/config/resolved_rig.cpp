@@ -2,6 +2,8 @@
 #include <sstream>
 
 #include "core/input_error.hpp"
+#include "rig/config/camera_timing.hpp"
+#include "rig/config/limits_section.hpp"
 #include "rig/config/rig_config.hpp"
 #include "rig/config/scan_section.hpp"
 #include "rig/session/model_yaml.hpp"
@@ -16,7 +18,8 @@ std::string cameras_yaml(const std::vector<RigCamera>& cameras) {
   for (const RigCamera& c : cameras)
     out += "  - name: " + yaml_quoted(c.name) + "\n    role: " + to_string(c.role) +
            "\n    model: " + yaml_of(c.model) + "\n    bMc: " + yaml_of(c.bMc) +
-           "\n    record: " + kRecord[static_cast<int>(c.record)] + "\n    rate_hz: " + exact_text(c.rate_hz) + "\n";
+           "\n    record: " + kRecord[static_cast<int>(c.record)] + "\n    rate_hz: " + exact_text(c.rate_hz) + "\n" +
+           camera_timing_yaml(c);
   return out;
 }
 
@@ -74,7 +77,7 @@ std::string resolved_rig_yaml(const RigConfig& rig, const std::string& mesh) {
          "\nbackend: " + rig.backend + "\n";
   if (!rig.scene.empty()) out += "scene: " + yaml_quoted(rig.scene.string()) + "\n";
   if (!rig.preset.empty()) out += "applied_preset: " + yaml_quoted(rig.preset) + "\n";
-  out += "arm:\n" + yaml_of(rig.arm, 2) + motion_limits_yaml(rig.motion_limits);
+  out += "arm:\n" + yaml_of(rig.arm, 2) + motion_limits_yaml(rig.motion_limits) + backlash_yaml(rig.backlash_ticks);
   out += cameras_yaml(rig.cameras) + laser_yaml(rig);
   out += "object:\n  mesh: " + yaml_quoted(mesh) + "\n  bMo: " + yaml_of(rig.object.bMo) + "\n";
   out += obstacles_yaml(rig.obstacles) + "scan:\n" + scan_section_yaml(rig.scan, rig.read_lux);

@@ -7,6 +7,8 @@
 
 #include "core/input_error.hpp"
 #include "core/shown_text.hpp"
+#include "rig/config/camera_timing.hpp"
+#include "rig/config/limits_section.hpp"
 #include "rig/config/scan_section.hpp"
 #include "rig/session/model_yaml.hpp"
 
@@ -32,12 +34,14 @@ void refuse_unknown_keys(const ConfigNode& root) {
 
 void read_arm(const ConfigNode& node, RigConfig& rig) {
   rig.arm = read_arm_model(node);
+  rig.scan.limits.angles = rig.arm.limits;
   if (const auto limits = node.optional_child("motion_limits")) {
     RigMotionLimits& m = rig.motion_limits;
     m.angle_margin = limits->number_or("angle_margin_rad", m.angle_margin, {0, 1});
     m.max_velocity = limits->number_or("max_velocity_rad_s", m.max_velocity, {0.01, 10});
     m.max_ticks_per_s = limits->number_or("max_ticks_per_s", m.max_ticks_per_s, {1, 1e6});
   }
+  read_backlash(node, rig.backlash_ticks);
   node.finish();
 }
 
@@ -55,6 +59,7 @@ RigCamera read_camera(const ConfigNode& node) {
   const std::string record = node.choice("record", {"all", "dark", "sweep"});
   camera.record = record == "all" ? RecordWhen::kAll : record == "dark" ? RecordWhen::kDark : RecordWhen::kSweep;
   camera.rate_hz = node.number("rate_hz", {0.1, 1000});
+  read_camera_timing(node, camera);
   node.finish();
   return camera;
 }
@@ -149,7 +154,8 @@ const RigCamera* RigConfig::find_camera(CameraRole role) const {
 void RigConfig::describe(SessionInfo& info) const {
   info.rig = name;
   info.cameras.clear();
-  for (const RigCamera& camera : cameras) info.cameras.push_back({camera.name, camera.role, camera.model, camera.bMc});
+  for (const RigCamera& camera : cameras)
+    info.cameras.push_back({camera.name, camera.role, camera.model, camera.bMc, camera.time_offset});
   info.calibration = {arm, laser.ePl, laser.origin_e, laser.direction_e, laser.fan};
   info.object = SessionObject{object.mesh.filename().string(), object.bMo};
 }
@@ -188,6 +194,7 @@ RigConfig load_rig(const std::filesystem::path& file, const std::string& preset)
   scan.finish();
   check_scan_section(scan, rig.scan, rig.arm);
   read_presets(root, preset, rig);
+  settle_camera_timing(rig);
   rig.preset = preset.empty() ? root.text_or("applied_preset", "") : preset;
   return rig;
 }

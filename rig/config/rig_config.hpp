@@ -10,6 +10,7 @@
 #include "core/camera_model.hpp"
 #include "core/config_node.hpp"
 #include "rig/executive/scan_settings.hpp"
+#include "rig/executive/trigger_settings.hpp"
 #include "rig/session/session.hpp"
 
 namespace tankrig {
@@ -21,6 +22,8 @@ struct RigCamera {
   Transform bMc = Transform::Identity();
   RecordWhen record = RecordWhen::kAll;
   double rate_hz = 25;
+  TriggerSettings trigger;
+  Duration time_offset{};  ///< t_camera - t_joints: taken off its stamps
 };
 
 /// Frames: e. The sheet is all that triangulation uses; origin and direction say what it can reach.
@@ -70,6 +73,7 @@ struct RigConfig {
   std::string preset;           ///< applied to `scan`; empty if none
   ArmModel arm;
   RigMotionLimits motion_limits;
+  std::array<double, kJoints> backlash_ticks{};  ///< total play between every encoder and its link; 0: not known
   ScanSettings scan;
   bool read_lux = true;  ///< ask the lux meter before and after the sweep
   std::vector<RigCamera> cameras;

@@ -3,6 +3,10 @@
 #include <cmath>
 #include <cstdio>
 
+#include "rig/config/limits_section.hpp"
+#include "rig/config/real_time_section.hpp"
+#include "rig/config/safety_section.hpp"
+#include "rig/config/sync_section.hpp"
 #include "rig/session/model_yaml.hpp"
 #include "rig/session/text_files.hpp"
 
@@ -24,8 +28,8 @@ struct Section {
   }
 };
 
-constexpr ConfigNode::Range kAngle{-7, 7}, kVelocity{0.001, 2}, kAcceleration{0.001, 20}, kTime{0, 600},
-    kTimeout{0.001, 60};
+constexpr ConfigNode::Range kAngle{-7, 7}, kVelocity{0.001, 2}, kAcceleration{0.001, 20}, kJerk{0.01, 1000},
+    kTime{0, 600}, kTimeout{0.001, 60};
 
 std::string real(double value) { return exact_text(value); }
 std::string rounded(double value) {
@@ -62,6 +66,7 @@ void read_scan_section(const ConfigNode& node, bool complete, ScanSettings& scan
     sweep.number("to_rad", scan.sweep_to, kAngle, true);
     sweep.number("velocity_rad_s", scan.sweep_velocity, kVelocity, true);
     sweep.number("acceleration_rad_s2", scan.sweep_acceleration, kAcceleration);
+    sweep.number("jerk_rad_s3", scan.sweep_jerk, kJerk);
     sweep.number("lead_in_s", scan.sweep_lead_in, kTime);
     sweep.count("passes", scan.passes, {1, 100});
     sweep.flag("there_and_back", scan.there_and_back);
@@ -70,15 +75,21 @@ void read_scan_section(const ConfigNode& node, bool complete, ScanSettings& scan
     const Section move{*child, complete};
     move.number("velocity_rad_s", scan.move_velocity, kVelocity);
     move.number("acceleration_rad_s2", scan.move_acceleration, kAcceleration);
+    move.number("jerk_rad_s3", scan.move_jerk, kJerk);
     move.number("settle_s", scan.settle, kTime);
   }
   section.count("dark_frames", scan.dark_frames, {0, 10000});
   section.number("camera_lead_s", scan.camera_lead, kTime);
   section.flag("laser_pairs", scan.laser_pairs);
   section.number("cycle_hz", scan.cycle_hz, {1, 10000});
+  read_real_time_section(node, scan.real_time);
+  read_limits_section(node, scan.limits);
+  if (const auto child = node.optional_child("safety")) read_safety_section(*child, scan.safety);
+  read_sync_section(node, scan.sync);
   if (const auto child = node.optional_child("control")) {
     const Section control{*child, complete};
     control.number("position_gain_per_s", scan.position_gain, {0, 100});
+    control.number("learning_rate_per_s2", scan.learning_rate, {0, 100});
     control.number("feed_forward_lead_s", scan.feed_forward_lead, {0, 1});
     if (child->has("dead_zone_rad_s")) {
       scan.dead_zone = read_joints(*child, "dead_zone_rad_s");
@@ -125,18 +136,21 @@ std::string scan_section_yaml(const ScanSettings& s, bool read_lux) {
   return "  park_rad: " + yaml_of(s.park) + "\n  posture_rad: " + yaml_of(s.posture) +
          "\n  sweep:\n    from_rad: " + real(s.sweep_from) + "\n    to_rad: " + real(s.sweep_to) +
          "\n    velocity_rad_s: " + real(s.sweep_velocity) +
-         "\n    acceleration_rad_s2: " + real(s.sweep_acceleration) + "\n    lead_in_s: " + real(s.sweep_lead_in) +
-         "\n    passes: " + std::to_string(s.passes) + "\n    there_and_back: " + yes_no(s.there_and_back) +
+         "\n    acceleration_rad_s2: " + real(s.sweep_acceleration) + "\n    jerk_rad_s3: " + real(s.sweep_jerk) +
+         "\n    lead_in_s: " + real(s.sweep_lead_in) + "\n    passes: " + std::to_string(s.passes) +
+         "\n    there_and_back: " + yes_no(s.there_and_back) +
          "\n  move:\n    velocity_rad_s: " + real(s.move_velocity) +
-         "\n    acceleration_rad_s2: " + real(s.move_acceleration) + "\n    settle_s: " + real(s.settle) +
-         "\n  dark_frames: " + std::to_string(s.dark_frames) + "\n  camera_lead_s: " + real(s.camera_lead) +
-         "\n  laser_pairs: " + yes_no(s.laser_pairs) + "\n  cycle_hz: " + real(s.cycle_hz) +
-         "\n  control:\n    position_gain_per_s: " + real(s.position_gain) +
+         "\n    acceleration_rad_s2: " + real(s.move_acceleration) + "\n    jerk_rad_s3: " + real(s.move_jerk) +
+         "\n    settle_s: " + real(s.settle) + "\n  dark_frames: " + std::to_string(s.dark_frames) +
+         "\n  camera_lead_s: " + real(s.camera_lead) + "\n  laser_pairs: " + yes_no(s.laser_pairs) +
+         "\n  cycle_hz: " + real(s.cycle_hz) + "\n  control:\n    position_gain_per_s: " + real(s.position_gain) +
+         "\n    learning_rate_per_s2: " + real(s.learning_rate) +
          "\n    feed_forward_lead_s: " + real(s.feed_forward_lead) + "\n    dead_zone_rad_s: " + yaml_of(s.dead_zone) +
          "\n    following_error_limit_rad: " + real(s.following_error_limit) +
          "\n    feedback_timeout_s: " + real(s.feedback_timeout) +
          "\n    heartbeat_timeout_s: " + real(s.heartbeat_timeout) + "\n    max_joint_gap_s: " + real(s.max_joint_gap) +
-         "\n  read_lux: " + yes_no(read_lux) + "\n";
+         "\n  read_lux: " + yes_no(read_lux) + "\n" + limits_section_yaml(s.limits) +
+         real_time_section_yaml(s.real_time) + safety_section_yaml(s.safety) + sync_section_yaml(s.sync);
 }
 
 }  // namespace tankrig

@@ -1,32 +1,58 @@
 #include "rig/executive/cycle.hpp"
 
-#include "core/thread_priority.hpp"
-
 namespace tankrig {
-namespace {
 
-constexpr int kPriority = 50;
-
-}  // namespace
-
-Cycle::Cycle(Executive& executive, Clock& clock, Duration period)
-    : executive_(executive), clock_(clock), period_(period), grid_(clock.now(), period) {}
+Cycle::Cycle(Executive& executive, Clock& clock, Duration period, const RealTimeSettings& real_time)
+    : executive_(executive),
+      clock_(clock),
+      period_(period),
+      real_time_(real_time),
+      grid_(clock.now(), period),
+      window_(real_time.overruns, from_seconds(real_time.window)),
+      phase_(period) {}
 
 void Cycle::step() noexcept {
   clock_.sleep_until(grid_.next());
   executive_.step(clock_.now());
   grid_.advance(clock_.now());
-  steps_.fetch_add(1, std::memory_order_release);
+  publish();
+}
+
+void Cycle::publish() noexcept {
   overruns_.store(grid_.overruns(), std::memory_order_relaxed);
   missed_.store(grid_.missed_cycles(), std::memory_order_relaxed);
+  steps_.fetch_add(1, std::memory_order_release);
+}
+
+void Cycle::timed_step() noexcept {
+  const Stamp point = grid_.next();
+  clock_.sleep_until(point);
+  const Stamp began = clock_.now();
+  executive_.step(began);
+  const Stamp ended = clock_.now();
+  if (grid_.advance(ended) && window_.add(ended)) executive_.too_many_overruns();
+  if (real_time_.pace == CyclePace::kDevice)
+    if (const Stamp sample = executive_.newest_joints(); sample.ns != 0) grid_.shift(phase_.steer(began - sample));
+  times_->wake_up.add(began - point);
+  times_->execution.add(ended - began);
+  if (began_) times_->period.add(began - *began_);
+  began_ = began;
+  publish();
+}
+
+void Cycle::run() noexcept {
+  const bool locked = granted_.memory_locked;
+  granted_ = become_real_time(real_time_);
+  granted_.memory_locked = locked;
+  grid_.restart(clock_.now() + period_);
+  while (!ending_.load(std::memory_order_relaxed)) timed_step();
 }
 
 void Cycle::begin() {
   if (!clock_.real_time() || thread_.joinable() || ending_.load(std::memory_order_relaxed)) return;
-  thread_ = std::thread([this] {
-    keep_time("tankrig-cycle", kPriority);
-    while (!ending_.load(std::memory_order_relaxed)) step();
-  });
+  times_.emplace();
+  if (real_time_.lock_memory) granted_.memory_locked = memory_.emplace().locked();
+  thread_ = std::thread([this] { run(); });
 }
 
 void Cycle::turn() noexcept {
@@ -40,7 +66,12 @@ void Cycle::turn() noexcept {
 
 void Cycle::end() noexcept {
   ending_.store(true, std::memory_order_relaxed);
-  if (thread_.joinable()) thread_.join();
+  if (!thread_.joinable()) return;
+  thread_.join();
+  times_->cycles = cycles();
+  times_->overruns = overruns();
+  times_->missed_cycles = missed_cycles();
+  memory_.reset();
 }
 
 }  // namespace tankrig

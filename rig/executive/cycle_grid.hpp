@@ -1,7 +1,9 @@
 // The cycle's time grid: fixed period, counted overruns, never a burst of late cycles.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
+#include <vector>
 
 #include "core/time.hpp"
 
@@ -15,15 +17,22 @@ class CycleGrid {
 
   Stamp next() const noexcept { return next_; }
 
-  /// Moves to the first grid point after the one just served that is not yet past at `now`.
-  void advance(Stamp now) noexcept {
+  /// Moves to the first grid point after the one just served that is not yet past at `now`. True if points were
+  /// dropped: an overrun.
+  bool advance(Stamp now) noexcept {
     next_ = next_ + period_;
-    if (now <= next_) return;
+    if (now <= next_) return false;
     const std::int64_t missed = (now - next_ + period_ - Duration{1}) / period_;
     next_ = next_ + period_ * missed;
     ++overruns_;
     missed_ += static_cast<std::uint64_t>(missed);
+    return true;
   }
+
+  /// Goes on from `start`.
+  void restart(Stamp start) noexcept { next_ = start; }
+  /// The next point and all after it come so much later.
+  void shift(Duration by) noexcept { next_ = next_ + by; }
 
   std::uint64_t overruns() const noexcept { return overruns_; }     ///< cycles that ran past the next grid point
   std::uint64_t missed_cycles() const noexcept { return missed_; }  ///< grid points dropped for it
@@ -32,6 +41,50 @@ class CycleGrid {
   Stamp next_;
   Duration period_;
   std::uint64_t overruns_ = 0, missed_ = 0;
+};
+
+/// Steers a grid so that it keeps its place among the samples of a device that has a clock of its own, where a fixed
+/// one would now and then meet two samples in a cycle, or none. A device that answers when it is asked is always in its
+/// place.
+/// RT: safe.
+class PhaseLock {
+ public:
+  explicit PhaseLock(Duration period) : period_(period) {}
+
+  /// `age` of the newest sample as a cycle begins; returns how much later the next one should. Half a period off is
+  /// mended within a hundred cycles, and a quarter, as jitter makes it, is left alone.
+  Duration steer(Duration age) noexcept {
+    youngest_ = std::min(youngest_, age);
+    Duration off = (age - youngest_ - period_ / 8) % period_;
+    if (off > period_ / 2) off -= period_;
+    if (off > period_ / 4) return -period_ / 200;
+    if (off < -period_ / 4) return period_ / 200;
+    return Duration{0};
+  }
+
+ private:
+  Duration period_;
+  Duration youngest_ = Duration::max();
+};
+
+/// Were there `limit` overruns within `window`?
+/// RT: add() is safe.
+class OverrunWindow {
+ public:
+  /// A limit of 0 is never reached.
+  OverrunWindow(int limit, Duration window) : past_(static_cast<std::size_t>(limit)), window_(window) {}
+
+  /// One more, at `when`; true if that makes the limit.
+  bool add(Stamp when) noexcept {
+    if (past_.empty()) return false;
+    past_[count_++ % past_.size()] = when;
+    return count_ >= past_.size() && when - past_[count_ % past_.size()] <= window_;
+  }
+
+ private:
+  std::vector<Stamp> past_;  // the newest ones, in a ring
+  Duration window_;
+  std::size_t count_ = 0;
 };
 
 }  // namespace tankrig

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "drivers/arm/arm.hpp"
+#include "rig/safety/joint_monitor.hpp"
 
 namespace tankrig {
 
@@ -23,6 +24,15 @@ enum class Fault : std::uint8_t {
   kFollowingError,  ///< a joint is further from its plan than following_error_limit
   kHeartbeat,       ///< the supervising loop was not heard of within heartbeat_timeout
   kInterlock,       ///< the laser's interlock opened while armed
+  kOverrun,         ///< too many late cycles within the window of the real-time settings
+  kJointLimit,      ///< a joint is beyond its limits
+  kJointVelocity,   ///< a joint is faster than it may be
+  kJointCurrent,    ///< the arm takes more current than it may for too long
+  kMaximumOn,       ///< the laser was on for longer than it may be at a stretch
+  kBeamMissing,     ///< the camera does not see the beam though it is on
+  kBeamStray,       ///< the camera sees a beam though it is off
+  kThread,          ///< a thread the scan depends on has died
+  kMovedInHold,     ///< the arm moved while it was held for light at rest
 };
 const char* to_string(Fault fault) noexcept;
 
@@ -34,9 +44,11 @@ struct CycleRecord {
   std::uint32_t segment = 0;  ///< index into ScanPlan::segments()
   ExecutiveState state = ExecutiveState::kWaiting;
   Fault fault = Fault::kNone;
-  Error error{};               ///< the device's own words, where `fault` comes from a device
-  int joint = -1;              ///< of a following error
-  double following_error = 0;  ///< largest over the joints, at the newest joint sample [rad]
+  Error error{};                              ///< the device's own words, where `fault` comes from a device
+  std::optional<JointViolation> violation{};  ///< where `fault` comes from a joint's limit
+  double following_error = 0;                 ///< largest over the joints, at the newest joint sample [rad]
+  bool armed = false;                         ///< the safety step's
+  bool holding = false;                       ///< likewise
   bool laser_commanded = false;
   bool laser_known = false;  ///< its state could be read in this cycle: what follows is the device's word
   bool laser_powered = false;

@@ -2,12 +2,42 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace tankrig {
+namespace {
+
+Fault fault_of(JointViolation::Limit limit) noexcept {
+  switch (limit) {
+    case JointViolation::Limit::kAngle:
+    case JointViolation::Limit::kRefusal:
+      return Fault::kJointLimit;
+    case JointViolation::Limit::kVelocity:
+    case JointViolation::Limit::kTicks:
+    case JointViolation::Limit::kSetPointStep:
+      return Fault::kJointVelocity;
+    case JointViolation::Limit::kCurrent:
+      return Fault::kJointCurrent;
+    case JointViolation::Limit::kFollowingError:
+      break;
+  }
+  return Fault::kFollowingError;
+}
+
+}  // namespace
 
 Executive::Executive(const ScanPlan& plan, const ScanSettings& settings, Arm& arm, Laser& laser,
                      std::size_t ring_capacity)
-    : plan_(plan), settings_(settings), arm_(arm), laser_(laser), ring_(ring_capacity) {}
+    : plan_(&plan),
+      settings_(settings),
+      guard_(arm, laser, settings.safety),
+      rest_(settings.safety.rest_velocity),
+      laser_watch_(settings.safety),
+      follower_(settings_),
+      monitor_(settings.limits, settings.following_error_limit),
+      ring_(ring_capacity) {
+  monitor_.set_reach(plan.reach());
+}
 
 void Executive::step(Stamp now) noexcept {
   CycleRecord record;
@@ -16,45 +46,62 @@ void Executive::step(Stamp now) noexcept {
   record.cycle = cycle_++;
 
   const std::int64_t zero = plan_zero_ns_.load(std::memory_order_acquire);
+  if (state_ == ExecutiveState::kWaiting) take_plan(next_plan_.load(std::memory_order_relaxed));
   record.plan_time = zero == kNotStarted ? -1 : seconds(now - Stamp{zero});
-  record.segment = static_cast<std::uint32_t>(plan_.segment_at(record.plan_time));
-  record.planned = plan_.at(record.plan_time).q;
+  record.segment = static_cast<std::uint32_t>(plan_->segment_at(record.plan_time));
+  record.planned = plan_->at(record.plan_time).q;
 
   if (state_ == ExecutiveState::kWaiting && record.plan_time >= 0) state_ = ExecutiveState::kRunning;
-  if (state_ == ExecutiveState::kRunning && record.plan_time >= plan_.duration()) state_ = ExecutiveState::kDone;
-  if (state_ != ExecutiveState::kFault && stop_.load(std::memory_order_relaxed)) state_ = ExecutiveState::kStopped;
+  if (state_ == ExecutiveState::kRunning && record.plan_time >= plan_->duration()) state_ = ExecutiveState::kDone;
+  if (state_ != ExecutiveState::kFault && stop_asked()) state_ = ExecutiveState::kStopped;
 
+  if (overrun_.load(std::memory_order_relaxed))
+    raise(Fault::kOverrun, {ErrorCode::kTimeout, 0, now, "cycle: too often late"});
+  if (thread_died_.load(std::memory_order_relaxed))
+    raise(Fault::kThread, {ErrorCode::kInternal, 0, now, "rig: a thread has ended"});
   read_joints(record);
   read_laser(record);
   check_silence(record);
   check_following(record);
   act(record, decide(record));
 
+  if (state_ == ExecutiveState::kWaiting && joints_) record.planned = joints_->q;
   record.state = state_;
   record.fault = fault_;
   record.error = error_;
-  record.joint = fault_joint_;
-  record.laser_commanded = laser_on_;
+  record.violation = violation_;
+  record.armed = guard_.state().armed;
+  record.holding = guard_.state().holding;
+  record.laser_commanded = guard_.laser_commanded();
   last_step_ = now;
+  if (listener_) listener_->cycle(record);
   if (!ring_.try_push(record)) dropped_.fetch_add(1, std::memory_order_relaxed);
 }
 
+void Executive::take_plan(const ScanPlan* plan) noexcept {
+  if (!plan || plan == plan_) return;
+  plan_ = plan;
+  monitor_.set_reach(plan->reach());
+}
+
 void Executive::read_joints(CycleRecord& record) noexcept {
-  const auto news = arm_.try_read();
+  const auto news = guard_.read_joints();
   if (!news.ok()) {
-    raise(Fault::kArmRead, news.error());
+    raise(news.error().code == ErrorCode::kInternal ? Fault::kThread : Fault::kArmRead, news.error());
   } else if (news.value()) {
     joints_ = *news.value();
     last_news_ = record.stamp;
     record.has_joints = true;
     record.joints = *joints_;
+    rest_.add(*joints_);
+    raise(monitor_.check_state(*joints_), record.stamp);
   }
 }
 
 void Executive::read_laser(CycleRecord& record) noexcept {
-  const auto laser = laser_.state();
+  const auto laser = guard_.read_laser();
   if (!laser.ok()) {
-    raise(Fault::kLaser, laser.error());
+    raise(laser.error().code == ErrorCode::kInternal ? Fault::kThread : Fault::kLaser, laser.error());
     return;
   }
   record.laser_known = true;
@@ -62,25 +109,9 @@ void Executive::read_laser(CycleRecord& record) noexcept {
   record.laser_emitting = laser.value().emitting;
   record.laser_since = laser.value().since;
   loop_closed_ = laser.value().interlock_closed.value_or(true);
-  check_laser(record);
-}
-
-/// Adds up over short phases too: a laser that switches with every frame is never long in one of them.
-void Executive::check_laser(const CycleRecord& record) noexcept {
-  const Duration passed = record.stamp - last_step_;
-  const bool lit = record.laser_powered || record.laser_emitting;
-  if (!lit)
-    laser_stray_ = Duration{0};
-  else if (!laser_on_)
-    laser_stray_ += passed;
-  if (record.laser_emitting)
-    laser_dark_ = Duration{0};
-  else if (laser_on_)
-    laser_dark_ += passed;
-  if (seconds(laser_stray_) > settings_.laser_off_allowance)
-    raise(Fault::kLaser, {ErrorCode::kTimeout, 0, record.stamp, "laser: on though not commanded"});
-  if (laser_dark_ > laser_.warm_up() + from_seconds(settings_.laser_on_margin))
-    raise(Fault::kLaser, {ErrorCode::kTimeout, 0, record.stamp, "laser: dark after its warm-up"});
+  if (const auto wrong = laser_watch_.look(laser.value(), guard_.laser_commanded(), guard_.laser_warm_up(),
+                                           record.stamp, record.stamp - last_step_))
+    raise(Fault::kLaser, *wrong);
 }
 
 void Executive::check_silence(const CycleRecord& record) noexcept {
@@ -90,36 +121,58 @@ void Executive::check_silence(const CycleRecord& record) noexcept {
 
 void Executive::check_following(CycleRecord& record) noexcept {
   if (state_ != ExecutiveState::kRunning || !joints_) return;
-  const double t = record.plan_time - seconds(record.stamp - joints_->stamp);
-  const JointVector error = (plan_.at(t).q - joints_->q).cwiseAbs();
-  int joint = 0;
-  record.following_error = error.maxCoeff(&joint);
-  if (record.following_error > settings_.following_error_limit)
-    raise(Fault::kFollowingError, {ErrorCode::kOutOfRange, 0, record.stamp, "arm: following error"}, joint);
+  const JointVector planned = planned_when_measured(*plan_, record.plan_time, record.stamp - joints_->stamp, *joints_);
+  record.following_error = (planned - joints_->q).cwiseAbs().maxCoeff();
+  raise(monitor_.check_following(planned, joints_->q), record.stamp);
 }
 
 InterlockOutputs Executive::decide(const CycleRecord& record) noexcept {
-  const Segment& segment = plan_.segments()[record.segment];
+  const Segment& segment = plan_->segments()[record.segment];
   const bool running = state_ == ExecutiveState::kRunning;
   const Duration silence{record.stamp.ns - heartbeat_ns_.load(std::memory_order_relaxed)};
   const bool fresh = seconds(silence) <= settings_.heartbeat_timeout;
   if (running && !fresh && heartbeat_ns_.load(std::memory_order_relaxed) != 0)
     raise(Fault::kHeartbeat, {ErrorCode::kTimeout, 0, record.stamp, "executive: heartbeat"});
+  const std::uint32_t resets = resets_.load(std::memory_order_acquire);
   InterlockInputs in;
+  in.now = record.stamp;
   in.arm = armed_.load(std::memory_order_relaxed);
+  in.reset = std::exchange(resets_seen_, resets) != resets;
+  in.hold = running && segment.hold;
   in.interlock_closed = interlock_.load(std::memory_order_relaxed) && loop_closed_;
   in.heartbeat_fresh = fresh;
+  in.at_rest = rest_.at_rest();
   in.sweeping = running && segment.sweeping;
-  in.device_fault = fault_ != Fault::kNone;
+  in.device_fault = std::exchange(raised_, false);
   in.laser_request = running && laser_request(record, segment);
+  in.beam = beam_.load(std::memory_order_relaxed);
 
-  const InterlockStep next = tankrig::step(interlock_state_, in);
-  interlock_state_ = next.state;
-  if (next.outputs.tripped && !in.heartbeat_fresh)
-    raise(Fault::kHeartbeat, {ErrorCode::kTimeout, 0, record.stamp, "executive: heartbeat"});
-  else if (next.outputs.tripped && !in.interlock_closed)
-    raise(Fault::kInterlock, {ErrorCode::kRefused, 0, record.stamp, "laser: interlock open"});
-  return next.outputs;
+  const bool ended = state_ == ExecutiveState::kStopped || state_ == ExecutiveState::kDone;
+  const InterlockOutputs allowed = guard_.step(in);
+  if (allowed.recovered || (in.reset && ended && !guard_.state().latched)) recover();
+  raise(allowed.trip, in.beam, record.stamp);
+  return allowed;
+}
+
+/// Nothing of what was planned goes on: the arm waits where it is measured to be.
+void Executive::recover() noexcept {
+  state_ = ExecutiveState::kWaiting;
+  fault_ = Fault::kNone;
+  error_ = {};
+  violation_.reset();
+  plan_zero_ns_.store(kNotStarted, std::memory_order_relaxed);
+  laser_watch_.forget();
+}
+
+void Executive::raise(Trip trip, BeamVerdict beam, Stamp now) noexcept {
+  if (trip == Trip::kHeartbeat) raise(Fault::kHeartbeat, {ErrorCode::kTimeout, 0, now, "executive: heartbeat"});
+  if (trip == Trip::kInterlock) raise(Fault::kInterlock, {ErrorCode::kRefused, 0, now, "laser: interlock open"});
+  if (trip == Trip::kMaximumOn) raise(Fault::kMaximumOn, {ErrorCode::kTimeout, 0, now, "laser: maximum on-time"});
+  if (trip == Trip::kMotion) raise(Fault::kMovedInHold, {ErrorCode::kRefused, 0, now, "arm: expected at rest"});
+  if (trip == Trip::kBeam && beam == BeamVerdict::kMissing)
+    raise(Fault::kBeamMissing, {ErrorCode::kProtocol, 0, now, "laser: on, but no camera sees its stripe"});
+  if (trip == Trip::kBeam && beam == BeamVerdict::kStray)
+    raise(Fault::kBeamStray, {ErrorCode::kProtocol, 0, now, "laser: off, but a camera sees its stripe"});
 }
 
 bool Executive::laser_request(const CycleRecord& record, const Segment& segment) const noexcept {
@@ -128,63 +181,41 @@ bool Executive::laser_request(const CycleRecord& record, const Segment& segment)
   return static_cast<std::int64_t>(std::floor(record.plan_time / settings_.frame_period + 0.5)) % 2 == 0;
 }
 
-/// The plan's velocity, corrected towards its position, for the joints that move in this segment; rest for the others.
-JointVector Executive::follow(const CycleRecord& record, const Segment& segment) const noexcept {
-  JointVector velocity = JointVector::Zero();
-  if (state_ != ExecutiveState::kRunning || !joints_) return velocity;
-  const JointVector forward =
-      segment.motion.at(record.plan_time + settings_.feed_forward_lead - segment.begin).velocity;
-  const double age = seconds(record.stamp - joints_->stamp);
-  const JointVector error = plan_.at(record.plan_time - age).q - joints_->q;
-  const JointVector way = segment.motion.to() - segment.motion.from();
-  for (int j = 0; j < kJoints; ++j) {
-    if (way[j] == 0) continue;
-    const double side = way[j] > 0 ? 1 : -1;
-    const double speed = side * (forward[j] + settings_.position_gain * error[j]);
-    const double slowest = settings_.dead_zone[j];
-    if (speed < 0.5 * slowest) continue;  // also where the joint is ahead: never against the plan's direction
-    velocity[j] = side * std::max(speed, slowest);
-  }
-  return velocity;
+/// Set-points towards the plan; rest where there is nothing to follow, or where they are refused.
+JointVector Executive::follow(const CycleRecord& record) noexcept {
+  if (state_ != ExecutiveState::kRunning || !joints_) return JointVector::Zero();
+  const JointVector velocity = follower_.step(*plan_, record.plan_time, record.stamp - joints_->stamp, *joints_);
+  const auto refused = monitor_.check_set_point(velocity, *joints_);
+  raise(refused, record.stamp);
+  return refused ? JointVector::Zero() : velocity;
 }
 
 void Executive::act(CycleRecord& record, const InterlockOutputs& allowed) noexcept {
-  if (!allowed.motion) state_ = ExecutiveState::kFault;
+  if (guard_.state().latched) state_ = ExecutiveState::kFault;
   if (state_ != ExecutiveState::kWaiting && state_ != ExecutiveState::kRunning) {
     make_safe(record);
     return;
   }
-  switch_laser(allowed.laser, record);
-  record.desired = follow(record, plan_.segments()[record.segment]);
-  const auto applied = arm_.write_velocity(record.desired);
+  if (const Status done = guard_.switch_laser(); !done.ok())
+    raise(Fault::kLaser, {done.error().code, done.error().os_errno, record.stamp, done.error().where});
+  if (allowed.motion) record.desired = follow(record);
+  const auto applied = guard_.move(record.desired);
   if (applied.ok())
     record.applied = applied.value();
   else
     raise(Fault::kArmWrite, applied.error());
-  if (fault_ != Fault::kNone) {
+  if (raised_) {
     state_ = ExecutiveState::kFault;
     make_safe(record);
   }
 }
 
-void Executive::switch_laser(bool on, CycleRecord& record) noexcept {
-  if (on == laser_on_) return;
-  const Status done = laser_.set(on);
-  if (done.ok())
-    laser_on_ = on;
-  else
-    raise(Fault::kLaser, {done.error().code, done.error().os_errno, record.stamp, done.error().where});
-}
-
 /// Laser off first, then the arm; again in every cycle, because a command may fail or be lost.
 void Executive::make_safe(CycleRecord& record) noexcept {
-  record.laser_off = laser_.set(false);
-  record.arm_stop = arm_.stop();
+  record.laser_off = guard_.laser_off();
+  record.arm_stop = guard_.arm_stop();
   record.desired.setZero();
-  if (record.laser_off.ok())
-    laser_on_ = false;
-  else
-    raise(Fault::kLaser, record.laser_off.error());
+  if (!record.laser_off.ok()) raise(Fault::kLaser, record.laser_off.error());
   if (record.arm_stop.ok())
     record.applied.setZero();
   else
@@ -192,49 +223,17 @@ void Executive::make_safe(CycleRecord& record) noexcept {
 }
 
 /// The first fault is the one that is told.
-void Executive::raise(Fault fault, const Error& error, int joint) noexcept {
+void Executive::raise(Fault fault, const Error& error) noexcept {
+  raised_ = true;
   if (fault_ != Fault::kNone) return;
   fault_ = fault;
   error_ = error;
-  fault_joint_ = joint;
 }
 
-const char* to_string(ExecutiveState state) noexcept {
-  switch (state) {
-    case ExecutiveState::kWaiting:
-      return "waiting";
-    case ExecutiveState::kRunning:
-      return "running";
-    case ExecutiveState::kDone:
-      return "done";
-    case ExecutiveState::kStopped:
-      return "stopped";
-    case ExecutiveState::kFault:
-      return "fault";
-  }
-  return "?";
-}
-
-const char* to_string(Fault fault) noexcept {
-  switch (fault) {
-    case Fault::kNone:
-      return "none";
-    case Fault::kArmRead:
-      return "arm read failed";
-    case Fault::kArmSilent:
-      return "arm silent";
-    case Fault::kArmWrite:
-      return "arm refused a set-point";
-    case Fault::kLaser:
-      return "laser failed";
-    case Fault::kFollowingError:
-      return "following error";
-    case Fault::kHeartbeat:
-      return "heartbeat late";
-    case Fault::kInterlock:
-      return "interlock open";
-  }
-  return "?";
+void Executive::raise(const JointMonitor::Answer& violation, Stamp now) noexcept {
+  if (!violation) return;
+  if (fault_ == Fault::kNone) violation_ = violation;
+  raise(fault_of(violation->kind), {ErrorCode::kOutOfRange, 0, now, "arm: joint monitor"});
 }
 
 }  // namespace tankrig

@@ -8,9 +8,14 @@
 #include "core/spsc_ring.hpp"
 #include "drivers/arm/arm.hpp"
 #include "drivers/laser/laser.hpp"
+#include "rig/executive/cycle_listener.hpp"
 #include "rig/executive/cycle_record.hpp"
+#include "rig/executive/joint_follower.hpp"
 #include "rig/executive/scan_plan.hpp"
-#include "rig/safety/laser_interlock.hpp"
+#include "rig/safety/guarded_outputs.hpp"
+#include "rig/safety/joint_monitor.hpp"
+#include "rig/safety/laser_watch.hpp"
+#include "rig/safety/rest_watch.hpp"
 
 namespace tankrig {
 
@@ -26,16 +31,43 @@ class Executive {
   /// One cycle at `now`.
   void step(Stamp now) noexcept;
 
-  /// The plan's time 0; it must lie in the future. Until then the arm rests.
+  /// The plan's time 0; it must lie in the future. Until then the arm rests. A plan that does not begin where the arm
+  /// is measured to be is a following error before anything moves.
   void start(Stamp plan_zero) noexcept { plan_zero_ns_.store(plan_zero.ns, std::memory_order_release); }
+  /// Another plan, which outlives the executive or the next one. In kWaiting only.
+  void start(const ScanPlan& plan, Stamp plan_zero) noexcept {
+    next_plan_.store(&plan, std::memory_order_relaxed);
+    start(plan_zero);
+  }
 
   // Switches of the safety step; all off until they are set.
   void set_armed(bool on) noexcept { armed_.store(on, std::memory_order_relaxed); }
   void set_interlock(bool closed) noexcept { interlock_.store(closed, std::memory_order_relaxed); }
   /// Whoever supervises the cycle was well at `when`.
   void heartbeat(Stamp when) noexcept { heartbeat_ns_.store(when.ns, std::memory_order_relaxed); }
-  /// Laser off, then arm stopped, in the next cycle; for good.
+  /// Laser off, then arm stopped, in the next cycle, until a reset.
   void request_stop() noexcept { stop_.store(true, std::memory_order_relaxed); }
+  /// Likewise while `flag` is set, whoever sets it: it needs no supervisor to be passed on. Before the first cycle.
+  void stop_also_on(const std::atomic<bool>& flag) noexcept { outside_stop_ = &flag; }
+  /// One edge: from fault, stopped or done to waiting at the measured posture, if everything is well now. The laser
+  /// must be armed again by an edge, and no plan runs until the next start().
+  void request_reset() noexcept {
+    stop_.store(false, std::memory_order_relaxed);
+    overrun_.store(false, std::memory_order_relaxed);
+    resets_.fetch_add(1, std::memory_order_release);
+  }
+  /// What the cameras say.  Threads: any.
+  void set_beam(BeamVerdict verdict) noexcept { beam_.store(verdict, std::memory_order_relaxed); }
+  /// A thread that the rig depends on has ended; for good.  Threads: any.
+  void thread_died() noexcept { thread_died_.store(true, std::memory_order_relaxed); }
+  /// The cycle was late too often: a fault in the next one.  Threads: any.
+  void too_many_overruns() noexcept { overrun_.store(true, std::memory_order_relaxed); }
+
+  /// Hears of every cycle from then on, and outlives the executive. Before the first cycle.
+  void set_listener(CycleListener* listener) noexcept { listener_ = listener; }
+
+  /// When the newest joint state was read; zero before the first.  Threads: the cycle's.
+  Stamp newest_joints() const noexcept { return joints_ ? joints_->stamp : Stamp{}; }
 
   /// Oldest record not yet read.
   bool try_pop(CycleRecord& record) noexcept { return ring_.try_pop(record); }
@@ -46,26 +78,39 @@ class Executive {
 
   void read_joints(CycleRecord& record) noexcept;
   void read_laser(CycleRecord& record) noexcept;
-  void check_laser(const CycleRecord& record) noexcept;
   void check_following(CycleRecord& record) noexcept;
   void check_silence(const CycleRecord& record) noexcept;
   InterlockOutputs decide(const CycleRecord& record) noexcept;
   bool laser_request(const CycleRecord& record, const Segment& segment) const noexcept;
-  JointVector follow(const CycleRecord& record, const Segment& segment) const noexcept;
+  JointVector follow(const CycleRecord& record) noexcept;
+  void take_plan(const ScanPlan* plan) noexcept;
   void act(CycleRecord& record, const InterlockOutputs& allowed) noexcept;
-  void switch_laser(bool on, CycleRecord& record) noexcept;
+  void recover() noexcept;
   void make_safe(CycleRecord& record) noexcept;
-  void raise(Fault fault, const Error& error = {}, int joint = -1) noexcept;
+  void raise(Fault fault, const Error& error = {}) noexcept;
+  void raise(const JointMonitor::Answer& violation, Stamp now) noexcept;
+  void raise(Trip trip, BeamVerdict beam, Stamp now) noexcept;
+  bool stop_asked() const noexcept {
+    return stop_.load(std::memory_order_relaxed) || (outside_stop_ && outside_stop_->load(std::memory_order_relaxed));
+  }
 
-  const ScanPlan& plan_;
+  const ScanPlan* plan_;
   const ScanSettings settings_;
-  Arm& arm_;
-  Laser& laser_;
+  GuardedOutputs guard_;
+  RestWatch rest_;
+  LaserWatch laser_watch_;
+  JointFollower follower_;
+  JointMonitor monitor_;
   SpscRing<CycleRecord> ring_;
 
   std::atomic<std::int64_t> plan_zero_ns_{kNotStarted};
   std::atomic<std::int64_t> heartbeat_ns_{0};
-  std::atomic<bool> armed_{false}, interlock_{false}, stop_{false};
+  std::atomic<bool> armed_{false}, interlock_{false}, stop_{false}, overrun_{false}, thread_died_{false};
+  std::atomic<BeamVerdict> beam_{BeamVerdict::kNone};
+  std::atomic<std::uint32_t> resets_{0};
+  std::atomic<const ScanPlan*> next_plan_{nullptr};
+  const std::atomic<bool>* outside_stop_ = nullptr;
+  CycleListener* listener_ = nullptr;
   std::atomic<std::uint64_t> dropped_{0};
 
   // The cycle's own.
@@ -73,14 +118,13 @@ class Executive {
   ExecutiveState state_ = ExecutiveState::kWaiting;
   Fault fault_ = Fault::kNone;
   Error error_{};
-  int fault_joint_ = -1;
-  InterlockState interlock_state_{};
+  std::optional<JointViolation> violation_;
+  bool raised_ = false;  // a fault since the last decision
+  std::uint32_t resets_seen_ = 0;
   std::optional<JointState> joints_;  // newest
   Stamp last_news_{};
   Stamp last_step_{};
-  bool laser_on_ = false;                  // last command the driver accepted
-  bool loop_closed_ = true;                // the interlock's, as the laser's device reads it where it does
-  Duration laser_stray_{}, laser_dark_{};  // powered though not commanded, dark though commanded, for so long
+  bool loop_closed_ = true;  // the interlock's, as the laser's device reads it where it does
 };
 
 }  // namespace tankrig

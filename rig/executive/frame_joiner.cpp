@@ -2,9 +2,23 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <cstring>
 
 namespace tankrig {
+namespace {
+
+/// The least value that a share of the values does not exceed.
+template <class T>
+T quantile(std::vector<T> values, double share) {
+  if (values.empty()) return {};
+  const auto rank = static_cast<std::size_t>(std::ceil(share * static_cast<double>(values.size())));
+  const auto nth = values.begin() + static_cast<std::ptrdiff_t>(std::max<std::size_t>(rank, 1) - 1);
+  std::nth_element(values.begin(), nth, values.end());
+  return *nth;
+}
+
+}  // namespace
 
 FrameJoiner::FrameJoiner(const ScanPlan& plan, const ScanSettings& settings, const JointHistory& joints,
                          const LaserTimeline& laser, ScanSink& sink)
@@ -99,7 +113,6 @@ bool FrameJoiner::try_join(const Waiting& waiting) {
 
   FrameRecord record;
   record.camera = camera.name;
-  record.index = camera.index++;
   record.sequence = frame.sequence;
   record.stamp = frame.stamp;
   record.exposure = frame.exposure;
@@ -108,20 +121,33 @@ bool FrameJoiner::try_join(const Waiting& waiting) {
   record.laser_on = on;
   record.q = joints.value().q;
   record.sync_residual = joints.value().residual;
+  if (settings_.target)
+    record.sync_on_target =
+        seconds(record.sync_residual) * speed_on_target(*settings_.target, joints.value().q, joints.value().velocity);
+  if (!passes_gate(camera, record)) return true;
+  record.index = camera.index++;
   residuals_.push_back(record.sync_residual);
+  residuals_on_target_.push_back(record.sync_on_target);
   ++counts_[camera.name + ".recorded"];
   sink_.frame(record, frame.image);
   return true;
 }
 
-Duration FrameJoiner::residual(double share) const {
-  if (residuals_.empty()) return {};
-  std::vector<Duration> sorted = residuals_;
-  const auto rank = static_cast<std::size_t>(std::ceil(share * static_cast<double>(sorted.size())));
-  const auto nth = sorted.begin() + static_cast<std::ptrdiff_t>(std::max<std::size_t>(rank, 1) - 1);
-  std::nth_element(sorted.begin(), nth, sorted.end());
-  return *nth;
+bool FrameJoiner::passes_gate(const PerCamera& camera, const FrameRecord& record) {
+  const double time = seconds(record.sync_residual);
+  const SyncGate& gate = settings_.sync;
+  if (time <= gate.max_residual && record.sync_on_target <= gate.max_residual_on_target) return true;
+  char reason[128];
+  std::snprintf(reason, sizeof reason, ": sync_gate: %.3f ms, %.3f mm on the target, expected at most %g ms and %g mm",
+                1e3 * time, 1e3 * record.sync_on_target, 1e3 * gate.max_residual, 1e3 * gate.max_residual_on_target);
+  ++counts_[camera.name + ".sync_gate"];
+  sink_.event(record.stamp, "drop", camera.name + reason);
+  return false;
 }
+
+Duration FrameJoiner::residual(double share) const { return quantile(residuals_, share); }
+
+double FrameJoiner::residual_on_target(double share) const { return quantile(residuals_on_target_, share); }
 
 void FrameJoiner::not_used(const PerCamera& camera, const char* reason, Stamp when, std::uint64_t count) {
   counts_[camera.name + "." + reason] += count;

@@ -22,6 +22,7 @@ namespace tankrig {
 ///   joint_gap        the joint samples around it are too far apart
 ///   laser_switching  the laser went on or off while it was exposed
 ///   laser_wrong      sweep frame without laser, or dark frame with it
+///   sync_gate        its joints are known less well than the rig file allows
 /// Threads: one.  RT: never.
 class FrameJoiner {
  public:
@@ -30,7 +31,7 @@ class FrameJoiner {
 
   /// Frames stamped before this or never started are not recorded.
   void start(Stamp plan_zero) { plan_zero_ = plan_zero; }
-  /// Registers a camera; returns its number.
+  /// Registers a camera; returns its number. Its frames are stamped on the joints' clock.
   int add_camera(const std::string& name, RecordWhen record);
   /// The camera was (re)started: its next sequence number is no gap.
   void restarted(int camera) { cameras_[static_cast<std::size_t>(camera)].has_sequence = false; }
@@ -47,6 +48,8 @@ class FrameJoiner {
   const std::map<std::string, std::uint64_t>& counts() const { return counts_; }
   /// The sync residual that this share of the recorded frames does not exceed; 1: none does.
   Duration residual(double share) const;
+  /// Likewise of the residual on the target [m].
+  double residual_on_target(double share) const;
 
  private:
   struct PerCamera {
@@ -65,6 +68,7 @@ class FrameJoiner {
   bool records(const PerCamera& camera, const Segment& segment) const;
   const Segment* segment_of(const PerCamera& camera, const Frame& frame) const;
   bool try_join(const Waiting& waiting);
+  bool passes_gate(const PerCamera& camera, const FrameRecord& record);
   void not_used(const PerCamera& camera, const char* reason, Stamp when, std::uint64_t count = 1);
 
   const ScanPlan& plan_;
@@ -77,6 +81,7 @@ class FrameJoiner {
   std::deque<Waiting> waiting_;
   std::map<std::string, std::uint64_t> counts_;
   std::vector<Duration> residuals_;
+  std::vector<double> residuals_on_target_;
 };
 
 }  // namespace tankrig

@@ -1,32 +1,58 @@
-// How the arm gets from rest to rest: constant velocity between two ramps of constant acceleration.
+// How the arm gets from rest to rest: constant velocity between two ramps whose acceleration and jerk are bounded.
 #pragma once
 
 #include "core/arm_model.hpp"
 
 namespace tankrig {
 
-/// Position, velocity and acceleration of a profile at one instant.
-struct ProfilePoint {
-  double position = 0, velocity = 0, acceleration = 0;
+/// What a motion of one coordinate may reach, each > 0.
+struct ProfileLimits {
+  double velocity = 0, acceleration = 0, jerk = 0;
 };
 
-/// Analytic trapezoid over [0, distance], distance >= 0; a triangle where the cruise velocity is not reached.
-class TrapezoidProfile {
+/// Position and its derivatives at one instant of a profile.
+struct ProfilePoint {
+  double position = 0, velocity = 0, acceleration = 0, jerk = 0;
+};
+
+/// From rest to a velocity: jerk up, constant acceleration, jerk down; without the middle where the acceleration's
+/// limit is not reached. Point-symmetric about its middle, so it covers half of what the velocity would cover in its
+/// time.
+class Ramp {
  public:
-  TrapezoidProfile() = default;
-  /// `velocity` and `acceleration` > 0.
-  TrapezoidProfile(double distance, double velocity, double acceleration);
+  Ramp() = default;
+  /// To `limits.velocity`.
+  explicit Ramp(const ProfileLimits& limits);
+
+  /// 0 <= t <= duration().  RT: safe.
+  ProfilePoint at(double t) const noexcept;
+
+  double velocity() const noexcept { return velocity_; }
+  double duration() const noexcept { return duration_; }
+  double distance() const noexcept { return 0.5 * velocity_ * duration_; }
+
+ private:
+  double velocity_ = 0, jerk_ = 0;
+  double jerk_time_ = 0, duration_ = 0;  // [s]
+};
+
+/// Analytic seven-segment profile over [0, distance], distance >= 0: ramp, cruise, the ramp mirrored. Where the way is
+/// too short to cruise, the velocity is lower; where it is shorter still, the acceleration too.
+class SCurveProfile {
+ public:
+  SCurveProfile() = default;
+  SCurveProfile(double distance, const ProfileLimits& limits);
 
   /// Clamped to rest at both ends.  RT: safe.
   ProfilePoint at(double t) const noexcept;
 
-  double duration() const noexcept { return 2 * ramp_ + cruise_; }
-  double ramp_duration() const noexcept { return ramp_; }
-  double ramp_distance() const noexcept { return 0.5 * acceleration_ * ramp_ * ramp_; }
+  double duration() const noexcept { return 2 * ramp_.duration() + cruise_; }
+  const Ramp& ramp() const noexcept { return ramp_; }
 
  private:
-  double distance_ = 0, velocity_ = 0, acceleration_ = 0;
-  double ramp_ = 0, cruise_ = 0;  // durations [s]
+  double distance_ = 0;
+  Ramp ramp_;
+  double cruise_ = 0;  // duration [s]
 };
 
 /// Joints at one instant of a motion.
@@ -40,8 +66,8 @@ struct MotionPoint {
 class JointMove {
  public:
   JointMove() = default;
-  /// `velocity` [rad/s] and `acceleration` [rad/s^2] bound the fastest joint.
-  JointMove(const JointVector& from, const JointVector& to, double velocity, double acceleration);
+  /// `limits` [rad/s, rad/s^2, rad/s^3] bound the fastest joint.
+  JointMove(const JointVector& from, const JointVector& to, const ProfileLimits& limits);
 
   MotionPoint at(double t) const noexcept;  ///< RT: safe
 
@@ -52,7 +78,7 @@ class JointMove {
  private:
   JointVector from_ = JointVector::Zero();
   JointVector distance_ = JointVector::Zero();
-  TrapezoidProfile profile_;  // of the fraction of the way, [0, 1]
+  SCurveProfile profile_;  // of the fraction of the way, [0, 1]
 };
 
 }  // namespace tankrig

@@ -22,7 +22,7 @@ Segment& hold(std::vector<Segment>& segments, const ScanSettings& s, const Joint
   segment.name = name;
   segment.begin = segments.empty() ? 0 : segments.back().end();
   segment.duration = duration;
-  segment.motion = JointMove(q, q, s.move_velocity, s.move_acceleration);
+  segment.motion = JointMove(q, q, s.move_limits());
   segment.record_begin = segment.record_end = segment.begin;
   segments.push_back(std::move(segment));
   return segments.back();
@@ -38,9 +38,10 @@ void record(Segment& segment, Phase phase) {
 ScanPlan make_move_plan(const ScanSettings& s, const JointVector& now, const JointVector& to, const std::string& name) {
   require_positive("move_velocity", s.move_velocity);
   require_positive("move_acceleration", s.move_acceleration);
+  require_positive("move_jerk", s.move_jerk);
   Segment segment;
   segment.name = name;
-  segment.motion = JointMove(now, to, s.move_velocity, s.move_acceleration);
+  segment.motion = JointMove(now, to, s.move_limits());
   segment.duration = segment.motion.duration() + s.settle;
   return ScanPlan({segment});
 }
@@ -52,9 +53,9 @@ ScanPlan make_lit_hold_plan(const ScanSettings& s, const JointVector& now, doubl
   if (s.dark_frames > 0)
     record(hold(segments, s, now, "dark frames", (s.dark_frames + 1) * s.frame_period), Phase::kDarkBefore);
   Segment& warm_up = hold(segments, s, now, "laser warm-up", s.laser_warm_up + s.frame_period);
-  warm_up.laser = warm_up.sweeping = true;
+  warm_up.laser = warm_up.hold = true;
   Segment& lit = hold(segments, s, now, "laser on", lit_s);
-  lit.laser = lit.sweeping = true;
+  lit.laser = lit.hold = true;
   record(lit, Phase::kSweep);
   return ScanPlan(std::move(segments));
 }

@@ -7,8 +7,8 @@
 
 namespace tankrig {
 
-/// now -> to, straight in joint space, at the settings' move velocity and acceleration, then `settle` to come to rest
-/// in. No light, no frames.  Errors: InputError naming a setting that is not positive.
+/// now -> to, straight in joint space, at the settings' move velocity, acceleration and jerk, then `settle` to come to
+/// rest in. No light, no frames.  Errors: InputError naming a setting that is not positive.
 ScanPlan make_move_plan(const ScanSettings& settings, const JointVector& now, const JointVector& to,
                         const std::string& name);
 

@@ -17,12 +17,8 @@ void SafeEnd::add(const CycleRecord& r) {
   if (!ended_at_) ended_at_ = r.stamp;
   left_.laser_dark = r.laser_known && !r.laser_powered && !r.laser_emitting;
   if (!r.has_joints || r.joints.stamp <= *ended_at_) return;
-  // Written so that a velocity that is not a number is no rest.
-  if (!(r.joints.velocity.cwiseAbs().array() < settings_.rest_velocity).all())
-    resting_since_.reset();
-  else if (!resting_since_)
-    resting_since_ = r.joints.stamp;
-  left_.arm_at_rest = resting_since_ && r.joints.stamp - *resting_since_ >= kRestWindow;
+  rest_.add(r.joints);
+  left_.arm_at_rest = rest_.at_rest();
 }
 
 bool SafeEnd::settled() const noexcept {

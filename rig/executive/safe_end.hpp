@@ -5,7 +5,8 @@
 #include <string>
 
 #include "rig/executive/cycle_record.hpp"
-#include "rig/executive/scan_settings.hpp"
+#include "rig/safety/rest_watch.hpp"
+#include "rig/safety/safety_settings.hpp"
 
 namespace tankrig {
 
@@ -23,7 +24,7 @@ std::string to_string(const OutputsLeft& left);
 /// Looks at the cycle's records from the end of the plan, a stop or a fault on.  Threads: one.
 class SafeEnd {
  public:
-  explicit SafeEnd(const ScanSettings& settings) : settings_(settings) {}
+  explicit SafeEnd(const SafetySettings& settings) : settings_(settings), rest_(settings.rest_velocity) {}
 
   /// Records in order of their stamps.
   void add(const CycleRecord& record);
@@ -35,11 +36,9 @@ class SafeEnd {
   OutputsLeft left() const noexcept { return left_; }
 
  private:
-  static constexpr Duration kRestWindow = std::chrono::milliseconds{100};
-
-  const ScanSettings settings_;
+  const SafetySettings settings_;
   std::optional<Stamp> ended_at_;
-  std::optional<Stamp> resting_since_;  // first of an unbroken run of joint samples at rest, after the end
+  RestWatch rest_;  // of joint samples after the end
   Stamp now_{};
   OutputsLeft left_;
 };

@@ -1,14 +1,19 @@
 #include "rig/executive/scan.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <optional>
 
 #include "core/input_error.hpp"
+#include "rig/executive/beam_watch.hpp"
 #include "rig/executive/cycle.hpp"
 #include "rig/executive/executive.hpp"
 #include "rig/executive/frame_joiner.hpp"
+#include "rig/executive/light_check.hpp"
+#include "rig/executive/plan_csv.hpp"
 #include "rig/executive/scan_log.hpp"
+#include "rig/executive/triggers.hpp"
 
 namespace tankrig {
 namespace {
@@ -17,7 +22,10 @@ using namespace std::chrono_literals;
 
 constexpr std::size_t kJointSamples = 4096;  // kept for frames still to be joined
 constexpr Duration kFirstFrameTimeout = 3s;  // of the camera that sets the frame grid
+constexpr int kFramesPerRound = 4;  // of each camera
 constexpr Duration kProgressPeriod = 100ms;
+constexpr Duration kBeamSettles = 300ms;  // around a switching: projectors glow, contacts are read back late
+constexpr double kCyclesToArm = 2;  // until the safety step has seen the switch
 constexpr char kInterlockOpen[] = "laser interlock: found open, expected closed";
 
 /// However a scan is left, its cameras are stopped.
@@ -42,11 +50,19 @@ class ScanRun {
         executive_(job.plan, job.settings, job.arm, job.laser),
         joints_(kJointSamples, from_seconds(job.settings.max_joint_gap)),
         joiner_(job.plan, job.settings, joints_, laser_, job.sink),
-        end_(job.settings),
+        triggers_(job.plan, job.settings, job.clock, job.sink),
+        beam_(job.settings.safety.beam, job.settings.laser_pairs ? Duration{0} : kBeamSettles, laser_, joints_),
+        end_(job.settings.safety),
         log_(job.plan, job.sink),
-        cycle_(executive_, job.clock, from_seconds(1.0 / job.settings.cycle_hz)) {
+        cycle_(executive_, job.clock, from_seconds(1.0 / job.settings.cycle_hz), job.settings.real_time) {
+    executive_.stop_also_on(job_.stop);
+    for (const ScanCamera& c : job_.cameras) beam_.add_camera(c.beam_in_view);
     for (const ScanCamera& c : job_.cameras)
-      feeds_.push_back({c.camera, joiner_.add_camera(c.camera->info().name, c.record), c.record, false});
+      feeds_.push_back({c.camera, joiner_.add_camera(c.camera->info().name, c.record), c.record, c.time_offset,
+                        c.trigger.mode != TriggerMode::kFree, false});
+    executive_.set_listener(&triggers_);
+    for (std::size_t i = 0; i < feeds_.size(); ++i)
+      triggers_.add_camera(feeds_[i].number, *feeds_[i].camera, feeds_[i].record, job_.cameras[i].trigger);
   }
 
   ScanResult run() {
@@ -58,6 +74,7 @@ class ScanRun {
       }
       cycle_.end();
       job_.left = end_.left();
+      triggers_.finish();
       joiner_.finish();
       return result();
     } catch (const std::exception& e) {
@@ -74,18 +91,21 @@ class ScanRun {
     Camera* camera;
     int number;
     RecordWhen record;
+    Duration time_offset;  // taken off the stamp of every frame
+    bool triggered;
     bool running;
   };
 
-  /// The camera whose frames the passes are interleaved on, if any.
+  /// The free-running camera whose frames the passes are interleaved on, if any.
   Feed* grid_camera() {
     const auto sweeps = [](const Feed& f) { return f.record != RecordWhen::kDark; };
     const auto it = std::find_if(feeds_.begin(), feeds_.end(), sweeps);
-    return it == feeds_.end() ? nullptr : &*it;
+    return it == feeds_.end() || it->triggered ? nullptr : &*it;
   }
 
   void start() {
     read_interlock();
+    triggers_.begin();
     cycle_.begin();
     take_turn();
     if (Feed* feed = grid_camera())
@@ -100,6 +120,7 @@ class ScanRun {
   void take_turn() {
     if (job_.stop.load(std::memory_order_relaxed)) executive_.request_stop();
     cycle_.turn();
+    triggers_.turn();
     round_began_ = job_.clock.now();
     CycleRecord record;
     while (executive_.try_pop(record)) consume(record);
@@ -114,7 +135,9 @@ class ScanRun {
     if (plan_zero_) schedule_cameras();
     for (Feed& feed : feeds_)
       if (feed.running) grab(feed);
+    if (!triggers_.collect()) executive_.thread_died();
     joiner_.drain();
+    executive_.set_beam(beam_.judge());
     report_progress();
     executive_.heartbeat(round_began_);
   }
@@ -129,7 +152,7 @@ class ScanRun {
   /// The way out by an exception: the sink and the cameras are not asked again, the executive runs until all is safe.
   void leave_safe(const char* why) noexcept {
     executive_.request_stop();
-    const Stamp give_up = job_.clock.now() + from_seconds(2 * job_.settings.rest_timeout);
+    const Stamp give_up = job_.clock.now() + from_seconds(2 * job_.settings.safety.rest_timeout);
     while (!end_.settled() && job_.clock.now() < give_up) {
       cycle_.turn();
       CycleRecord record;
@@ -150,6 +173,7 @@ class ScanRun {
       job_.sink.joints(record.joints);
     }
     laser_.add(record);
+    beam_.add(record);
     log_.add(record, failure_);
     max_following_error_ = std::max(max_following_error_, record.following_error);
     last_ = record;
@@ -177,15 +201,19 @@ class ScanRun {
     if (!started.ok()) device_failed("camera " + feed.camera->info().name + ": " + describe(started.error()));
   }
 
+  /// A camera that takes longer for a frame than it takes to come must not keep the loop.
   void grab(Feed& feed) {
-    while (true) {
+    for (int frames = 0; frames < kFramesPerRound; ++frames) {
       auto news = feed.camera->try_grab();
       if (!news.ok()) {
         device_failed("camera " + feed.camera->info().name + ": " + describe(news.error()));
         return;
       }
       if (!news.value()) return;
+      news.value()->stamp = news.value()->stamp - feed.time_offset;
       if (!plan_zero_) start_plan(on_frame_grid(news.value()->stamp));
+      triggers_.add_frame(feed.number, *news.value());
+      beam_.add(feed.number, *news.value());
       joiner_.add(feed.number, std::move(*news.value()));
     }
   }
@@ -197,8 +225,20 @@ class ScanRun {
     return frame + from_seconds((static_cast<double>(static_cast<std::int64_t>(periods)) + 2) * period);
   }
 
-  void start_plan(Stamp zero) {
+  /// `zero`, or whole frame periods later, so that people see the laser armed for indicator_delay before it shines.
+  Stamp indicated(Stamp zero) const {
+    const auto lit = first_light(job_.plan);
+    if (!lit) return zero;
+    const double delay = job_.settings.safety.indicator_delay + kCyclesToArm / job_.settings.cycle_hz;
+    const double short_of = delay - *lit - seconds(zero - job_.clock.now());
+    const double period = job_.settings.frame_period;
+    return short_of > 0 ? zero + from_seconds(std::ceil(short_of / period) * period) : zero;
+  }
+
+  void start_plan(Stamp soonest) {
+    const Stamp zero = indicated(soonest);
     plan_zero_ = zero;
+    job_.sink.event(zero, kPlanZeroEvent, "time 0 of the plan");
     joiner_.start(zero);
     executive_.start(zero);
   }
@@ -222,6 +262,16 @@ class ScanRun {
     return "stopped: " + (failure_.empty() ? "asked for" : failure_);
   }
 
+  Statistics sync_statistics() const {
+    Statistics out;
+    for (const auto& [name, share] : {std::pair{"p50", 0.5}, std::pair{"p99", 0.99}, std::pair{"max", 1.0}}) {
+      out.push_back({std::string("sync.residual_") + name + "_ms", 1e3 * seconds(joiner_.residual(share))});
+      out.push_back({std::string("sync.residual_") + name + "_mm", 1e3 * joiner_.residual_on_target(share)});
+    }
+    for (const Statistic& s : triggers_.statistics()) out.push_back(s);
+    return out;
+  }
+
   ScanResult result() {
     ScanResult r;
     r.status = status();
@@ -238,10 +288,16 @@ class ScanRun {
       job_.sink.event(
           job_.clock.now(), "overrun",
           std::to_string(cycle_.overruns()) + " cycles late, " + std::to_string(cycle_.missed_cycles()) + " left out");
+    r.times = cycle_.times();
+    r.granted = cycle_.granted();
     r.max_following_error = max_following_error_;
     r.worst_residual = joiner_.residual(1);
     r.residual_p99 = joiner_.residual(0.99);
+    r.sync = sync_statistics();
+    for (const auto& [reason, count] : triggers_.counts()) r.counts[reason] += count;
     r.left = job_.left;
+    if (job_.plan.uses_laser() && job_.settings.safety.beam.verify)
+      job_.sink.event(job_.clock.now(), "summary", beam_.summary());
     log_.summary(job_.clock.now(), r.max_following_error, r.worst_residual, r.left);
     return r;
   }
@@ -252,7 +308,9 @@ class ScanRun {
   JointHistory joints_;
   LaserTimeline laser_;
   FrameJoiner joiner_;
+  Triggers triggers_;
   std::vector<Feed> feeds_;
+  BeamWatch beam_;
   SafeEnd end_;
   ScanLog log_;
   CycleRecord last_;
@@ -291,7 +349,9 @@ void check_laser_ready(const ScanSettings& settings, const Laser& laser, bool in
 }
 
 ScanResult run_scan(ScanJob& job) {
+  if (job.clock.real_time()) check_real_time(job.settings.real_time);
   if (job.plan.uses_laser()) check_laser_ready(job.settings, job.laser, job.interlock_closed && job.interlock_closed());
+  check_light(job.plan, job.settings.safety);
   const CamerasStopped guard(job);
   ScanRun run(job);
   return run.run();

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,15 +12,22 @@
 #include "drivers/arm/arm.hpp"
 #include "drivers/camera/camera.hpp"
 #include "drivers/laser/laser.hpp"
+#include "rig/executive/beam_watch.hpp"
+#include "rig/executive/cycle_times.hpp"
+#include "rig/executive/real_time.hpp"
 #include "rig/executive/safe_end.hpp"
 #include "rig/executive/scan_plan.hpp"
 #include "rig/executive/scan_sink.hpp"
+#include "rig/executive/trigger_settings.hpp"
 
 namespace tankrig {
 
 struct ScanCamera {
   Camera* camera = nullptr;
   RecordWhen record = RecordWhen::kAll;
+  StripeInView beam_in_view = {};
+  TriggerSettings trigger = {};
+  Duration time_offset = {};  ///< t_camera - t_joints
 };
 
 struct ScanProgress {
@@ -50,7 +58,10 @@ struct ScanResult {
       counts;                      ///< "CAMERA.REASON", "CAMERA.recorded", "cycle.overruns", "cycle.records_dropped"
   double max_following_error = 0;  ///< [rad]
   Duration worst_residual{}, residual_p99{};  ///< of the recorded frames
+  Statistics sync;                            ///< "sync.residual_p50_ms" to "sync.residual_max_mm", and triggers
   OutputsLeft left;                           ///< confirmed after the end
+  std::optional<CycleTimes> times;            ///< in real time only
+  RealTimeGrant granted;                      ///< likewise
 
   bool complete() const { return status == "complete"; }
 };
@@ -66,8 +77,9 @@ void check_laser_ready(const ScanSettings& settings, const Laser& laser, bool in
 /// Runs the plan. One that uses no laser never arms it and does not mind its interlock. Under a VirtualClock
 /// single-threaded and bit-reproducible; under a MonotonicClock in real time. However it ends - plan done, stop asked
 /// for, fault, exception of the sink - the laser is commanded off first, then the arm to rest, again in every cycle
-/// until both are confirmed or rest_timeout has passed. Errors: check_laser_ready's; rethrows what the sink or the
-/// progress callback throws, after an event if the sink still takes one. A failing device is no exception but a status.
+/// until both are confirmed or rest_timeout has passed. Errors: check_laser_ready's, in real time check_real_time's;
+/// rethrows what the sink or the progress callback throws, after an event if the sink still takes one. A failing device
+/// is no exception but a status.
 ScanResult run_scan(ScanJob& job);
 
 }  // namespace tankrig

@@ -8,10 +8,8 @@ namespace {
 
 std::string describe(const CycleRecord& record, const ScanPlan& plan) {
   std::string text = to_string(record.fault);
-  if (record.fault == Fault::kFollowingError) {
-    char number[48];
-    std::snprintf(number, sizeof number, " of %.4f rad", record.following_error);
-    text += std::string(": joint ") + kJointNames[static_cast<std::size_t>(std::max(record.joint, 0))] + number;
+  if (record.violation) {
+    text += ": " + describe(*record.violation);
   } else if (record.error.where[0] != '\0') {
     text += ": " + describe(record.error);
   }
@@ -30,6 +28,8 @@ void ScanLog::add(const CycleRecord& r, const std::string& why_stopped) {
   const bool entered = r.state != last_.state;
   if (r.state == ExecutiveState::kRunning && (entered || r.segment != last_.segment))
     sink_.event(r.stamp, "phase", plan_.segments()[r.segment].name);
+  if (r.armed != last_.armed) sink_.event(r.stamp, "laser", r.armed ? "armed" : "disarmed");
+  if (r.holding && !last_.holding) sink_.event(r.stamp, "laser", "hold");
   if (r.laser_commanded != last_.laser_commanded) sink_.event(r.stamp, "laser", r.laser_commanded ? "on" : "off");
   if (r.laser_emitting != last_.laser_emitting)
     sink_.event(r.laser_since, "laser", r.laser_emitting ? "emitting" : "dark");

@@ -22,8 +22,10 @@ void require_positive(const char* setting, double value) {
 void check_settings(const ScanSettings& s) {
   require_positive("sweep_velocity", s.sweep_velocity);
   require_positive("sweep_acceleration", s.sweep_acceleration);
+  require_positive("sweep_jerk", s.sweep_jerk);
   require_positive("move_velocity", s.move_velocity);
   require_positive("move_acceleration", s.move_acceleration);
+  require_positive("move_jerk", s.move_jerk);
   require_positive("frame_period", s.frame_period);
   require_positive("cycle_hz", s.cycle_hz);
   if (s.passes < 1) refuse("passes", s.passes, "at least 1");
@@ -49,20 +51,21 @@ double modulo(double t, double period) {
 /// Lays segments end to end.
 class Builder {
  public:
-  Builder(const ScanSettings& settings, const JointVector& now) : s_(settings), q_(now) {}
+  Builder(const ScanSettings& settings, const JointVector& now)
+      : s_(settings), ramp_(settings.sweep_limits()), q_(now) {}
 
   double time() const { return segments_.empty() ? 0 : segments_.back().end(); }
 
   Segment& move(const std::string& name, const JointVector& to) {
     Segment segment;
-    segment.motion = JointMove(q_, to, s_.move_velocity, s_.move_acceleration);
+    segment.motion = JointMove(q_, to, s_.move_limits());
     const double duration = segment.motion.duration();
     return append(name, std::move(segment), duration);
   }
 
   Segment& hold(const std::string& name, double duration) {
     Segment segment;
-    segment.motion = JointMove(q_, q_, s_.move_velocity, s_.move_acceleration);
+    segment.motion = JointMove(q_, q_, s_.move_limits());
     return append(name, std::move(segment), duration);
   }
 
@@ -78,9 +81,9 @@ class Builder {
   Segment& sweep(const std::string& name, int pass, double first, double last) {
     const double side = last > first ? 1 : -1;
     JointVector to = q_;
-    to[kElbow] = last + side * ramp_distance();
+    to[kElbow] = last + side * ramp_.distance();
     Segment segment;
-    segment.motion = JointMove(q_, to, s_.sweep_velocity, s_.sweep_acceleration);
+    segment.motion = JointMove(q_, to, s_.sweep_limits());
     const double duration = segment.motion.duration();
     Segment& added = append(name, std::move(segment), duration);
     added.phase = Phase::kSweep;
@@ -90,10 +93,9 @@ class Builder {
     return added;
   }
 
-  double ramp_distance() const { return s_.sweep_velocity * s_.sweep_velocity / (2 * s_.sweep_acceleration); }
   /// From rest to the crossing of the recorded part's first angle.
-  double lead_time() const { return s_.sweep_velocity / s_.sweep_acceleration + s_.sweep_lead_in; }
-  double lead_distance() const { return ramp_distance() + s_.sweep_velocity * s_.sweep_lead_in; }
+  double lead_time() const { return ramp_.duration() + s_.sweep_lead_in; }
+  double lead_distance() const { return ramp_.distance() + s_.sweep_velocity * s_.sweep_lead_in; }
 
   std::vector<Segment> take() { return std::move(segments_); }
 
@@ -109,6 +111,7 @@ class Builder {
   }
 
   const ScanSettings& s_;
+  const Ramp ramp_;  // of a sweep
   JointVector q_;
   std::vector<Segment> segments_;
 };
@@ -130,6 +133,17 @@ double crossing_phase(const ScanSettings& s, int pass, bool backwards) {
 
 bool ScanPlan::uses_laser() const noexcept {
   return std::any_of(segments_.begin(), segments_.end(), [](const Segment& s) { return s.laser; });
+}
+
+std::array<JointLimit, kJoints> ScanPlan::reach() const noexcept {
+  JointVector least = at(0).q, largest = least;
+  for (const Segment& s : segments_) {
+    least = least.cwiseMin(s.motion.to());
+    largest = largest.cwiseMax(s.motion.to());
+  }
+  std::array<JointLimit, kJoints> reach;
+  for (int j = 0; j < kJoints; ++j) reach[static_cast<std::size_t>(j)] = {least[j], largest[j]};
+  return reach;
 }
 
 std::size_t ScanPlan::segment_at(double t) const noexcept {

@@ -17,6 +17,7 @@ struct Segment {
   int pass = 0;
   bool laser = false;     ///< laser requested
   bool sweeping = false;  ///< from the laser's warm-up to the end of the last pass: the safety step's `sweeping`
+  bool hold = false;      ///< light with the arm at rest, as an operator asked for: the safety step's `hold`
   double begin = 0;
   double duration = 0;
   JointMove motion;         ///< a hold is a move of no distance
@@ -35,6 +36,8 @@ class ScanPlan {
   const std::vector<Segment>& segments() const noexcept { return segments_; }
   double duration() const noexcept { return segments_.back().end(); }
   bool uses_laser() const noexcept;
+  /// The least and largest angle of every joint.  RT: safe.
+  std::array<JointLimit, kJoints> reach() const noexcept;
   /// Index of the segment that holds at `t`; the first before the plan, the last after it.  RT: safe.
   std::size_t segment_at(double t) const noexcept;
   /// Set-point at `t`; at rest before and after the plan.  RT: safe.

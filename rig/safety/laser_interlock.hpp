@@ -1,33 +1,72 @@
 // The safety step: whether the laser may shine and the arm may move, decided once per cycle.
 #pragma once
 
+#include <cstdint>
 #include <type_traits>
+
+#include "core/time.hpp"
 
 namespace tankrig {
 
+/// What the cameras say of the beam, compared with what the laser's device says.
+enum class BeamVerdict : std::uint8_t {
+  kNone,     ///< no contradiction, or nobody looks
+  kMissing,  ///< not seen though it is on
+  kStray,    ///< seen though it is off
+};
+
+struct InterlockLimits {
+  Duration indicator_delay{};  ///< from arming to the first light
+  Duration maximum_on{};       ///< a stretch of light
+  Duration hold{};             ///< light with the arm at rest, for one request
+};
+
 /// What the cycle knows when it asks. Levels; edges are found by the step itself.
 struct InterlockInputs {
+  Stamp now{};
   bool arm = false;               ///< operator's arming switch
   bool reset = false;             ///< operator's reset button
+  bool hold = false;              ///< operator's request for light with the arm at rest
   bool interlock_closed = false;  ///< lid, key, door: open means no emission
   bool heartbeat_fresh = false;   ///< the supervising loop was heard of lately
+  bool at_rest = false;           ///< the arm, as measured
   bool sweeping = false;          ///< the plan is between the laser's warm-up and the end of the last pass
   bool device_fault = false;      ///< arm, laser, following error, overrun: anything the cycle calls a fault
   bool laser_request = false;     ///< the laser schedule wants light now
+  BeamVerdict beam = BeamVerdict::kNone;
 };
 
 struct InterlockState {
   bool armed = false;
   bool latched = false;
+  bool holding = false;
   bool last_arm = true;  ///< a switch found closed at power-up is no edge
   bool last_reset = true;
+  bool last_hold = true;
+  bool stretch = false;  ///< light, and the time after it in which new light belongs to the same stretch
+  Stamp armed_at{};      ///< while armed
+  Stamp held_at{};       ///< while holding: when it began
+  Stamp lit_at{};        ///< in a stretch: when it began
+  Stamp last_lit{};      ///< in a stretch: the newest step with light
 };
 static_assert(std::is_trivially_copyable_v<InterlockState>);
 
+/// Why a step latched; the first that applies.
+enum class Trip : std::uint8_t {
+  kNone,
+  kDevice,     ///< device_fault
+  kBeam,       ///< the beam's verdict
+  kHeartbeat,  ///< late while armed
+  kInterlock,  ///< open while armed
+  kMaximumOn,  ///< light asked for beyond maximum_on
+  kMotion,     ///< the arm moved in a hold
+};
+
 struct InterlockOutputs {
-  bool laser = false;    ///< beam allowed and wanted
-  bool motion = false;   ///< arm may move
-  bool tripped = false;  ///< a fault was latched by this very step
+  bool laser = false;       ///< beam allowed and wanted
+  bool motion = false;      ///< arm may move
+  bool recovered = false;   ///< a reset was accepted by this very step: what was planned before is void
+  Trip trip = Trip::kNone;  ///< a fault was latched by this very step
 };
 
 struct InterlockStep {
@@ -38,26 +77,36 @@ struct InterlockStep {
 // clang-format off
 /// Software in series with the laser's own interlock, never instead of it.
 ///
-/// State: the first row that applies. "-": any; "edge": now true, was false in the previous step; good: interlock closed
-/// AND heartbeat fresh AND no device fault.
+/// State: the first row that applies. "-": any; "edge": now true, was false in the previous step.
+///   fault   device fault, or a beam verdict other than kNone
+///   lines   interlock closed AND heartbeat fresh
+///   over    light is asked for, and its stretch is longer than maximum_on
+///   time    the hold is younger than its limit
 ///
-///   latched  armed  arm    reset  good           ->  latched  armed
-///   yes      -      -      edge   yes                no       no     reset needs everything good; arm again after it
-///   yes      -      -      -      -                  yes      no
-///   no       -      -      -      device fault       yes      no     trips, armed or not
-///   no       yes    -      -      no                 yes      no     losing interlock or heartbeat while armed trips
-///   no       yes    false  -      yes                no       no     disarming is no fault
-///   no       yes    true   -      yes                no       yes
-///   no       no     edge   -      yes                no       yes
-///   no       no     -      -      -                  no       no     an edge while not good is lost: lift it again
+///   | latched armed holding | arm  reset hold | fault lines over rest sweeping time | -> latched armed holding |
+///   | yes     -     -       | -    edge  -    | no    yes   -    -    -        -    | -> no      no    no      |  arm again after it
+///   | yes     -     -       | -    -     -    | -     -     -    -    -        -    | -> yes     no    no      |
+///   | no      -     -       | -    -     -    | yes   -     -    -    -        -    | -> yes     no    no      |  trips, armed or not
+///   | no      yes   -       | -    -     -    | -     no    -    -    -        -    | -> yes     no    no      |  interlock, heartbeat
+///   | no      yes   -       | -    -     -    | -     -     yes  -    -        -    | -> yes     no    no      |  lit for too long
+///   | no      yes   yes     | -    -     -    | -     -     -    no   -        -    | -> yes     no    no      |  moved in a hold
+///   | no      yes   -       | no   -     -    | -     -     -    -    -        -    | -> no      no    no      |  disarming is no fault
+///   | no      yes   yes     | -    -     yes  | -     -     -    -    no       yes  | -> no      yes   yes     |
+///   | no      yes   yes     | -    -     -    | -     -     -    -    -        -    | -> no      yes   no      |  let go, or its time is up
+///   | no      yes   no      | -    -     edge | -     -     -    yes  no       -    | -> no      yes   yes     |
+///   | no      yes   no      | -    -     -    | -     -     -    -    -        -    | -> no      yes   no      |
+///   | no      no    -       | edge -     -    | -     yes   -    -    -        -    | -> no      yes   no      |
+///   | no      no    -       | -    -     -    | -     -     -    -    -        -    | -> no      no    no      |  an edge while not good is lost
 ///
 /// Outputs, from the new state:
 ///
-///   laser  = armed AND sweeping AND laser_request      (armed implies good)
-///   motion = NOT latched
+///   laser  = armed AND laser_request AND (sweeping OR holding) AND armed for indicator_delay or longer
+///            AND NOT in a stretch longer than maximum_on
+///   motion = NOT latched AND NOT holding
 ///
-/// Whoever acts on it takes the laser off first, then stops the arm.  RT: safe.
+/// So light means: armed by an edge, indicated before, lines closed, no fault, in a sweep or in a hold at rest, and not
+/// beyond maximum_on. Whoever acts on it takes the laser off first, then stops the arm.  RT: safe.
 // clang-format on
-InterlockStep step(const InterlockState& state, const InterlockInputs& in) noexcept;
+InterlockStep step(const InterlockState& state, const InterlockInputs& in, const InterlockLimits& limits) noexcept;
 
 }  // namespace tankrig

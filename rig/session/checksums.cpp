@@ -7,6 +7,7 @@
 
 #include "core/input_error.hpp"
 #include "rig/session/sha256.hpp"
+#include "rig/session/spool.hpp"
 #include "rig/session/text_files.hpp"
 
 namespace tankrig {
@@ -32,20 +33,14 @@ std::vector<std::string> sums_of(const fs::path& session, const std::vector<std:
   return sums;
 }
 
-/// Whether a file was made from the recording, and may be made again.
-bool derived(const std::string& name) {
-  for (const char* folder : {"clouds/", "results/", "pictures/"})
-    if (name.starts_with(folder)) return true;
-  return name == "report.html";
-}
-
 /// Name -> sum, as SHA256SUMS has it.
 std::map<std::string, std::string> read_sums(const fs::path& session) {
   const std::string text = read_whole_file(session / kName);
   std::map<std::string, std::string> listed;
   int line = 0;
+  if (!text.ends_with('\n')) throw InputError(session / kName, "found no line end at its end, expected a whole file");
   for (std::size_t begin = 0; begin < text.size();) {
-    const std::size_t end = std::min(text.find('\n', begin), text.size());
+    const std::size_t end = text.find('\n', begin);
     const std::string entry = text.substr(begin, end - begin);
     begin = end + 1, ++line;
     if (entry.size() < 67 || entry.find_first_not_of("0123456789abcdef") != 64 || entry.substr(64, 2) != "  ")
@@ -58,10 +53,17 @@ std::map<std::string, std::string> read_sums(const fs::path& session) {
 
 }  // namespace
 
+bool is_derived(const std::string& file) {
+  for (const char* folder : {"clouds/", "results/", "pictures/"})
+    if (file.starts_with(folder)) return true;
+  return file == "report.html";
+}
+
 void write_checksums(const fs::path& session) {
+  if (!spool_segments(session).empty()) return;
   std::map<std::string, std::string> sealed;
   if (fs::exists(session / kName)) sealed = read_sums(session);
-  std::erase_if(sealed, [](const auto& entry) { return derived(entry.first); });
+  std::erase_if(sealed, [](const auto& entry) { return is_derived(entry.first); });
   std::vector<std::string> names = files_below(session);
   std::erase_if(names, [&](const std::string& name) { return sealed.contains(name); });
   const std::vector<std::string> sums = sums_of(session, names);
@@ -71,21 +73,33 @@ void write_checksums(const fs::path& session) {
   write_whole_file(session / kName, out);
 }
 
-std::vector<std::string> check_checksums(const fs::path& session) {
+std::vector<ChecksumDifference> compare_checksums(const fs::path& session) {
+  using Kind = ChecksumDifference::Kind;
   std::map<std::string, std::string> listed = read_sums(session);
   const std::vector<std::string> names = files_below(session), sums = sums_of(session, names);
-  std::vector<std::string> differences;
+  std::vector<ChecksumDifference> differences;
   for (std::size_t i = 0; i < names.size(); ++i) {
     const auto found = listed.find(names[i]);
     if (found == listed.end()) {
-      differences.push_back(names[i] + ": not listed");
+      differences.push_back({names[i], Kind::kNotListed});
     } else {
-      if (found->second != sums[i]) differences.push_back(names[i] + ": changed");
+      if (found->second != sums[i]) differences.push_back({names[i], Kind::kChanged});
       listed.erase(found);
     }
   }
-  for (const auto& [name, sum] : listed) differences.push_back(name + ": missing");
+  for (const auto& [name, sum] : listed) differences.push_back({name, Kind::kMissing});
   return differences;
+}
+
+std::vector<std::string> check_checksums(const fs::path& session) {
+  std::vector<std::string> out;
+  for (const auto& [file, kind] : compare_checksums(session)) {
+    using Kind = ChecksumDifference::Kind;
+    out.push_back(file + (kind == Kind::kChanged   ? ": changed"
+                          : kind == Kind::kMissing ? ": missing"
+                                                   : ": not listed"));
+  }
+  return out;
 }
 
 }  // namespace tankrig

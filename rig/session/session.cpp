@@ -5,6 +5,7 @@
 #include "core/input_error.hpp"
 #include "rig/session/session_tables.hpp"
 #include "rig/session/session_yaml.hpp"
+#include "rig/session/spool.hpp"
 
 namespace tankrig {
 namespace {
@@ -74,7 +75,9 @@ Session Session::open(const fs::path& path) {
   session.frames = std::move(table.records);
   if (table.cut_short) session.warnings.push_back("frames.csv: its last line is incomplete and left out");
   check_cameras(session);
-  if (session.info.status != "complete") drop_frames_without_image(session);
+  if (session.info.status != "complete" || has_spool(path)) drop_frames_without_image(session);
+  if (!spool_segments(path).empty())
+    session.warnings.push_back("frames in the spool are not pictures yet: tankrig session recover " + path.string());
   return session;
 }
 

@@ -16,7 +16,9 @@
 
 #include "core/arm_model.hpp"
 #include "core/camera_model.hpp"
+#include "core/clock_pair.hpp"
 #include "core/time.hpp"
+#include "rig/session/session_timing.hpp"
 
 namespace tankrig {
 
@@ -36,6 +38,7 @@ struct FrameRecord {
   bool laser_on = false;         ///< emitting during the whole exposure
   std::optional<JointVector> q;  ///< joints interpolated at `stamp`; none if imported or refused
   Duration sync_residual{};      ///< distance in time to the nearer joint sample used
+  double sync_on_target = 0;     ///< what the laser plane moves by at the object in that time [m]
   std::optional<Plane> cPl;      ///< laser plane in the camera frame, where it is given per frame (imported sessions)
   std::string file;              ///< relative to the session, e.g. frames/mono/000012.png
 };
@@ -48,6 +51,7 @@ struct SessionCamera {
   CameraRole role = CameraRole::kMono;
   CameraModel model;
   Transform bMc = Transform::Identity();  ///< camera in the arm base; identity where there is no arm
+  Duration time_offset{};                 ///< t_camera - t_joints; taken off the stamps of its frames already
 };
 
 /// The calibration a scan was made with.
@@ -65,12 +69,20 @@ struct SessionObject {
   Transform bMo = Transform::Identity();  ///< mesh frame in the arm base
 };
 
+/// What was handed to the recorder for one table.
+struct TableSpan {
+  std::uint64_t lines = 0;
+  Stamp first{}, last{};  ///< of its first and last line
+};
+
 /// session.yaml, whole.
 struct SessionInfo {
   std::string name;
   std::string status;       ///< "recording" | "complete" | "stopped: REASON"
   std::string kind;         ///< "scan" | "import"
-  std::string created_utc;  ///< ISO 8601, the only wall time in a session
+  std::string created_utc;  ///< ISO 8601, for people
+  /// The stamps' clock beside the wall clock, at the beginning and the end; no end under a virtual clock.
+  std::optional<ClockPair> clock_begin, clock_end;
   std::string operator_name, notes;
   std::string rig, rig_hash;     ///< rig's name; SHA-256 of the resolved rig file copied as rig.yaml
   std::string calibration_hash;  ///< SHA-256 of cameras, calibration and object as written; the writer fills it in
@@ -83,6 +95,10 @@ struct SessionInfo {
   double simulated_s = 0;                       ///< length of the run on its own clock
   std::map<std::string, std::uint64_t> counts;  ///< every frame not used has a reason here
   std::map<std::string, double> devices;        ///< what drivers counted and measured, by "DEVICE.NAME"
+  std::optional<SessionTiming> timing;          ///< in real time only
+  std::map<std::string, std::string> platform;  ///< what the machine was and granted, in real time only
+  std::map<std::string, TableSpan> tables;      ///< "joints", "frames", "events": what must be in them
+  std::vector<std::string> recovered;           ///< what was lost before `tankrig session recover` mended the session
   std::vector<SessionCamera> cameras;
   SessionCalibration calibration;
   std::optional<SessionObject> object;

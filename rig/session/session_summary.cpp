@@ -59,6 +59,9 @@ std::vector<std::pair<std::string, std::string>> session_summary(const Session& 
   if (info.kind == "scan") add("worst distance to a joint sample", rounded(worst_sync_ms(session), 3, "ms"));
   if (info.object) add("object", info.object->mesh);
   for (const auto& [reason, count] : info.counts) add(reason, std::to_string(count));
+  if (info.timing)
+    for (const auto& [what, value] : timing_summary(*info.timing)) add(what, value);
+  for (const auto& [what, found] : info.platform) add("platform " + what, found);
   add("calibration SHA-256", info.calibration_hash);
   for (const std::string& warning : session.warnings) add("warning", warning);
   return out;

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cmath>
+#include <cstdio>
 
 #include "core/input_error.hpp"
 #include "rig/session/csv.hpp"
@@ -25,12 +26,15 @@ std::vector<std::string> joints_columns() {
   return columns;
 }
 
-std::vector<std::string> frames_columns() {
+constexpr char kResidualColumn[] = "sync_residual_mm";  // sessions recorded before it was written do not have it
+
+std::vector<std::string> frames_columns(bool with_residual_mm = true) {
   std::vector<std::string> columns{"camera",      "index", "sequence", "stamp_ns",
                                    "exposure_ns", "phase", "pass",     "laser_on"};
   add_joint_columns(columns, "q_", "_rad");
-  for (const char* c : {"sync_residual_ns", "plane_a", "plane_b", "plane_c", "plane_d_m", "file"})
-    columns.emplace_back(c);
+  columns.emplace_back("sync_residual_ns");
+  if (with_residual_mm) columns.emplace_back(kResidualColumn);
+  for (const char* c : {"plane_a", "plane_b", "plane_c", "plane_d_m", "file"}) columns.emplace_back(c);
   return columns;
 }
 
@@ -85,6 +89,13 @@ SessionTable<Record> read_table(const std::filesystem::path& file, const std::ve
   return out;
 }
 
+/// Of a length [m], in millimetres; reads back and writes again to the same text.
+std::string tenths_of_microns(double length) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.4f", 1e3 * length);
+  return text;
+}
+
 FrameRecord parse_frame(Fields fields) {
   FrameRecord frame;
   if (fields.empty()) fields.table.fail(fields.row, 0, "a camera's name");
@@ -107,6 +118,7 @@ FrameRecord parse_frame(Fields fields) {
   else
     frame.q = fields.joints();
   frame.sync_residual = Duration{fields.whole()};
+  if (fields.table.columns[fields.next] == kResidualColumn) frame.sync_on_target = 1e-3 * fields.real();
   if (fields.empty()) {
     fields.next += 4;
   } else {
@@ -118,6 +130,37 @@ FrameRecord parse_frame(Fields fields) {
   if (fields.empty()) fields.table.fail(fields.row, fields.next, "the image's file name");
   frame.file = fields.text();
   return frame;
+}
+
+JointState parse_joints(Fields fields) {
+  JointState state;
+  state.stamp.ns = fields.whole();
+  state.q = fields.joints();
+  state.velocity = fields.joints();
+  for (std::int32_t& ticks : state.ticks) ticks = fields.number<std::int32_t>("a whole number of 32 bits");
+  state.current_a = fields.real();
+  return state;
+}
+
+SessionEvent parse_event(Fields fields) {
+  SessionEvent event;
+  event.stamp.ns = fields.whole();
+  event.kind = fields.text();
+  event.text = fields.text();
+  return event;
+}
+
+template <class Parse>
+auto parse_line(std::string_view line, const std::vector<std::string>& columns, Parse parse)
+    -> std::optional<decltype(parse(std::declval<Fields>()))> {
+  if (line.ends_with('\n')) line.remove_suffix(1);
+  const CsvTable table{{}, columns, {{0, split_csv_line(line)}}};
+  if (table.rows[0].fields.size() != columns.size()) return std::nullopt;
+  try {
+    return parse(Fields{table, table.rows[0]});
+  } catch (const InputError&) {
+    return std::nullopt;
+  }
 }
 
 }  // namespace
@@ -146,6 +189,7 @@ std::string frames_line(const FrameRecord& frame) {
                                   frame.laser_on ? "1" : "0"};
   for (int i = 0; i < kJoints; ++i) fields.push_back(frame.q ? exact_text((*frame.q)[i]) : "");
   fields.push_back(std::to_string(frame.sync_residual.count()));
+  fields.push_back(tenths_of_microns(frame.sync_on_target));
   for (int i = 0; i < 3; ++i) fields.push_back(frame.cPl ? exact_text(frame.cPl->normal[i]) : "");
   fields.push_back(frame.cPl ? exact_text(frame.cPl->offset) : "");
   fields.push_back(csv_field(frame.file));
@@ -156,30 +200,31 @@ std::string events_line(Stamp stamp, std::string_view kind, std::string_view tex
   return line_of({std::to_string(stamp.ns), csv_field(kind), csv_field(text)});
 }
 
+std::optional<JointState> parse_joints_line(std::string_view line) {
+  return parse_line(line, joints_columns(), parse_joints);
+}
+
+std::optional<FrameRecord> parse_frames_line(std::string_view line) {
+  if (auto frame = parse_line(line, frames_columns(), parse_frame)) return frame;
+  return parse_line(line, frames_columns(false), parse_frame);
+}
+
+std::optional<SessionEvent> parse_events_line(std::string_view line) {
+  return parse_line(line, events_columns(), parse_event);
+}
+
 SessionTable<JointState> read_joints_csv(const std::filesystem::path& file, bool recording) {
-  return read_table<JointState>(file, joints_columns(), recording, [](Fields fields) {
-    JointState state;
-    state.stamp.ns = fields.whole();
-    state.q = fields.joints();
-    state.velocity = fields.joints();
-    for (std::int32_t& ticks : state.ticks) ticks = fields.number<std::int32_t>("a whole number of 32 bits");
-    state.current_a = fields.real();
-    return state;
-  });
+  return read_table<JointState>(file, joints_columns(), recording, parse_joints);
 }
 
 SessionTable<FrameRecord> read_frames_csv(const std::filesystem::path& file, bool recording) {
-  return read_table<FrameRecord>(file, frames_columns(), recording, parse_frame);
+  const std::string text = read_whole_file(file);
+  const bool with_residual_mm = !text.starts_with(line_of(frames_columns(false)));
+  return read_table<FrameRecord>(file, frames_columns(with_residual_mm), recording, parse_frame);
 }
 
 SessionTable<SessionEvent> read_events_csv(const std::filesystem::path& file, bool recording) {
-  return read_table<SessionEvent>(file, events_columns(), recording, [](Fields fields) {
-    SessionEvent event;
-    event.stamp.ns = fields.whole();
-    event.kind = fields.text();
-    event.text = fields.text();
-    return event;
-  });
+  return read_table<SessionEvent>(file, events_columns(), recording, parse_event);
 }
 
 }  // namespace tankrig

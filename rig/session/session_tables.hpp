@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -23,6 +24,11 @@ std::string events_header();
 std::string joints_line(const JointState& state);
 std::string frames_line(const FrameRecord& frame);
 std::string events_line(Stamp stamp, std::string_view kind, std::string_view text);
+
+/// One line, with or without its line end; nothing if it is not a whole and proper one.
+std::optional<JointState> parse_joints_line(std::string_view line);
+std::optional<FrameRecord> parse_frames_line(std::string_view line);
+std::optional<SessionEvent> parse_events_line(std::string_view line);
 
 /// A table read back; `cut_short` says that its last line was incomplete and left out.
 template <class Record>

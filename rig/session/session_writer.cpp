@@ -7,13 +7,13 @@
 #include "core/utc.hpp"
 #include "rig/session/session_tables.hpp"
 #include "rig/session/session_yaml.hpp"
+#include "rig/session/spool.hpp"
+#include "rig/session/text_files.hpp"
 
 namespace tankrig {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr Duration kFlushPeriod = std::chrono::seconds(1);
 
 fs::path make_folder(fs::path path) {
   std::error_code failed;
@@ -30,23 +30,25 @@ std::string numbered(int index) {
   return name;
 }
 
+SessionInfo beginning(SessionInfo info, const fs::path& path) {
+  if (info.name.empty()) info.name = path.filename().string();
+  if (info.status.empty()) info.status = "recording";
+  if (info.kind.empty()) info.kind = "scan";
+  if (info.created_utc.empty()) info.created_utc = utc_now();
+  return info;
+}
+
+void count(TableSpan& span, Stamp stamp) {
+  if (span.lines++ == 0) span.first = stamp;
+  span.last = stamp;
+}
+
 }  // namespace
 
 SessionWriter::SessionWriter(fs::path path, SessionInfo info, SessionWriterOptions options)
-    : path_(make_folder(std::move(path))),
-      info_(std::move(info)),
-      options_(options),
-      images_(options.threads, options.queue_frames) {
-  if (info_.name.empty()) info_.name = path_.filename().string();
-  if (info_.status.empty()) info_.status = "recording";
-  if (info_.kind.empty()) info_.kind = "scan";
-  if (info_.created_utc.empty()) info_.created_utc = utc_now();
-  joints_.emplace(path_ / "joints.csv");
-  frames_.emplace(path_ / "frames.csv");
-  events_.emplace(path_ / "events.csv");
-  joints_->append(joints_header()), frames_->append(frames_header()), events_->append(events_header());
-  joints_->flush(), frames_->flush(), events_->flush();
+    : path_(make_folder(std::move(path))), lock_(path_), info_(beginning(std::move(info), path_)) {
   write_whole_file(path_ / "session.yaml", session_yaml(info_));
+  disk_.emplace(path_, options.ring_bytes, options.wait_when_full);
 }
 
 SessionWriter::~SessionWriter() {
@@ -57,59 +59,64 @@ SessionWriter::~SessionWriter() {
   }
 }
 
-void SessionWriter::flush_if_due(Stamp now) {
-  if (!last_flush_) last_flush_ = now;
-  if (now - *last_flush_ < kFlushPeriod) return;
-  last_flush_ = now;
-  joints_->flush(), frames_->flush(), events_->flush();
-}
-
 void SessionWriter::joints(const JointState& state) {
-  joints_->append(joints_line(state));
-  flush_if_due(state.stamp);
+  if (disk_->add_line(RecordedTable::kJointLines, joints_line(state)))
+    count(info_.tables["joints"], state.stamp);
+  else
+    ++info_.counts[std::string("joints.") + kDroppedByRing];
 }
 
 void SessionWriter::frame(const FrameRecord& frame, const cv::Mat& image) {
   FrameRecord record = frame;
-  const fs::path folder = fs::path("frames") / record.camera;
-  if (record.file.empty()) record.file = (folder / numbered(record.index)).generic_string();
-  if (cameras_[record.camera]++ == 0) {
-    std::error_code failed;
-    fs::create_directories(path_ / folder, failed);
-    if (failed) throw InputError(path_ / folder, "cannot be created: " + failed.message());
-  }
-  if (images_.push(path_ / record.file, image, options_.wait_when_full)) {
-    frames_->append(frames_line(record));
+  if (record.file.empty()) record.file = (fs::path("frames") / record.camera / numbered(record.index)).generic_string();
+  if (disk_->add_frame(record.camera, frames_line(record), image)) {
+    count(info_.tables["frames"], record.stamp);
   } else {
-    ++info_.counts[kDroppedByDisk];
+    ++info_.counts[record.camera + "." + kDroppedByRing];
     event(record.stamp, "drop",
           record.camera + " frame " + std::to_string(record.index) + ": the disk had no time for it");
   }
-  flush_if_due(record.stamp);
 }
 
 void SessionWriter::event(Stamp stamp, std::string_view kind, std::string_view text) {
-  events_->append(events_line(stamp, kind, text));
-  flush_if_due(stamp);
+  if (disk_->add_line(RecordedTable::kEventLines, events_line(stamp, kind, text)))
+    count(info_.tables["events"], stamp);
+  else
+    ++info_.counts[std::string("events.") + kDroppedByRing];
 }
 
 void SessionWriter::add_file(const fs::path& source, const std::string& name) { copy_whole_file(source, path_ / name); }
 
 void SessionWriter::add_text(const std::string& name, std::string_view text) { write_whole_file(path_ / name, text); }
 
-void SessionWriter::close(const std::string& status) {
+void SessionWriter::take_counts() {
+  std::uint64_t on_disk = 0;
+  for (const SessionCamera& camera : info_.cameras) info_.counts[camera.name + ".recorded"] = 0;
+  for (const auto& [camera, n] : disk_->written()) info_.counts[camera + ".recorded"] = n, on_disk += n;
+  for (const auto& [camera, n] : disk_->refused()) info_.counts[camera + "." + kDroppedByDisk] += n;
+  info_.tables["frames"].lines = on_disk;
+}
+
+void SessionWriter::close(const std::string& status, const PictureOptions& pictures) {
   if (closed_) return;
   closed_ = true;
   std::exception_ptr failure;
   info_.status = status;
-  try {
-    images_.finish();
-  } catch (const std::exception& e) {
-    failure = std::current_exception();
-    info_.status = std::string("stopped: ") + e.what();
-  }
-  joints_->flush(), frames_->flush(), events_->flush();
+  const auto attempt = [&](const auto& step) {
+    try {
+      step();
+    } catch (const std::exception& e) {
+      if (failure) return;
+      failure = std::current_exception();
+      info_.status = std::string("stopped: ") + e.what();
+    }
+  };
+  attempt([&] { disk_->finish(); });
+  take_counts();
   write_whole_file(path_ / "session.yaml", session_yaml(info_));
+  const bool recorded = !failure;
+  attempt([&] { write_spooled_pictures(path_, pictures); });
+  if (recorded && failure) write_whole_file(path_ / "session.yaml", session_yaml(info_));
   if (failure) std::rethrow_exception(failure);
 }
 

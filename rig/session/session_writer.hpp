@@ -2,32 +2,33 @@
 #pragma once
 
 #include <filesystem>
-#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
 
 #include "drivers/arm/arm.hpp"
-#include "rig/session/image_queue.hpp"
+#include "rig/session/disk_thread.hpp"
 #include "rig/session/session.hpp"
-#include "rig/session/text_files.hpp"
+#include "rig/session/session_lock.hpp"
+#include "rig/session/spool_pictures.hpp"
 
 namespace tankrig {
 
 struct SessionWriterOptions {
   bool wait_when_full =
-      true;               ///< virtual clock: wait for the disk. Real clock: false, the frame is dropped and counted
-  int queue_frames = 32;  ///< frames that may wait for the disk
-  int threads = 2;        ///< threads that compress
+      true;  ///< virtual clock: wait for the disk. Real clock: false, the frame is dropped and counted
+  std::size_t ring_bytes = 256 << 20;  ///< frames that may wait for the disk: seconds of two 1.3-megapixel cameras
 };
 
-/// From its first moment the directory is a session that opens: status "recording", tables that grow and are flushed
-/// once a second of the run, images that appear whole. What a kill loses is at most that last second.
-/// Threads: one (images are compressed in its own).
+/// From its first moment the directory is a session that opens: status "recording", tables that grow, frames in the
+/// spool (rig/session/spool.hpp). close() makes pictures of them. What a kill, a full disk or a cut at any byte loses
+/// is at most the last second (rig/session/disk_thread.hpp); `tankrig session recover` makes a whole session of the
+/// rest. Threads: one; the disk has its own, and unless `wait_when_full` nothing here waits for it before close().
 /// Errors: InputError naming the file, from the call that finds it or the next one. Never silently.
 class SessionWriter {
  public:
-  /// Reason in `counts` of a frame that the disk had no time for.
+  /// Reasons in `counts`, after "CAMERA.": no room in the ring, and refused by the disk.
+  static constexpr const char* kDroppedByRing = "dropped_ring";
   static constexpr const char* kDroppedByDisk = "dropped_disk";
 
   /// Creates `path` (and its parents), which must not exist or be empty. Status, if empty, becomes "recording" and
@@ -40,7 +41,7 @@ class SessionWriter {
 
   void joints(const JointState& state);
   /// Records the frame and its image. An empty `frame.file` becomes frames/<camera>/<index>.png. The image is shared
-  /// with the compressing threads: nobody writes to it afterwards.
+  /// with the writing thread: nobody writes to it afterwards.
   void frame(const FrameRecord& frame, const cv::Mat& image);
   void event(Stamp stamp, std::string_view kind, std::string_view text);
 
@@ -48,24 +49,22 @@ class SessionWriter {
   void add_file(const std::filesystem::path& source, const std::string& name);
   void add_text(const std::string& name, std::string_view text);
 
-  /// What session.yaml says at close(); counts of dropped frames are added by the writer.
+  /// What session.yaml says at close(); "CAMERA.recorded" and the counts of dropped frames are the writer's.
   SessionInfo& info() { return info_; }
   const std::filesystem::path& path() const { return path_; }
 
-  /// Writes everything out and the final session.yaml. `status`: "complete" or "stopped: REASON". If an image could not
-  /// be written, the status says that instead, and its error is thrown when the rest is safe.
-  void close(const std::string& status);
+  /// Writes everything out, the final session.yaml, and the pictures. `status`: "complete" or "stopped: REASON". If
+  /// something could not be written, the status says that instead, and its error is thrown when the rest is safe.
+  /// Stopped early by `pictures.stop`, the frames left in the spool are a warning of Session::open.
+  void close(const std::string& status, const PictureOptions& pictures = {});
 
  private:
-  void flush_if_due(Stamp now);
+  void take_counts();
 
   std::filesystem::path path_;
+  SessionLock lock_;
   SessionInfo info_;
-  SessionWriterOptions options_;
-  std::optional<AppendFile> joints_, frames_, events_;
-  std::map<std::string, int> cameras_;
-  std::optional<Stamp> last_flush_;
-  ImageQueue images_;
+  std::optional<DiskThread> disk_;
   bool closed_ = false;
 };
 

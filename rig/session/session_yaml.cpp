@@ -2,6 +2,7 @@
 
 #include "core/config_node.hpp"
 #include "core/input_error.hpp"
+#include "core/shown_text.hpp"
 #include "rig/session/model_yaml.hpp"
 #include "rig/session/sha256.hpp"
 #include "rig/session/text_files.hpp"
@@ -18,9 +19,35 @@ std::uint64_t read_count(const ConfigNode& node, const std::string& key) {
   return value;
 }
 
+TableSpan read_span(const ConfigNode& node) {
+  const auto stamp = [&](const char* key) {
+    const std::string text = node.text(key);
+    Stamp value{};
+    if (!parse_number(text, value.ns)) node.fail(key, "found '" + text + "', expected a whole number");
+    return value;
+  };
+  return {read_count(node, "lines"), stamp("first_ns"), stamp("last_ns")};
+}
+
 std::optional<double> read_optional(const ConfigNode& node, const char* key, ConfigNode::Range range) {
   if (!node.has(key)) return std::nullopt;
   return node.number(key, range);
+}
+
+std::string yaml_of(const ClockPair& pair) {
+  return "{stamp_ns: " + std::to_string(pair.stamp.ns) + ", wall_ns: " + std::to_string(pair.wall_ns) + "}";
+}
+
+std::optional<ClockPair> read_clock_pair(const ConfigNode& clock, const char* key) {
+  const auto node = clock.optional_child(key);
+  if (!node) return std::nullopt;
+  const auto whole = [&](const char* name) {
+    const std::string text = node->text(name);
+    std::int64_t value = 0;
+    if (!parse_number(text, value)) node->fail(name, "found '" + shown_text(text) + "', expected a whole number");
+    return value;
+  };
+  return ClockPair{{whole("stamp_ns")}, whole("wall_ns")};
 }
 
 SessionCamera read_camera(const ConfigNode& node) {
@@ -30,6 +57,7 @@ SessionCamera read_camera(const ConfigNode& node) {
   camera.role = role == "mono" ? CameraRole::kMono : role == "left" ? CameraRole::kLeft : CameraRole::kRight;
   camera.model = read_camera_model(node.child("model"));
   camera.bMc = node.transform("bMc");
+  camera.time_offset = from_seconds(node.number_or("time_offset_s", 0, {-10, 10}));
   return camera;
 }
 
@@ -51,8 +79,10 @@ void read_calibration(const ConfigNode& root, SessionInfo& info) {
 std::string calibration_yaml(const SessionInfo& info) {
   std::string out = info.cameras.empty() ? "cameras: []\n" : "cameras:\n";
   for (const SessionCamera& camera : info.cameras)
-    out += "  - name: " + yaml_quoted(camera.name) + "\n    role: " + to_string(camera.role) +
-           "\n    model: " + yaml_of(camera.model) + "\n    bMc: " + yaml_of(camera.bMc) + "\n";
+    out +=
+        "  - name: " + yaml_quoted(camera.name) + "\n    role: " + to_string(camera.role) +
+        "\n    model: " + yaml_of(camera.model) + "\n    bMc: " + yaml_of(camera.bMc) + "\n" +
+        (camera.time_offset.count() == 0 ? "" : "    time_offset_s: " + exact_text(seconds(camera.time_offset)) + "\n");
   out += "calibration:\n";
   if (info.calibration.arm) out += "  arm:\n" + yaml_of(*info.calibration.arm, 4);
   if (info.calibration.ePl) out += "  ePl: " + yaml_of(*info.calibration.ePl) + "\n";
@@ -76,6 +106,8 @@ std::string session_yaml(const SessionInfo& info) {
   text("status", info.status);
   text("kind", info.kind);
   text("created_utc", info.created_utc);
+  if (info.clock_begin) out += "clock:\n  begin: " + yaml_of(*info.clock_begin) + "\n";
+  if (info.clock_begin && info.clock_end) out += "  end: " + yaml_of(*info.clock_end) + "\n";
   text("operator", info.operator_name);
   text("notes", info.notes);
   text("rig", info.rig);
@@ -93,6 +125,15 @@ std::string session_yaml(const SessionInfo& info) {
     out += "  " + yaml_quoted(reason) + ": " + std::to_string(count) + "\n";
   if (!info.devices.empty()) out += "devices:\n";
   for (const auto& [name, value] : info.devices) out += "  " + yaml_quoted(name) + ": " + exact_text(value) + "\n";
+  if (info.timing) out += timing_yaml(*info.timing);
+  if (!info.platform.empty()) out += "platform:\n";
+  for (const auto& [what, found] : info.platform) out += "  " + yaml_quoted(what) + ": " + yaml_quoted(found) + "\n";
+  if (!info.tables.empty()) out += "tables:\n";
+  for (const auto& [name, span] : info.tables)
+    out += "  " + name + ": {lines: " + std::to_string(span.lines) + ", first_ns: " + std::to_string(span.first.ns) +
+           ", last_ns: " + std::to_string(span.last.ns) + "}\n";
+  if (!info.recovered.empty()) out += "recovered:\n";
+  for (const std::string& loss : info.recovered) out += "  - " + yaml_quoted(loss) + "\n";
   const std::string calibration = calibration_yaml(info);
   text("calibration_sha256", sha256_of_text(calibration));
   return out + calibration;
@@ -106,6 +147,10 @@ SessionInfo read_session_yaml(const std::filesystem::path& file) {
   info.status = root.text("status");
   info.kind = root.choice("kind", {"scan", "import"});
   info.created_utc = root.text("created_utc");
+  if (const auto clock = root.optional_child("clock")) {
+    info.clock_begin = read_clock_pair(*clock, "begin");
+    info.clock_end = read_clock_pair(*clock, "end");
+  }
   info.operator_name = root.text("operator");
   info.notes = root.text("notes");
   info.rig = root.text("rig");
@@ -122,6 +167,12 @@ SessionInfo read_session_yaml(const std::filesystem::path& file) {
   for (const std::string& reason : counts.keys()) info.counts[reason] = read_count(counts, reason);
   if (const auto devices = root.optional_child("devices"))
     for (const std::string& name : devices->keys()) info.devices[name] = devices->number(name);
+  if (const auto timing = root.optional_child("timing")) info.timing = read_timing(*timing);
+  if (const auto platform = root.optional_child("platform"))
+    for (const std::string& what : platform->keys()) info.platform[what] = platform->text(what);
+  if (const auto tables = root.optional_child("tables"))
+    for (const std::string& name : tables->keys()) info.tables[name] = read_span(tables->child(name));
+  if (root.has("recovered")) info.recovered = root.texts("recovered");
   info.calibration_hash = root.text("calibration_sha256");
   read_calibration(root, info);
   root.finish();

@@ -19,7 +19,8 @@ namespace fs = std::filesystem;
   throw InputError(file, std::string("cannot be written: ") + std::strerror(error));
 }
 
-void write_all(const fs::path& file, int descriptor, std::string_view text) {
+/// Takes from `text` what is written.
+void write_all(const fs::path& file, int descriptor, std::string_view& text) {
   while (!text.empty()) {
     const ssize_t written = ::write(descriptor, text.data(), text.size());
     if (written < 0) {
@@ -90,6 +91,20 @@ std::string read_whole_file(const fs::path& file) {
   return text.str();
 }
 
+bool stays_inside(const fs::path& name) {
+  if (name.empty() || name.is_absolute()) return false;
+  for (const fs::path& part : name)
+    if (part == "..") return false;
+  return true;
+}
+
+void sync_file_system(const fs::path& path) {
+  const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (descriptor < 0) return;
+  ::syncfs(descriptor);
+  ::close(descriptor);
+}
+
 void copy_whole_file(const fs::path& from, const fs::path& to) {
   const fs::path temporary = beside(to);
   std::error_code failed;
@@ -110,8 +125,13 @@ AppendFile::AppendFile(fs::path file) : file_(std::move(file)) {
 AppendFile::~AppendFile() { ::close(descriptor_); }
 
 void AppendFile::flush() {
-  if (pending_.empty()) return;
-  write_all(file_, descriptor_, pending_);
+  std::string_view left = pending_;
+  try {
+    write_all(file_, descriptor_, left);
+  } catch (...) {
+    pending_.erase(0, pending_.size() - left.size());
+    throw;
+  }
   pending_.clear();
 }
 

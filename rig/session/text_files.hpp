@@ -21,6 +21,12 @@ void write_whole_file(const std::filesystem::path& file, std::string_view text);
 /// Errors: InputError if it cannot be read.
 std::string read_whole_file(const std::filesystem::path& file);
 
+/// Whether a relative file name leads to no place outside the folder it is relative to.
+bool stays_inside(const std::filesystem::path& name);
+
+/// Returns when everything written to the file system of `path` so far is on the disk itself: safe from a power cut.
+void sync_file_system(const std::filesystem::path& path);
+
 /// Copies a file into place by a temporary file and a rename.  Errors: InputError naming both files.
 void copy_whole_file(const std::filesystem::path& from, const std::filesystem::path& to);
 
@@ -32,7 +38,8 @@ bool parse_number(std::string_view text, T& value) {
 }
 
 /// A text file that only grows, written when flushed.
-/// Threads: one.  Errors: InputError with the system's reason; a failure is reported again by every later call.
+/// Threads: one.  Errors: InputError with the system's reason; what could not be written is kept, and a later flush
+/// goes on at the very byte.
 class AppendFile {
  public:
   explicit AppendFile(std::filesystem::path file);
@@ -42,6 +49,7 @@ class AppendFile {
 
   void append(std::string_view text) { pending_ += text; }
   void flush();
+  int descriptor() const { return descriptor_; }
 
  private:
   std::filesystem::path file_;

@@ -12,6 +12,8 @@ ArmPlantParameters plant_parameters(const MockArmParameters& mock) {
   ArmPlantParameters plant;
   plant.time_constant = mock.time_constant;
   plant.backlash_ticks = mock.backlash_ticks;
+  plant.stiction_ticks_per_s = mock.stiction_ticks_per_s;
+  plant.speed_gain = mock.speed_gain;
   return plant;
 }
 
@@ -31,6 +33,7 @@ void MockArm::exchange(std::int64_t n) noexcept {
   const bool silent = when - written_ > parameters_.watchdog && !faults.runs_away;
   JointState& sample = feedback_[static_cast<std::size_t>(sampled_++) % kInFlight];
   sample.stamp = when;
+  sample.current_a = plant_.current_at(when);
   plant_.drive(when, silent ? std::array<double, kJoints>{} : demand_);
   const ArmPlant::Axes axes = plant_.newest();
   for (std::size_t j = 0; j < kJoints; ++j) {
@@ -70,8 +73,9 @@ Result<JointVector> MockArm::write_velocity(const JointVector& velocity) noexcep
   std::array<double, kJoints> ticks;
   for (std::size_t j = 0; j < kJoints; ++j) ticks[j] = axes[j].ticks;
   const VelocityShaping shaping{parameters_.creep, parameters_.dead_zone, parameters_.max_ticks_per_s};
-  const auto demand = velocity_demand(model_, shaping, ticks, velocity);
+  auto demand = velocity_demand(model_, shaping, ticks, velocity);
   if (!demand) return Error{ErrorCode::kOutOfRange, 0, now, "arm: velocity is not a number"};
+  make_sendable(*demand);
   demand_ = demand->ticks_per_s;
   written_ = now;
   return demand->applied;

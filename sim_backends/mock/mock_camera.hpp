@@ -1,7 +1,9 @@
-// A free-running camera of the simulated rig.
+// A camera of the simulated rig: free-running, or exposing when it is triggered.
 #pragma once
 
+#include <deque>
 #include <functional>
+#include <mutex>
 
 #include "core/clock.hpp"
 #include "drivers/camera/camera.hpp"
@@ -14,9 +16,10 @@ namespace tankrig::sim {
 /// Makes the picture a camera takes of the world during an exposure.
 using ImageSource = std::function<cv::Mat(const std::string& camera, const Exposure& exposure)>;
 
-/// Exposes at start-up + phase + n / rate whether anybody looks or not, as a free-running camera does; a frame's
-/// sequence number is n. A picture is made only when it is grabbed; one that is lost or overrun costs nothing. Threads:
-/// one, the arm's and the laser's.
+/// Free-running it exposes at start-up + phase + n / rate whether anybody looks or not, and a frame's sequence number
+/// is n. Triggered it begins to expose trigger_delay after trigger(), and numbers its exposures; a trigger while it
+/// exposes is not heard. A picture is made only when it is grabbed; one that is lost or overrun costs nothing.
+/// Threads: one, the arm's and the laser's; trigger() from any.
 class MockCamera final : public Camera {
  public:
   MockCamera(CameraInfo info, const MockCameraParameters& parameters, const Clock& clock, MockArm& arm,
@@ -27,16 +30,26 @@ class MockCamera final : public Camera {
   Status start() override;
   Result<std::optional<Frame>> try_grab() override;
   std::optional<Stamp> next_frame_at() const override;
-  void stop() noexcept override { running_ = false; }
+  void stop() noexcept override;
   CameraCounters counters() const override { return counters_; }
+  /// Errors: kRefused on a free-running camera, kNotReady before start().
+  Status trigger() override;
 
  private:
+  struct Shot {
+    std::int64_t number;
+    Stamp middle;
+  };
+
   Stamp middle(std::int64_t n) const {
     return epoch_ + parameters_.phase + from_seconds(static_cast<double>(n) / info_.rate_hz);
   }
-  Stamp ready(std::int64_t n) const { return middle(n) + parameters_.exposure / 2 + parameters_.readout; }
+  Stamp ready(Stamp middle) const { return middle + parameters_.exposure / 2 + parameters_.readout; }
   bool dropped(std::int64_t n) const { return parameters_.drop_every > 0 && (n + 1) % parameters_.drop_every == 0; }
-  Exposure exposure(std::int64_t n) const;
+  /// Takes the next exposure whose picture is ready.
+  std::optional<Shot> next_shot(Stamp now);
+  std::optional<Shot> next_free_running(Stamp now);
+  std::optional<Shot> next_triggered(Stamp now);
 
   CameraInfo info_;
   MockCameraParameters parameters_;
@@ -45,9 +58,14 @@ class MockCamera final : public Camera {
   const MockLaser& laser_;
   ImageSource source_;
   Stamp epoch_;
-  bool running_ = false;
   std::int64_t next_ = 0;
   CameraCounters counters_;
+
+  mutable std::mutex mutex_;  // guards what follows
+  bool running_ = false;
+  std::deque<Shot> shots_;  // triggered, not yet grabbed
+  std::int64_t triggered_ = 0;
+  Stamp exposed_until_{};
 };
 
 }  // namespace tankrig::sim

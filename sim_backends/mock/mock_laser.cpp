@@ -27,6 +27,8 @@ Result<LaserState> MockLaser::state() noexcept {
 }
 
 double MockLaser::power_at(Stamp when) const noexcept {
+  if (const MockBeam beam = beam_.load(std::memory_order_relaxed); beam != MockBeam::kTrue)
+    return beam == MockBeam::kStuck ? 1 : 0;
   const std::lock_guard lock(mutex_);
   return power(when);
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <mutex>
 
 #include "core/clock.hpp"
@@ -16,6 +17,9 @@ struct MockLaserFaults {
   bool set_fails = false;  ///< set() is refused with kIo and changes nothing
 };
 
+/// What the light does beside what relay and read-back say.
+enum class MockBeam : std::uint8_t { kTrue, kDark, kStuck };
+
 /// Threads: any; a mutex guards the memory.  RT: no allocation; blocks only while another thread is inside.
 class MockLaser final : public Laser {
  public:
@@ -26,6 +30,8 @@ class MockLaser final : public Laser {
   Duration warm_up() const noexcept override { return warm_up_; }
 
   MockLaserFaults faults;
+  /// Of what power_at() answers from now on; state() does not know.
+  void set_beam(MockBeam beam) noexcept { beam_.store(beam, std::memory_order_relaxed); }
 
   /// Emitted power at `when`, 0 or 1 of the projector's. Remembers the last kEdges switchings.
   double power_at(Stamp when) const noexcept;
@@ -41,6 +47,7 @@ class MockLaser final : public Laser {
 
   Duration warm_up_;
   const Clock& clock_;
+  std::atomic<MockBeam> beam_{MockBeam::kTrue};
   mutable std::mutex mutex_;  // guards what follows
   bool commanded_ = false;
   std::array<Edge, kEdges> edges_{};

@@ -1,10 +1,18 @@
 #include "sim_backends/mock/mock_parameters.hpp"
 
+#include <algorithm>
+
 namespace tankrig::sim {
 namespace {
 
 constexpr ConfigRange kNotNegative{0, 1e6};
 constexpr ConfigRange kPositive{1e-9, 1e6};
+
+void read_joints(const ConfigNode& node, std::string_view key, std::array<double, kJoints>& into) {
+  if (!node.has(key)) return;
+  const auto values = node.numbers(key, kJoints);
+  std::copy(values.begin(), values.end(), into.begin());
+}
 
 void read_arm(const ConfigNode& node, MockArmParameters& arm) {
   arm.exchange_period = node.milliseconds_or("exchange_period_ms", arm.exchange_period, {0.1, 1000});
@@ -18,10 +26,9 @@ void read_arm(const ConfigNode& node, MockArmParameters& arm) {
     const auto values = node.numbers("dead_zone_rad_s", kJoints);
     for (int j = 0; j < kJoints; ++j) arm.dead_zone[j] = values[static_cast<std::size_t>(j)];
   }
-  if (node.has("backlash_ticks")) {
-    const auto values = node.numbers("backlash_ticks", kJoints);
-    for (std::size_t j = 0; j < kJoints; ++j) arm.backlash_ticks[j] = values[j];
-  }
+  read_joints(node, "backlash_ticks", arm.backlash_ticks);
+  read_joints(node, "stiction_ticks_per_s", arm.stiction_ticks_per_s);
+  read_joints(node, "speed_gain", arm.speed_gain);
 }
 
 void read_camera(const ConfigNode& node, MockCameraParameters& camera) {
@@ -30,6 +37,8 @@ void read_camera(const ConfigNode& node, MockCameraParameters& camera) {
   camera.readout = node.milliseconds_or("readout_ms", camera.readout, kNotNegative);
   camera.drop_every = node.integer_or("drop_every", camera.drop_every, {0, 1e6});
   camera.buffer_frames = node.integer_or("buffer_frames", camera.buffer_frames, {1, 1000});
+  camera.trigger_delay = node.milliseconds_or("trigger_delay_ms", camera.trigger_delay, kNotNegative);
+  camera.stamp_offset = node.milliseconds_or("stamp_offset_ms", camera.stamp_offset, {-1000, 1000});
 }
 
 }  // namespace

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "drivers/arm/velocity_demand.hpp"
+
 namespace tankrig::sim {
 namespace {
 
@@ -22,6 +24,7 @@ std::uint16_t wrapped(double ticks) {
 ArmElectronics::ArmElectronics(const ArmModel& model, const ArmEmulatorParameters& parameters, const Clock& clock)
     : parameters_(parameters),
       clock_(clock),
+      elbow_(model.actuators[kElbow]),
       plant_(model, parameters.plant, parameters.power_up, clock.now()),
       random_(parameters.seed) {
   power_cycle(parameters.power_up_ticks);
@@ -37,7 +40,7 @@ void ArmElectronics::power_cycle(const std::array<int, kJoints>& ticks) {
   has_gains_ = false;
   mute_since_.reset();
   last_.reset();
-  requested_ = now;
+  requested_.fill(now);
 }
 
 void ArmElectronics::set_faults(const ArmEmulatorFaults& faults) {
@@ -50,12 +53,14 @@ ArmEmulatorFaults ArmElectronics::faults() const {
   return faults_;
 }
 
-/// Its own watchdog: axes rest when no request has come for too long.
+/// Its own watchdog: a joint rests when no request for it has come for too long.
 void ArmElectronics::supervise(Stamp when) {
-  if (parameters_.watchdog.count() == 0 || when - requested_ <= parameters_.watchdog) return;
-  if (std::all_of(demand_.begin(), demand_.end(), [](double v) { return v == 0; })) return;
-  demand_.fill(0);
-  plant_.drive(requested_ + parameters_.watchdog, demand_);
+  if (parameters_.watchdog.count() == 0) return;
+  for (std::size_t j = 0; j < kJoints; ++j) {
+    if (demand_[j] == 0 || when - requested_[j] <= parameters_.watchdog) continue;
+    demand_[j] = 0;
+    plant_.drive(requested_[j] + parameters_.watchdog, demand_);
+  }
 }
 
 std::optional<ArmReply> ArmElectronics::request(const ArmRequest& request, Stamp when) {
@@ -63,7 +68,8 @@ std::optional<ArmReply> ArmElectronics::request(const ArmRequest& request, Stamp
   supervise(when);
   if (mute_since_ && *mute_since_ == request) return {};
   mute_since_.reset();
-  requested_ = when;
+  for (std::size_t j = 0; j < kJoints; ++j)
+    if (holds(request.joints, j)) requested_[j] = when;
   const bool has_0a = request.kind == HostSlot::kDemand &&
                       std::any_of(request.slots.begin(), request.slots.end(),
                                   [](const SlotBytes& slot) { return (decode_demand(slot).demand & 0xFF) == 0x0A; });
@@ -84,19 +90,26 @@ std::optional<ArmReply> ArmElectronics::request(const ArmRequest& request, Stamp
     reply = faults_.stale && last_ ? *last_ : sensors(read);
     last_ = reply;
   }
-  if (faults_.silent) return {};
+  if (faults_.silent || (faults_.lose > 0 && std::bernoulli_distribution(faults_.lose)(random_))) return {};
   return reply;
 }
 
 /// Only rest and the speed demands do something: position control does not work in the real arm either.
 void ArmElectronics::obey(const ArmRequest& request, Stamp when) {
   for (std::size_t j = 0; j < kJoints; ++j) {
+    if (!holds(request.joints, j)) continue;
     const DemandSlot slot = decode_demand(request.slots[j]);
     const double speed = std::min({slot.demand, slot.speed_limit, kLargestSpeed});
     const bool able = (has_gains_ || !parameters_.needs_gains) && slot.current_limit != 0;
     demand_[j] = 0;
-    if (able && slot.type == DemandType::kSpeedForward) demand_[j] = speed;
-    if (able && slot.type == DemandType::kSpeedBackward) demand_[j] = -speed;
+    if (able && slot.type == DemandType::kSpeedForward) demand_[j] = faults_.speed * speed;
+    if (able && slot.type == DemandType::kSpeedBackward) demand_[j] = -faults_.speed * speed;
+  }
+  if (std::any_of(demand_.begin(), demand_.end(), [](double v) { return v != 0; })) {
+    if (!first_motion_) first_motion_ = when;
+    rest_since_.reset();
+  } else if (first_motion_ && !rest_since_) {
+    rest_since_ = when;
   }
   plant_.drive(when, demand_);
 }
@@ -107,7 +120,9 @@ ArmReply ArmElectronics::sensors(Stamp when) {
   ArmReply reply;
   for (std::size_t j = 0; j < kJoints; ++j) {
     SensorSlot slot;
-    slot.position = peaks(random_) ? 0 : wrapped(std::round(axes[j].ticks) - encoder_base_[j]);
+    const double offset =
+        j == kElbow && faults_.elbow_offset != 0 ? faults_.elbow_offset / signed_slope(elbow_, axes[j].ticks) : 0;
+    slot.position = peaks(random_) ? 0 : wrapped(std::round(axes[j].ticks + offset) - encoder_base_[j]);
     slot.speed = wrapped(axes[j].speed);
     slot.water_ingress = faults_.water_joint == static_cast<int>(j) ? kWet : 0;
     slot.temperature = raw(parameters_.temperature_c, kScaling.celsius_per_count);
@@ -120,6 +135,16 @@ ArmReply ArmElectronics::sensors(Stamp when) {
   reply.master.current =
       raw(plant_.current_at(when) + faults_.extra_current_a, kScaling.ampere_per_count, kScaling.ampere_offset);
   return reply;
+}
+
+std::optional<Stamp> ArmElectronics::first_motion() const {
+  const std::lock_guard lock(mutex_);
+  return first_motion_;
+}
+
+std::optional<Stamp> ArmElectronics::rest_since() const {
+  const std::lock_guard lock(mutex_);
+  return rest_since_;
 }
 
 JointVector ArmElectronics::truth_at(Stamp when) {

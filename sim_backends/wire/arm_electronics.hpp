@@ -8,16 +8,18 @@
 #include <random>
 
 #include "core/clock.hpp"
+#include "drivers/arm/arm_exchange.hpp"
 #include "drivers/arm/joint_slot.hpp"
 #include "sim_backends/wire/arm_emulator_parameters.hpp"
 #include "sim_backends/world/arm_plant.hpp"
 
 namespace tankrig::sim {
 
-/// Slots of every joint, in the order of `Joint`.
+/// Slots of joints, in the order of `Joint`.
 struct ArmRequest {
   HostSlot kind = HostSlot::kDemand;
   std::array<SlotBytes, kJoints> slots{};
+  JointSet joints = kEveryJoint;  ///< whose slots have come
   bool operator==(const ArmRequest&) const = default;
 };
 
@@ -42,6 +44,10 @@ class ArmElectronics {
   void set_faults(const ArmEmulatorFaults& faults);
   ArmEmulatorFaults faults() const;
 
+  /// When a request first demanded motion; when one last brought a moving arm to rest, nothing while it moves.
+  std::optional<Stamp> first_motion() const;
+  std::optional<Stamp> rest_since() const;
+
   JointVector truth_at(Stamp when);
   JointVector true_velocity_at(Stamp when);
   /// Encoder reading at the actuators' tick 0, modulo 65536: the zero that homing should find.
@@ -54,6 +60,7 @@ class ArmElectronics {
 
   const ArmEmulatorParameters parameters_;
   const Clock& clock_;
+  const Actuator elbow_;
   ArmPlant plant_;
   mutable std::mutex mutex_;  // guards what follows
   ArmEmulatorFaults faults_;
@@ -61,7 +68,8 @@ class ArmElectronics {
   std::array<double, kJoints> encoder_base_{};  ///< actuator ticks at raw 0
   std::array<double, kJoints> demand_{};
   bool has_gains_ = false;
-  Stamp requested_{};
+  std::optional<Stamp> first_motion_, rest_since_;
+  std::array<Stamp, kJoints> requested_{};
   std::optional<ArmRequest> mute_since_;
   std::optional<ArmReply> last_;
 };

@@ -35,6 +35,9 @@ class ArmEmulator {
   void power_cycle() { electronics_.power_cycle({}); }
   void set_faults(const ArmEmulatorFaults& faults) { electronics_.set_faults(faults); }
 
+  std::optional<Stamp> first_motion() const { return electronics_.first_motion(); }
+  std::optional<Stamp> rest_since() const { return electronics_.rest_since(); }
+
   /// Where the links really are at `when`.
   JointVector truth_at(Stamp when) { return electronics_.truth_at(when); }
   JointVector true_velocity_at(Stamp when) { return electronics_.true_velocity_at(when); }

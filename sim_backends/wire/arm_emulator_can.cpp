@@ -1,5 +1,6 @@
 // The emulated arm's node on a CAN bus, by this project's convention (docs/arm5e.md): when the fifth joint's demand has
-// come it acts on all of them, reads every encoder at once, and sends the master's bytes and five sensor slots.
+// come it acts on all of them, reads every encoder at once, and sends the master's bytes and five sensor slots. A
+// demand that says so is acted on at once, and answered with what it asks for.
 #include <algorithm>
 
 #include "drivers/can/can_timing.hpp"
@@ -8,7 +9,6 @@
 namespace tankrig::sim {
 namespace {
 
-constexpr unsigned kEveryJoint = (1U << kJoints) - 1;
 constexpr std::uint16_t kWrongIdOffset = 0x400;
 constexpr Duration kRetry = std::chrono::milliseconds(1);
 
@@ -44,7 +44,7 @@ class CanWire final : public ArmWire {
 
   struct Gathering {
     ArmRequest request;
-    unsigned joints = 0;
+    JointSet joints = 0;
   };
 
   Duration time_of(const CanFrame& frame) const {
@@ -68,17 +68,26 @@ class CanWire final : public ArmWire {
     const auto joint = std::find(ids.begin(), ids.end(), frame.id);
     if (joint == ids.end()) return false;
     const auto j = static_cast<std::size_t>(joint - ids.begin());
+    const std::uint8_t asks = frame.data.back();
+    if (kind == HostSlot::kDemand && (asks & kActAtOnce) != 0) {
+      into.joints = 0;
+      ArmRequest request{kind, {}, only(j)};
+      request.slots[j] = frame.data;
+      const auto reply = electronics_.request(request, wire_free_);
+      answer(reply, {only(j), static_cast<JointSet>(asks & kEveryJoint), (asks & kAskMaster) != 0});
+      return true;
+    }
     into.request.kind = kind;
     into.request.slots[j] = frame.data;
-    into.joints |= 1U << j;
+    into.joints |= only(j);
     if (into.joints != kEveryJoint) return true;
     into.joints = 0;
-    answer(electronics_.request(into.request, wire_free_));
+    answer(electronics_.request(into.request, wire_free_), {});
     return true;
   }
 
-  void answer(const std::optional<ArmReply>& reply) {
-    if (!reply) return;
+  void answer(const std::optional<ArmReply>& reply, const ArmExchange& asked) {
+    if (!reply || (asked.sensors == 0 && !asked.master)) return;
     const ArmEmulatorFaults faults = electronics_.faults();
     const ArmCanIds& ids = parameters_.can_ids;
     wire_free_ = wire_free_ + parameters_.turnaround + parameters_.encoder_latency;
@@ -86,7 +95,7 @@ class CanWire final : public ArmWire {
       if (faults.wrong_ids) frame.id = static_cast<std::uint16_t>((frame.id + kWrongIdOffset) & 0x7FF);
       if (faults.wrong_lengths && frame.length == 8) frame.length = 7;
       wire_free_ = wire_free_ + time_of(frame);
-      due_.push_back({wire_free_, frame});
+      due_.push_back({wire_free_ + faults.delay, frame});
     };
     if (faults.garbage)
       for (int i = 0; i < 3; ++i) {
@@ -94,10 +103,11 @@ class CanWire final : public ArmWire {
         for (std::uint8_t& byte : noise.data) byte = static_cast<std::uint8_t>(random_());
         put(noise);
       }
-    if (reply->kind == ArmSlot::kSensors)
+    if (reply->kind == ArmSlot::kSensors && asked.master)
       put({ids.master, 3, {reply->master.temperature, reply->master.voltage, reply->master.current}, {}});
     const auto& to = reply->kind == ArmSlot::kSensors ? ids.sensors : ids.pid_answer;
-    for (std::size_t j = 0; j < kJoints - (faults.truncated ? 1 : 0); ++j) put({to[j], 8, reply->slots[j], {}});
+    for (std::size_t j = 0; j < kJoints - (faults.truncated ? 1 : 0); ++j)
+      if (holds(asked.sensors, j)) put({to[j], 8, reply->slots[j], {}});
   }
 
   std::unique_ptr<CanBus> bus_;

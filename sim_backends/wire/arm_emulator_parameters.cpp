@@ -23,6 +23,7 @@ ArmEmulatorParameters arm_emulator_parameters_from(const ConfigNode& node) {
   read_joints(node, "power_up_ticks", p.power_up_ticks);
   read_joints(node, "backlash_ticks", p.plant.backlash_ticks);
   read_joints(node, "stiction_ticks_per_s", p.plant.stiction_ticks_per_s);
+  read_joints(node, "speed_gain", p.plant.speed_gain);
   p.plant.time_constant = node.number_or("time_constant_s", p.plant.time_constant, {1e-4, 10});
   p.plant.quiescent_a = node.number_or("quiescent_a", p.plant.quiescent_a, {0, 20});
   p.plant.stall_a = node.number_or("stall_a", p.plant.stall_a, {0, 20});

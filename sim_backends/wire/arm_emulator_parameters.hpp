@@ -42,6 +42,10 @@ struct ArmEmulatorFaults {
   bool stale = false;           ///< the same answer again and again
   bool wrong_ids = false;       ///< CAN: answers under other identifiers
   bool wrong_lengths = false;   ///< CAN: sensor frames of seven bytes
+  Duration delay{};             ///< of every answer
+  double lose = 0;              ///< probability that an answer is lost
+  double speed = 1;             ///< of every axis, of what is demanded
+  double elbow_offset = 0;      ///< the elbow's encoder reads so much too much [rad]
   int water_joint = -1;         ///< the joint whose housing leaks
   double extra_current_a = 0;   ///< taken from the supply beside the motors
 };

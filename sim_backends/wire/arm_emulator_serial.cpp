@@ -78,7 +78,7 @@ class SerialWire final : public ArmWire {
       for (int i = 0; i < 7; ++i) bytes.insert(bytes.begin(), static_cast<std::uint8_t>(random_()));
     const Stamp begin = std::max(wire_out_, wire_in_ + parameters_.turnaround + parameters_.encoder_latency);
     wire_out_ = begin + frame_time_;
-    due_.push_back({wire_out_, std::move(bytes)});
+    due_.push_back({wire_out_ + faults.delay, std::move(bytes)});
   }
 
   Pty pty_;

@@ -86,7 +86,7 @@ struct CanHub::Impl {
     StampConverter stamps;
     CanNodeReport report;
     std::deque<Queued> queue;
-    bool closed = false, silent = false, off = false;
+    bool closed = false, silent = false, off = false, cut = false;
     bool unacknowledged = false;  ///< told that nobody acknowledges
     bool overflow_untold = false;
     std::optional<Stamp> restart;
@@ -233,8 +233,8 @@ struct CanHub::Impl {
   }
 
   bool acknowledged(const Node& sender) const {
-    return std::any_of(nodes.begin(), nodes.end(), [&sender](const Node& n) {
-      return &n != &sender && !n.closed && !n.off && !n.report.listens_only;
+    return !sender.cut && std::any_of(nodes.begin(), nodes.end(), [&sender](const Node& n) {
+      return &n != &sender && !n.closed && !n.off && !n.cut && !n.report.listens_only;
     });
   }
 
@@ -251,6 +251,7 @@ struct CanHub::Impl {
 
   /// Puts the next frame on the wire: of those waiting when the wire became free, or else of the first to come.
   bool launch() {
+    if (jammed) return false;
     std::optional<Stamp> first;
     for (Node& n : nodes) {
       if (n.queue.empty()) continue;
@@ -305,7 +306,7 @@ struct CanHub::Impl {
 
   void deliver(const can_frame& frame, int sender) {
     for (Node& n : nodes)
-      if (n.report.number != sender && !n.closed && !n.off && hand(n, frame)) ++n.report.delivered;
+      if (n.report.number != sender && !n.closed && !n.off && !n.cut && hand(n, frame)) ++n.report.delivered;
   }
 
   /// False if the node has no room: it is told of its overflow as soon as it has.
@@ -332,7 +333,7 @@ struct CanHub::Impl {
   Stamp free{};  ///< when the wire is, or last became, free
   int drops = 0, corruptions = 0;
   CanHubReport total;
-  bool stopping = false;
+  bool stopping = false, jammed = false;
   std::thread thread;
 };
 
@@ -375,6 +376,23 @@ void CanHub::bus_off(int node, std::optional<Duration> restart) {
     impl_->hand(*n, error_frame(CAN_ERR_BUSOFF));
     n->restart.reset();
     if (restart) n->restart = impl_->clock.now() + *restart;
+  }
+  impl_->notify();
+}
+
+void CanHub::jam(bool jammed) {
+  {
+    const std::lock_guard lock(impl_->mutex);
+    impl_->jammed = jammed;
+  }
+  impl_->notify();
+}
+
+void CanHub::cut(int node, bool severed) {
+  {
+    const std::lock_guard lock(impl_->mutex);
+    impl_->accept_all();
+    if (Impl::Node* n = impl_->find(node)) n->cut = severed;
   }
   impl_->notify();
 }

@@ -62,6 +62,11 @@ class CanHub {
   /// is back, `restart` later (restart-ms of a real interface) or never.
   void bus_off(int node, std::optional<Duration> restart);
 
+  /// Somebody holds the bus dominant: nothing passes and everybody's queue fills up.
+  void jam(bool jammed);
+  /// Cuts the node's cable, or mends it: nobody hears it, it hears nobody, and nobody acknowledges.
+  void cut(int node, bool severed);
+
   CanHubReport report() const;
   const std::filesystem::path& path() const;
 

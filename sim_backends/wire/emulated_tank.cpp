@@ -7,6 +7,8 @@
 #include "core/utc.hpp"
 #include "drivers/arm/arm_zero.hpp"
 #include "drivers/can/open_can.hpp"
+#include "sim_backends/faults/picture_faults.hpp"
+#include "sim_backends/wire/wire_faults.hpp"
 
 namespace tankrig::sim {
 namespace {
@@ -34,14 +36,18 @@ class ExposureTruth {
 
 struct EmulatedTank::Impl {
   Impl(const TankWorld& tank, EmulatedTankSettings s, Clock& real_clock)
-      : world(tank), settings(std::move(s)), clock(real_clock), laser(settings.laser_warm_up, clock) {
+      : world(tank),
+        settings(std::move(s)),
+        clock(real_clock),
+        laser(settings.laser_warm_up, clock),
+        script(settings.faults) {
     if (settings.arm) start_arm(*settings.arm);
     if (settings.laser) {
       relay.emplace(*settings.laser, laser);
       tell("laser", settings.laser->name.string());
     }
     if (settings.lux) {
-      lux.emplace(*settings.lux, [this] { return world.lux(); });
+      lux.emplace(*settings.lux, [this] { return spoilt_lux(script, world.lux(), clock.now(), last_lux); });
       tell("lux meter", settings.lux->name.string());
     }
     if (!settings.truth.empty()) std::filesystem::create_directories(settings.truth);
@@ -53,6 +59,18 @@ struct EmulatedTank::Impl {
       video_outputs.push_back(std::make_unique<V4l2OutputEmulator>(camera.output, pictures_of(camera.name)));
       tell("camera " + camera.name, camera.output.device);
     }
+    if (!settings.faults.faults.empty()) play_faults();
+  }
+
+  void play_faults() {
+    settings.faults.check(FaultLevel::kWire);
+    WireDevices devices{
+        arm ? &*arm : nullptr, hub ? &*hub : nullptr, &laser, relay ? &*relay : nullptr, lux ? &*lux : nullptr, {}, {}};
+    for (std::size_t i = 0; i < cameras.size(); ++i) devices.cameras[settings.cameras[i].name] = cameras[i].get();
+    for (std::size_t i = 0; i < video_outputs.size(); ++i)
+      devices.outputs[settings.video_outputs[i].name] = video_outputs[i].get();
+    script.mark(FaultOrigin::kStart, clock.now());
+    faults.emplace(script, std::move(devices));
   }
 
   void tell(const std::string& device, const std::string& where) {
@@ -95,10 +113,13 @@ struct EmulatedTank::Impl {
     ExposureTruth* truth = nullptr;
     if (!settings.truth.empty())
       truth = truths.emplace_back(std::make_unique<ExposureTruth>(settings.truth / (camera + ".csv"))).get();
-    return [this, expose, truth, camera](std::uint64_t index, Stamp begin, Duration exposure) {
+    PictureFaults& spoiler = *spoilers.emplace_back(std::make_unique<PictureFaults>(camera, script));
+    return [this, expose, truth, camera, &spoiler](std::uint64_t index, Stamp begin, Duration exposure) {
       const Exposure e = expose(begin + exposure / 2, exposure, index);
       if (truth) truth->add(e);
-      return world.render(camera, e);
+      if (const FaultSpec* late = script.active(FaultDevice::kCamera, FaultKind::kDelayed, clock.now(), camera))
+        clock.sleep_until(clock.now() + late->delay);
+      return spoiler.spoilt(world.render(camera, e), index, clock.now());
     };
   }
 
@@ -110,13 +131,17 @@ struct EmulatedTank::Impl {
   std::string description;
   const JointVector resting = ArmEmulatorParameters{}.power_up;
   MockLaser laser;
+  FaultScript script;
+  double last_lux = 0;
   std::optional<CanHub> hub;
   std::optional<ArmEmulator> arm;
   std::optional<RelayEmulator> relay;
   std::optional<LuxEmulator> lux;
   std::vector<std::unique_ptr<ExposureTruth>> truths;
+  std::vector<std::unique_ptr<PictureFaults>> spoilers;
   std::vector<std::unique_ptr<GigeCameraEmulator>> cameras;  // last: their threads ask the devices above
   std::vector<std::unique_ptr<V4l2OutputEmulator>> video_outputs;
+  std::optional<WireFaults> faults;
 };
 
 EmulatedTank::EmulatedTank(const TankWorld& world, EmulatedTankSettings settings, Clock& clock)

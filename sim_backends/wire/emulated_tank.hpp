@@ -9,6 +9,7 @@
 
 #include "core/clock.hpp"
 #include "core/config_node.hpp"
+#include "sim_backends/faults/fault_plan.hpp"
 #include "sim_backends/wire/arm_emulator.hpp"
 #include "sim_backends/wire/can_hub.hpp"
 #include "sim_backends/wire/gige_camera.hpp"
@@ -45,6 +46,7 @@ struct EmulatedTankSettings {
   std::optional<RelayEmulatorSettings> laser;
   Duration laser_warm_up = std::chrono::seconds{1};
   std::optional<LuxEmulatorSettings> lux;
+  FaultPlan faults;             ///< played from the moment every device answers
   std::filesystem::path truth;  ///< folder for CAMERA.csv with what was true of every exposure; empty: none
 };
 

@@ -43,8 +43,17 @@ void RelayEmulator::receive(std::span<const std::uint8_t> bytes) {
     const std::lock_guard lock(mutex_);
     received_.insert(received_.end(), bytes.begin(), bytes.end());
   }
-  if (fault_ == RelayFault::kDead) return;
   const RelayProtocol& p = settings_.protocol;
+  const std::int64_t came = MonotonicClock{}.now().ns;
+  for (const std::uint8_t byte : bytes) {
+    if (byte == p.on_byte) {
+      off_since_ns_ = 0;
+      if (first_on_ns_ == 0) first_on_ns_ = came;
+    } else if (byte == p.off_byte && off_since_ns_ == 0) {
+      off_since_ns_ = came;
+    }
+  }
+  if (fault_ == RelayFault::kDead) return;
   for (const std::uint8_t byte : bytes) {
     if (byte == p.on_byte) last_on_ = MonotonicClock{}.now();
     if (byte == p.on_byte || byte == p.off_byte) {
@@ -57,7 +66,9 @@ void RelayEmulator::receive(std::span<const std::uint8_t> bytes) {
 }
 
 void RelayEmulator::switch_relay(bool on) {
+  const bool was_closed = closed_;
   closed_ = on || (closed_ && welded_);
+  if (was_closed && !closed_) opened_ns_ = MonotonicClock{}.now().ns;
   [[maybe_unused]] const Status switched = laser_.set(closed_ && interlock_closed_);
 }
 

@@ -52,6 +52,10 @@ class RelayEmulator {
 
   bool relay_closed() const noexcept { return closed_; }
   std::uint64_t watchdog_openings() const noexcept { return watchdog_openings_; }
+  /// When an on byte first came; since when the newest command byte says off; when the contact last opened.
+  std::optional<Stamp> first_on() const noexcept { return stamp_of(first_on_ns_); }
+  std::optional<Stamp> off_since() const noexcept { return stamp_of(off_since_ns_); }
+  std::optional<Stamp> opened() const noexcept { return stamp_of(opened_ns_); }
   /// Every byte since the last call.
   std::vector<std::uint8_t> take_received();
 
@@ -60,6 +64,9 @@ class RelayEmulator {
   Duration tick();
   void switch_relay(bool on);
   void answer(std::uint8_t byte);
+  static std::optional<Stamp> stamp_of(const std::atomic<std::int64_t>& ns) noexcept {
+    return ns == 0 ? std::nullopt : std::optional(Stamp{ns});
+  }
 
   RelayEmulatorSettings settings_;
   MockLaser& laser_;
@@ -67,6 +74,7 @@ class RelayEmulator {
   std::atomic<std::int64_t> answer_delay_ns_;
   std::atomic<bool> welded_{false}, interlock_closed_{true}, closed_{false};
   std::atomic<std::uint64_t> watchdog_openings_{0};
+  std::atomic<std::int64_t> first_on_ns_{0}, off_since_ns_{0}, opened_ns_{0};
   std::mutex mutex_;  // guards received_
   std::vector<std::uint8_t> received_;
   Stamp last_on_{};

@@ -70,7 +70,8 @@ void ArmPlant::drive(Stamp when, const std::array<double, kJoints>& ticks_per_s)
   const Knot& before = knot(last_);
   Knot next{std::max(when, before.when), axes_after(before, when)};
   for (std::size_t j = 0; j < kJoints; ++j)
-    next.axes[j].demand = std::abs(ticks_per_s[j]) < parameters_.stiction_ticks_per_s[j] ? 0 : ticks_per_s[j];
+    next.axes[j].demand =
+        std::abs(ticks_per_s[j]) < parameters_.stiction_ticks_per_s[j] ? 0 : parameters_.speed_gain[j] * ticks_per_s[j];
   history_[static_cast<std::size_t>(++last_ % kHistory)] = next;
 }
 

@@ -12,13 +12,16 @@ namespace tankrig::sim {
 
 /// Time constant and currents are assumptions; the currents' sizes suit the laboratory's thresholds (docs/arm5e.md).
 struct ArmPlantParameters {
-  double time_constant = 0.03;                         ///< first-order lag of every actuator's velocity [s]
-  std::array<double, kJoints> backlash_ticks{};        ///< total play between encoder and link
-  std::array<double, kJoints> stiction_ticks_per_s{};  ///< slower demands move nothing
-  double quiescent_a = 0.2;                            ///< the whole arm at rest
-  double current_a_per_tick_s = 1e-4;                  ///< of a moving axis
-  double stall_a = 1.6;                                ///< of an axis that pushes against its stop
-  double stall_rise = 0.05;                            ///< time constant of that current [s]
+  double time_constant = 0.03;                           ///< first-order lag of every actuator's velocity [s]
+  std::array<double, kJoints> backlash_ticks{};          ///< total play between encoder and link
+  std::array<double, kJoints> stiction_ticks_per_s{};    ///< slower demands move nothing
+  std::array<double, kJoints> speed_gain = unit_gain();  ///< ticks/s an actuator makes of a demand of 1 ticks/s
+  double quiescent_a = 0.2;                              ///< the whole arm at rest
+  double current_a_per_tick_s = 1e-4;                    ///< of a moving axis
+  double stall_a = 1.6;                                  ///< of an axis that pushes against its stop
+  double stall_rise = 0.05;                              ///< time constant of that current [s]
+
+  static constexpr std::array<double, kJoints> unit_gain() { return {1, 1, 1, 1, 1}; }
 };
 
 /// Each actuator's speed [ticks/s] follows its demand with a first-order lag, integrated exactly between demands; the
@@ -31,7 +34,7 @@ class ArmPlant {
   /// One axis at an instant.
   struct Axis {
     double ticks = 0, speed = 0;  ///< of the encoder's side [ticks, ticks/s]
-    double demand = 0;            ///< what it is driven with, after stiction [ticks/s]
+    double demand = 0;            ///< the speed it tends to, after stiction and gain [ticks/s]
     double link = 0;              ///< of the link's side, behind the backlash [ticks]
     double stalled = 0;           ///< how long it has pushed against its stop [s]
   };

@@ -110,6 +110,21 @@ TEST(Arm5eSettings, TakeTheOtherCarrierWhenAsked) {
             std::string::npos);
 }
 
+TEST(Arm5eSettings, TakeAFastJointOnCan) {
+  File file;
+  const auto can = [](const std::string& more) {
+    return "carrier: can\ncan: {interface: can0, bitrate_bit_s: 1000000, " + more + "}\n";
+  };
+  EXPECT_EQ(file.read(kCan).fast_joint, std::nullopt);
+  const Arm5eSettings fast = file.read(can("exchange_rate_hz: 1000, fast_joint: elbow"));
+  EXPECT_EQ(fast.fast_joint, kElbow);
+  EXPECT_NEAR(carrier_load(fast).load, 0.405, 1e-12);
+  EXPECT_NE(file.message(can("exchange_rate_hz: 1000")).find("11 frames"), std::string::npos);
+  EXPECT_NE(file.message(can("fast_joint: wrist")).find("wrist"), std::string::npos);
+  EXPECT_NE(file.message(can("exchange_rate_hz: 50, fast_joint: elbow")).find("at most half of silence_timeout_ms"),
+            std::string::npos);
+}
+
 // One exchange on CAN: ten frames of eight bytes at 135 bits and one of three at 85 bits at worst.
 TEST(CarrierLoad, IsTheShareOfTheWire) {
   Arm5eSettings can;

@@ -17,8 +17,7 @@ using testing_support::Wire;
 using namespace std::chrono_literals;
 
 class Arm5eOn : public ::testing::TestWithParam<Wire> {};
-INSTANTIATE_TEST_SUITE_P(Both, Arm5eOn, ::testing::Values(Wire::kPair, Wire::kPty),
-                         [](const auto& wire) { return wire.param == Wire::kPair ? "CanPair" : "Serial"; });
+INSTANTIATE_TEST_SUITE_P(Each, Arm5eOn, ::testing::ValuesIn(testing_support::kWires), testing_support::wire_name);
 
 TEST_P(Arm5eOn, ReadsThePostureOfAHomedArm) {
   ArmBench bench(GetParam());

@@ -3,8 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <memory>
 #include <ostream>
+#include <string>
 
 #include "drivers/arm/arm5e.hpp"
 #include "sim_backends/wire/arm_emulator.hpp"
@@ -14,9 +16,13 @@ namespace tankrig::sim::testing_support {
 
 using namespace std::chrono_literals;
 
-enum class Wire { kPair, kPty };
+enum class Wire { kPair, kFastPair, kPty };
+inline constexpr std::array kWires{Wire::kPair, Wire::kFastPair, Wire::kPty};
 
-inline void PrintTo(Wire wire, std::ostream* out) { *out << (wire == Wire::kPair ? "CAN pair" : "serial line"); }
+inline std::string wire_name(const ::testing::TestParamInfo<Wire>& wire) {
+  return std::array{"CanPair", "FastCanPair", "Serial"}.at(static_cast<std::size_t>(wire.param));
+}
+inline void PrintTo(Wire wire, std::ostream* out) { *out << wire_name({wire, 0}); }
 
 inline JointVector elbow(double velocity) {
   JointVector v = JointVector::Zero();
@@ -40,6 +46,10 @@ struct ArmBench {
     settings.homing.pause = 100ms;
     settings.silence_timeout = 1s;  // the machine may be busy
     settings.reply_timeout = 60ms;
+    if (wire == Wire::kFastPair) {
+      settings.fast_joint = kElbow;
+      settings.exchange_rate_hz = 200;
+    }
     if (wire == Wire::kPty) {
       settings.carrier = ArmCarrier::kSerial;
       settings.exchange_rate_hz = 50;
@@ -49,7 +59,7 @@ struct ArmBench {
 
   void make(bool homed = true) {
     emulator = std::make_unique<ArmEmulator>(model, parameters, clock);
-    if (wire_ == Wire::kPair) {
+    if (wire_ != Wire::kPty) {
       auto [driver, device] = make_can_pair(clock);
       emulator->serve(std::move(device));
       arm = std::make_unique<Arm5e>(settings, model,

@@ -70,7 +70,7 @@ TEST(CanArmLink, SendsFiveSlotsUnderTheirIdentifiers) {
   Bench bench;
   ArmDemands demands;
   demands[kElbow] = {DemandType::kSpeedForward, 0x0123, 0x0FFF, 0x00FF};
-  ASSERT_TRUE(bench.link.try_send(demands, {}).ok());
+  ASSERT_TRUE(bench.link.try_send(demands, {}, {}).ok());
   ASSERT_EQ(bench.bus->sent.size(), 5U);
   for (std::uint16_t j = 0; j < 5; ++j) EXPECT_EQ(bench.bus->sent[j].id, 0x201 + j);
   EXPECT_EQ(bench.bus->sent[kElbow].data, (SlotBytes{3, 0x01, 0x23, 0x0F, 0xFF, 0x00, 0xFF, 0}));
@@ -119,9 +119,78 @@ TEST(CanArmLink, TakesEchoesOfTheGainsAsAnAnswerWithoutSensors) {
 TEST(CanArmLink, RefusesTheExchangeWhenTheQueueIsFull) {
   Bench bench;
   bench.bus->room = 3;
-  EXPECT_EQ(bench.link.try_send(ArmDemands{}, {}).error().code, ErrorCode::kRefused);
+  EXPECT_EQ(bench.link.try_send(ArmDemands{}, {}, {}).error().code, ErrorCode::kRefused);
   EXPECT_EQ(bench.link.counters().send_buffer_full, 1U);
   EXPECT_EQ(bench.link.outstanding(), 0);
+}
+
+// Another joint's demand goes before the fast one's, whose last byte asks: 0x80 at once, a bit per joint, 0x20 the
+// master.
+TEST(CanArmLink, SendsAFastExchangeWithTheQuestionInItsLastFrame) {
+  Bench bench;
+  ArmDemands demands;
+  demands[kElbow] = {DemandType::kSpeedForward, 0x0123, 0x0FFF, 0x00FF};
+  ASSERT_TRUE(bench.link.try_send(demands, {only(kElbow) | only(kJawRotate), only(kElbow), false}, {}).ok());
+  ASSERT_EQ(bench.bus->sent.size(), 2U);
+  EXPECT_EQ(bench.bus->sent[0].id, 0x204);
+  EXPECT_EQ(bench.bus->sent[0].data[7], 0x80);
+  EXPECT_EQ(bench.bus->sent[1].id, 0x203);
+  EXPECT_EQ(bench.bus->sent[1].data, (SlotBytes{3, 0x01, 0x23, 0x0F, 0xFF, 0x00, 0xFF, 0x84}));
+  ASSERT_TRUE(bench.link.try_send(demands, {only(kElbow), only(kElbow) | only(kSlew), true}, {}).ok());
+  ASSERT_EQ(bench.bus->sent.size(), 3U);
+  EXPECT_EQ(bench.bus->sent[2].data[7], 0x80 | 0x20 | 0x04 | 0x01);
+}
+
+TEST(CanArmLink, TakesWhatAFastExchangeAskedForAndSaysSo) {
+  Bench bench;
+  const ArmExchange asked{only(kElbow), only(kElbow) | only(kSlew), true};
+  ASSERT_TRUE(bench.link.try_send(ArmDemands{}, asked, {}).ok());
+  bench.receive(0x180, {1, 2, 3});
+  bench.receive(0x183, {7, 0, 0, 0, 0, 0, 0, 0});
+  EXPECT_FALSE(bench.answer());
+  bench.receive(0x181, {5, 0, 0, 0, 0, 0, 0, 0});
+  const auto answer = bench.answer();
+  ASSERT_TRUE(answer && answer->sensors);
+  EXPECT_EQ(answer->has, asked);
+  EXPECT_EQ(answer->joints[kElbow].position, 7);
+  EXPECT_EQ(answer->joints[kSlew].position, 5);
+  EXPECT_EQ(answer->master, (MasterBytes{1, 2, 3}));
+  EXPECT_EQ(bench.link.outstanding(), 0);
+}
+
+TEST(CanArmLink, KeepsAWholeRequestThatOvertookAFastOneApart) {
+  Bench bench;
+  const ArmExchange fast{only(kElbow), only(kElbow), false};
+  ASSERT_TRUE(bench.link.try_send(ArmDemands{}, fast, {}).ok());
+  ASSERT_TRUE(bench.link.try_send(ArmDemands{}, {}, {}).ok());  // a stop
+  bench.receive(0x183, std::vector<std::uint8_t>(8));
+  const auto first = bench.answer();
+  ASSERT_TRUE(first);
+  EXPECT_EQ(first->has, fast);
+  bench.receive(0x180, {1, 2, 3});
+  for (const std::uint16_t id : {0x181, 0x182, 0x183, 0x184, 0x185}) bench.receive(id, std::vector<std::uint8_t>(8));
+  const auto second = bench.answer();
+  ASSERT_TRUE(second);
+  EXPECT_TRUE(second->has.whole());
+  EXPECT_EQ(bench.link.counters().incomplete, 0U);
+}
+
+TEST(CanArmLink, DoesNotStampAnAnswerWithTheLeftoversOfOneGivenUp) {
+  Bench bench;
+  ASSERT_TRUE(bench.link.try_send(ArmDemands{}, {only(kElbow), only(kElbow) | only(kSlew), false}, {}).ok());
+  bench.receive(0x183, std::vector<std::uint8_t>(8), Stamp{1'000'000});
+  EXPECT_FALSE(bench.answer());
+  bench.link.give_up();
+  bench.receive(0x181, std::vector<std::uint8_t>(8), Stamp{2'000'000});  // late
+  EXPECT_FALSE(bench.answer());
+  ASSERT_TRUE(bench.link.try_send(ArmDemands{}, {only(kElbow), only(kElbow) | only(kSlew), false}, {}).ok());
+  const std::vector<std::uint8_t> slot(8);
+  bench.receive(0x183, slot, Stamp{50'000'000});
+  bench.receive(0x181, slot, Stamp{50'000'000} + time_of(0x181, slot));
+  const auto answer = bench.answer();
+  ASSERT_TRUE(answer);
+  EXPECT_EQ(answer->read, Stamp{50'000'000} - time_of(0x183, slot));
+  EXPECT_EQ(bench.link.counters().incomplete, 2U);
 }
 
 TEST(CanArmLink, AccountsForEveryFrameOfRandomTraffic) {

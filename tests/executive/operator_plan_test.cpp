@@ -30,7 +30,7 @@ struct HandRig : MockRig {
   }
 };
 
-TEST(MovePlan, GoesStraightWithinVelocityAndAccelerationAndWithoutLight) {
+TEST(MovePlan, GoesStraightWithinVelocityAccelerationAndJerkAndWithoutLight) {
   ScanSettings s;
   s.move_velocity = 0.2;
   s.move_acceleration = 0.4;
@@ -41,10 +41,12 @@ TEST(MovePlan, GoesStraightWithinVelocityAndAccelerationAndWithoutLight) {
   EXPECT_FALSE(sut.uses_laser());
   EXPECT_EQ(sut.at(0).q, from);
   EXPECT_TRUE(sut.at(sut.duration()).q.isApprox(to));
-  EXPECT_NEAR(sut.duration(), 1.0 / 0.2 + 0.2 / 0.4 + s.settle, 1e-9);
+  EXPECT_NEAR(sut.duration(), 1.0 / 0.2 + 0.2 / 0.4 + 0.4 / s.move_jerk + s.settle, 1e-9);
   for (double t = 0; t < sut.duration(); t += 0.01) {
     EXPECT_LE(sut.at(t).velocity.cwiseAbs().maxCoeff(), 0.2 + 1e-9);
     EXPECT_LE(sut.at(t).acceleration.cwiseAbs().maxCoeff(), 0.4 + 1e-9);
+    EXPECT_LE((sut.at(t + 0.01).acceleration - sut.at(t).acceleration).cwiseAbs().maxCoeff(),
+              0.01 * s.move_jerk + 1e-9);
   }
 }
 

@@ -3,6 +3,7 @@
 
 #include <thread>
 
+#include "core/input_error.hpp"
 #include "tests/executive/mock_rig.hpp"
 
 namespace tankrig {
@@ -19,6 +20,8 @@ struct ShortRig : testing_support::MockRigUnder<MonotonicClock> {
     s.dark_frames = 2;
     s.settle = 0.1;
     s.laser_warm_up = 0.2;
+    s.real_time.required = false;
+    s.real_time.overruns = 0;
     s.following_error_limit = 0.5;  // how late a busy machine's cycles are is not what is tested here
     s.feedback_timeout = 5;
     mock.laser_warm_up = 200ms;
@@ -34,6 +37,18 @@ TEST(RealTimeScan, RecordsTheSweepAndEndsSafe) {
   EXPECT_TRUE(result.left.safe());
   EXPECT_EQ(rig.sink.of("mono", Phase::kDarkBefore).size(), 2u);
   EXPECT_GT(rig.sink.of("mono", Phase::kSweep).size(), 15u);
+  ASSERT_TRUE(result.times);
+  EXPECT_GT(result.times->cycles, 100u);
+  EXPECT_EQ(result.times->wake_up.count(), result.times->cycles);
+}
+
+TEST(RealTimeScan, IsRefusedBeforeAnythingMovesWhereTheSystemDoesNotGrantWhatItRequires) {
+  ShortRig rig;
+  rig.s.real_time.required = true;
+  rig.s.real_time.cpu = 1023;
+  EXPECT_THROW(rig.run(), InputError);
+  EXPECT_TRUE(rig.sink.states.empty());
+  EXPECT_TRUE(rig.sink.events.empty());
 }
 
 /// A mock camera whose device takes its time to start, as real ones do.

@@ -23,7 +23,7 @@ void in_the_sweep(MockRig& rig, std::function<void()> what) {
 }
 
 bool arm_rests(MockRig& rig) {
-  return rig.arm->true_velocity_at(rig.clock.now()).cwiseAbs().maxCoeff() < rig.s.rest_velocity;
+  return rig.arm->true_velocity_at(rig.clock.now()).cwiseAbs().maxCoeff() < rig.s.safety.rest_velocity;
 }
 
 TEST(ScanSafety, ConfirmsLaserDarkAndArmAtRestAtTheEndOfAPlan) {
@@ -86,7 +86,7 @@ TEST(ScanSafety, GivesUpALaserThatNeverGoesOffAfterItsTimeAndSaysSo) {
   });
   const ScanResult result = rig.run();
   EXPECT_FALSE(result.left.laser_dark);
-  EXPECT_NEAR(seconds(rig.clock.now() - stopped), rig.s.rest_timeout, 0.05);
+  EXPECT_NEAR(seconds(rig.clock.now() - stopped), rig.s.safety.rest_timeout, 0.05);
 }
 
 TEST(ScanSafety, WaitsForTheArmThatRefusesToStopUntilItsWatchdogHasStoppedIt) {
@@ -100,7 +100,7 @@ TEST(ScanSafety, WaitsForTheArmThatRefusesToStopUntilItsWatchdogHasStoppedIt) {
 
 TEST(ScanSafety, SaysThatTheArmMayBeMovingWhenItRunsAway) {
   MockRig rig;
-  rig.s.rest_timeout = 1;  // before the arm comes to its limit
+  rig.s.safety.rest_timeout = 1;  // before the arm comes to its limit
   in_the_sweep(rig, [&] { rig.arm->faults.runs_away = rig.stop = true; });
   const ScanResult result = rig.run();
   ASSERT_FALSE(arm_rests(rig));

@@ -231,5 +231,44 @@ TEST(MockArm, LosesItsBacklashWhenItTurnsAround) {
   EXPECT_NEAR(lag(), -10 * tick, 1.5 * tick);
 }
 
+TEST(MockArm, IsAsMuchSlowerThanAskedAsItsGainSays) {
+  Bench bench;
+  bench.parameters.speed_gain[kElbow] = 0.9;
+  MockArm sut = bench.make();
+  drive(bench, sut, elbow(0.1), 500ms);
+  EXPECT_NEAR(sut.true_velocity_at(bench.clock.now())[kElbow], 0.09, 3e-4);
+}
+
+TEST(MockArm, SticksBelowItsStiction) {
+  Bench bench;
+  bench.parameters.stiction_ticks_per_s[kElbow] = 1500;  // 0.16 rad/s here
+  MockArm sut = bench.make();
+  drive(bench, sut, elbow(0.1), 500ms);
+  EXPECT_EQ(sut.true_velocity_at(bench.clock.now())[kElbow], 0);
+  drive(bench, sut, elbow(0.18), 500ms);
+  EXPECT_GT(sut.true_velocity_at(bench.clock.now())[kElbow], 0.17);
+}
+
+TEST(MockArm, CannotBeAskedForADemandWhoseLowByteIs0A) {
+  Bench bench;
+  MockArm sut = bench.make();
+  const double slope = bench.model.actuators[kElbow].resolution(1.0);
+  for (const int high : {3, 4}) {
+    const double asked = high * 256 + 0x0A;
+    EXPECT_NEAR(sut.write_velocity(elbow(asked * slope)).value()[kElbow], (asked + 1) * slope, 1e-9);
+    EXPECT_NEAR(sut.write_velocity(elbow((asked + 2) * slope)).value()[kElbow], (asked + 2) * slope, 1e-9);
+  }
+}
+
+TEST(MockArm, TellsTheCurrentOfItsWholeArmMostOfAllAtAStop) {
+  Bench bench;
+  bench.start[kElbow] = 2.14;
+  MockArm sut = bench.make();
+  drive(bench, sut, JointVector::Zero(), 100ms);
+  EXPECT_LT(sut.try_read().value()->current_a, 0.3);
+  drive(bench, sut, elbow(0.1), 1s);
+  EXPECT_GT(sut.try_read().value()->current_a, 1.0) << "the laboratory's threshold of a stop";
+}
+
 }  // namespace
 }  // namespace tankrig::sim

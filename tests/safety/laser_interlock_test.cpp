@@ -2,124 +2,351 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
+
+#include "tests/safety/truth_table.hpp"
+
 namespace tankrig {
 namespace {
 
-InterlockState state_of(unsigned bits) { return {(bits & 1) != 0, (bits & 2) != 0, (bits & 4) != 0, (bits & 8) != 0}; }
+using namespace std::chrono_literals;
+using testing_support::TruthTable;
 
-InterlockInputs inputs_of(unsigned bits) {
-  return {(bits & 1) != 0,  (bits & 2) != 0,  (bits & 4) != 0, (bits & 8) != 0,
-          (bits & 16) != 0, (bits & 32) != 0, (bits & 64) != 0};
-}
+constexpr InterlockLimits kLimits{1s, 20s, 10s};
+constexpr Stamp kNow{1'000'000'000'000};
 
-/// Calls `check(state, inputs, result)` for every one of the 2^4 x 2^7 cases.
+struct Case {
+  InterlockState state;
+  InterlockInputs in;
+};
+
+bool fault(const InterlockInputs& in) { return in.device_fault || in.beam != BeamVerdict::kNone; }
+bool lines(const InterlockInputs& in) { return in.interlock_closed && in.heartbeat_fresh; }
+
+/// Calls `check` for every state and every input: all booleans, every verdict, and of every timer a value on either
+/// side of its limit and on it.
 template <class Check>
 void for_every_case(Check check) {
-  for (unsigned s = 0; s < 16; ++s)
-    for (unsigned i = 0; i < 128; ++i) {
-      SCOPED_TRACE("state " + std::to_string(s) + ", inputs " + std::to_string(i));
-      check(state_of(s), inputs_of(i), step(state_of(s), inputs_of(i)));
-    }
+  const std::array<Duration, 3> armed_for{1s - 1ns, 1s, 100s}, held_for{10s - 1ns, 10s, 0s},
+      lit_for{20s, 20s + 1ns, 0s};
+  const std::array<Duration, 2> dark_for{1s - 1ns, 1s};
+  Case c;
+  for (unsigned s = 0; s < 128; ++s)
+    for (unsigned timers = 0; timers < 3 * 3 * 3 * 2; ++timers)
+      for (unsigned i = 0; i < 512; ++i)
+        for (const BeamVerdict beam : {BeamVerdict::kNone, BeamVerdict::kMissing, BeamVerdict::kStray}) {
+          const auto bit = [](unsigned bits, int n) { return ((bits >> n) & 1) != 0; };
+          c.state = {bit(s, 0),
+                     bit(s, 1),
+                     bit(s, 2),
+                     bit(s, 3),
+                     bit(s, 4),
+                     bit(s, 5),
+                     bit(s, 6),
+                     kNow - armed_for[timers % 3],
+                     kNow - held_for[timers / 3 % 3],
+                     kNow - lit_for[timers / 9 % 3],
+                     kNow - dark_for[timers / 27]};
+          c.in = {kNow,      bit(i, 0), bit(i, 1), bit(i, 2), bit(i, 3), bit(i, 4),
+                  bit(i, 5), bit(i, 6), bit(i, 7), bit(i, 8), beam};
+          check(c, step(c.state, c.in, kLimits));
+        }
 }
 
-bool good(const InterlockInputs& in) { return in.interlock_closed && in.heartbeat_fresh && !in.device_fault; }
+/// Counts the cases where a law is broken; the first one is shown.
+struct Law {
+  const char* name;
+  std::function<bool(const Case&, const InterlockStep&)> holds;
+  std::uint64_t broken = 0;
+  std::string first{};
+};
 
-InterlockInputs ready() {
+std::string shown(const Case& c) {
+  const auto& s = c.state;
+  const auto& i = c.in;
+  std::string text = "state armed latched holding last_arm last_reset last_hold stretch:";
+  for (const bool b : {s.armed, s.latched, s.holding, s.last_arm, s.last_reset, s.last_hold, s.stretch})
+    text += b ? " 1" : " 0";
+  text += "; input arm reset hold interlock heartbeat rest sweeping fault request:";
+  for (const bool b : {i.arm, i.reset, i.hold, i.interlock_closed, i.heartbeat_fresh, i.at_rest, i.sweeping,
+                       i.device_fault, i.laser_request})
+    text += b ? " 1" : " 0";
+  return text + "; beam " + std::to_string(static_cast<int>(i.beam));
+}
+
+void expect_laws(std::vector<Law> laws) {
+  std::uint64_t cases = 0;
+  for_every_case([&](const Case& c, const InterlockStep& out) {
+    ++cases;
+    for (Law& law : laws)
+      if (!law.holds(c, out) && law.broken++ == 0) law.first = shown(c);
+  });
+  for (const Law& law : laws)
+    EXPECT_EQ(law.broken, 0u) << law.name << ": broken in " << law.broken << " of " << cases << " cases, first "
+                              << law.first;
+  EXPECT_EQ(cases, 128u * 54 * 512 * 3);
+}
+
+TEST(LaserInterlock, DoesInEveryCaseWhatTheTableAboveItSays) {
+  const TruthTable table = TruthTable::in_file(TANKRIG_SOURCE_DIR "/rig/safety/laser_interlock.hpp");
+  ASSERT_EQ(table.rows(), 13u);
+  std::vector<std::uint64_t> used(table.rows());
+  std::uint64_t wrong = 0;
+  std::string first;
+  const std::size_t latched = table.input("latched"), armed = table.input("armed"), holding = table.input("holding"),
+                    arm = table.input("arm"), reset = table.input("reset"), hold = table.input("hold"),
+                    fault_column = table.input("fault"), lines_column = table.input("lines"),
+                    over = table.input("over"), rest = table.input("rest"), sweeping = table.input("sweeping"),
+                    time = table.input("time");
+  std::vector<TruthTable::Value> values(table.inputs());
+  for_every_case([&](const Case& c, const InterlockStep& out) {
+    const bool stretch = c.state.stretch && c.in.now - c.state.last_lit < kLimits.indicator_delay;
+    const bool asks = c.in.laser_request && (c.in.sweeping || c.state.holding);
+    values[latched] = {c.state.latched, false};
+    values[armed] = {c.state.armed, false};
+    values[holding] = {c.state.holding, false};
+    values[arm] = {c.in.arm, c.in.arm && !c.state.last_arm};
+    values[reset] = {c.in.reset, c.in.reset && !c.state.last_reset};
+    values[hold] = {c.in.hold, c.in.hold && !c.state.last_hold};
+    values[fault_column] = {fault(c.in), false};
+    values[lines_column] = {lines(c.in), false};
+    values[over] = {asks && stretch && c.in.now - c.state.lit_at > kLimits.maximum_on, false};
+    values[rest] = {c.in.at_rest, false};
+    values[sweeping] = {c.in.sweeping, false};
+    values[time] = {c.in.now - c.state.held_at < kLimits.hold, false};
+    const std::size_t row = table.row_of(values);
+    ASSERT_LT(row, table.rows());
+    ++used[row];
+    const auto& expected = table.outcome(row);
+    if (out.state.latched != expected[0] || out.state.armed != expected[1] || out.state.holding != expected[2])
+      if (wrong++ == 0) first = "row " + std::to_string(row + 1) + ", " + shown(c);
+  });
+  EXPECT_EQ(wrong, 0u) << first;
+  for (std::size_t row = 0; row < used.size(); ++row) EXPECT_GT(used[row], 0u) << "row " << row + 1 << " never applies";
+}
+
+TEST(LaserInterlock, KeepsItsLawsInEveryCase) {
+  expect_laws({
+      {"light needs every condition",
+       [](const Case& c, const InterlockStep& out) {
+         if (!out.outputs.laser) return true;
+         const bool armed = c.state.armed && c.in.arm && c.in.now - c.state.armed_at >= kLimits.indicator_delay;
+         const bool within = !c.state.stretch || c.in.now - c.state.last_lit >= kLimits.indicator_delay ||
+                             c.in.now - c.state.lit_at <= kLimits.maximum_on;
+         const bool held = c.in.at_rest && c.in.hold &&
+                           (c.state.holding ? c.in.now - c.state.held_at < kLimits.hold : !c.state.last_hold);
+         return armed && lines(c.in) && !fault(c.in) && !c.state.latched && c.in.laser_request &&
+                (c.in.sweeping || held) && within;
+       }},
+      {"light in a sweep where every condition holds",
+       [](const Case& c, const InterlockStep& out) {
+         const bool all = !c.state.latched && c.state.armed && c.in.arm && lines(c.in) && !fault(c.in) &&
+                          c.in.sweeping && c.in.laser_request && !c.state.holding && !c.state.stretch &&
+                          c.in.now - c.state.armed_at >= kLimits.indicator_delay;
+         return !all || out.outputs.laser;
+       }},
+      {"becomes armed only by an edge outside any fault, and never with light in the same step",
+       [](const Case& c, const InterlockStep& out) {
+         if (!out.state.armed || c.state.armed) return true;
+         return c.in.arm && !c.state.last_arm && !c.state.latched && lines(c.in) && !fault(c.in) &&
+                out.state.armed_at == kNow && !out.outputs.laser;
+       }},
+      {"a hold begins only by an edge, armed, at rest, outside a sweep",
+       [](const Case& c, const InterlockStep& out) {
+         if (!out.state.holding || c.state.holding) return true;
+         return c.in.hold && !c.state.last_hold && c.state.armed && c.in.at_rest && !c.in.sweeping &&
+                out.state.held_at == kNow;
+       }},
+      {"no motion in a hold, none while latched, motion otherwise",
+       [](const Case&, const InterlockStep& out) {
+         return out.outputs.motion == (!out.state.latched && !out.state.holding);
+       }},
+      {"every fault latches",
+       [](const Case& c, const InterlockStep& out) {
+         return c.state.latched || !fault(c.in) || (out.state.latched && out.outputs.trip != Trip::kNone);
+       }},
+      {"latched until a reset edge with all good",
+       [](const Case& c, const InterlockStep& out) {
+         const bool released = c.in.reset && !c.state.last_reset && lines(c.in) && !fault(c.in);
+         return !c.state.latched ||
+                (out.state.latched == !released && out.outputs.recovered == released && !out.state.armed);
+       }},
+      {"neither light, motion, arming nor hold while latched",
+       [](const Case&, const InterlockStep& out) {
+         return !out.state.latched ||
+                (!out.outputs.laser && !out.outputs.motion && !out.state.armed && !out.state.holding);
+       }},
+      {"tells the very step that trips, and why",
+       [](const Case& c, const InterlockStep& out) {
+         const bool tripped = out.state.latched && !c.state.latched;
+         if (tripped != (out.outputs.trip != Trip::kNone)) return false;
+         switch (out.outputs.trip) {
+           case Trip::kNone:
+             return true;
+           case Trip::kDevice:
+             return c.in.device_fault;
+           case Trip::kBeam:
+             return c.in.beam != BeamVerdict::kNone;
+           case Trip::kHeartbeat:
+             return c.state.armed && !c.in.heartbeat_fresh;
+           case Trip::kInterlock:
+             return c.state.armed && !c.in.interlock_closed;
+           case Trip::kMaximumOn:
+             return c.state.armed && c.in.now - c.state.lit_at > kLimits.maximum_on;
+           case Trip::kMotion:
+             return c.state.armed && c.state.holding && !c.in.at_rest;
+         }
+         return false;
+       }},
+      {"a stretch of light keeps its beginning",
+       [](const Case& c, const InterlockStep& out) {
+         const bool goes_on = c.state.stretch && c.in.now - c.state.last_lit < kLimits.indicator_delay;
+         if (goes_on) return out.state.stretch && out.state.lit_at == c.state.lit_at;
+         return out.state.stretch == out.outputs.laser && (!out.outputs.laser || out.state.lit_at == kNow);
+       }},
+      {"remembers the switches for the next edge",
+       [](const Case& c, const InterlockStep& out) {
+         return out.state.last_arm == c.in.arm && out.state.last_reset == c.in.reset &&
+                out.state.last_hold == c.in.hold;
+       }},
+  });
+}
+
+/// The step, driven every 10 ms with everything well.
+struct Driven {
+  InterlockState state;
   InterlockInputs in;
-  in.interlock_closed = in.heartbeat_fresh = in.sweeping = in.laser_request = true;
-  return in;
-}
-
-/// An interlock that has been armed by a clean edge.
-InterlockState armed() {
-  InterlockInputs in = ready();
-  InterlockState state = step(InterlockState{}, in).state;
-  in.arm = true;
-  return step(state, in).state;
-}
-
-TEST(LaserInterlock, ShinesOnlyIfEveryConditionHolds) {
-  for_every_case([](const InterlockState& s, const InterlockInputs& in, const InterlockStep& out) {
-    const bool was_or_becomes_armed = (s.armed && in.arm) || (!s.armed && in.arm && !s.last_arm);
-    const bool expected = !s.latched && was_or_becomes_armed && in.interlock_closed && in.heartbeat_fresh &&
-                          !in.device_fault && in.sweeping && in.laser_request;
-    EXPECT_EQ(out.outputs.laser, expected);
-  });
-}
-
-TEST(LaserInterlock, LatchesEveryFaultAndStaysLatchedUntilAResetEdgeWithAllGood) {
-  for_every_case([](const InterlockState& s, const InterlockInputs& in, const InterlockStep& out) {
-    if (s.latched)
-      EXPECT_EQ(out.state.latched, !(in.reset && !s.last_reset && good(in)));
-    else
-      EXPECT_EQ(out.state.latched, in.device_fault || (s.armed && !good(in)));
-  });
-}
-
-TEST(LaserInterlock, NeverMovesOrShinesWhileLatched) {
-  for_every_case([](const InterlockState&, const InterlockInputs&, const InterlockStep& out) {
-    EXPECT_EQ(out.outputs.motion, !out.state.latched);
-    if (out.state.latched) {
-      EXPECT_FALSE(out.outputs.laser);
-      EXPECT_FALSE(out.state.armed);
+  InterlockOutputs out;
+  Driven() {
+    in.interlock_closed = in.heartbeat_fresh = in.laser_request = true;
+    run();
+  }
+  void run(Duration duration = 10ms) {
+    for (const Stamp end = in.now + duration; in.now < end;) {
+      in.now = in.now + 10ms;
+      const InterlockStep next = step(state, in, kLimits);
+      state = next.state;
+      out = next.outputs;
     }
-  });
+  }
+  /// Runs until `what` is so; how long that took.
+  Duration until(const std::function<bool()>& what) {
+    const Stamp begin = in.now;
+    while (!what() && in.now - begin < 100s) run();
+    return in.now - begin;
+  }
+  void arm() {
+    in.arm = false;
+    run();
+    in.arm = true;
+    run();
+  }
+};
+
+TEST(LaserInterlock, IsOffAtPowerUpEvenWithEverySwitchClosed) {
+  Driven sut;
+  sut.state = {};
+  sut.in.arm = sut.in.hold = sut.in.sweeping = sut.in.at_rest = true;
+  EXPECT_EQ(sut.until([&] { return sut.out.laser; }), 100s);
 }
 
-TEST(LaserInterlock, TellsTheVeryStepThatTrips) {
-  for_every_case([](const InterlockState& s, const InterlockInputs&, const InterlockStep& out) {
-    EXPECT_EQ(out.outputs.tripped, out.state.latched && !s.latched);
-  });
+TEST(LaserInterlock, ShinesTheIndicatorsDelayAfterItIsArmed) {
+  Driven sut;
+  sut.in.sweeping = true;
+  sut.arm();
+  EXPECT_EQ(sut.until([&] { return sut.out.laser; }), 1s);
 }
 
-TEST(LaserInterlock, BecomesArmedOnlyByAnEdgeOutsideAnyFault) {
-  for_every_case([](const InterlockState& s, const InterlockInputs& in, const InterlockStep& out) {
-    if (out.state.armed && !s.armed) {
-      EXPECT_TRUE(in.arm && !s.last_arm);
-      EXPECT_FALSE(s.latched);
-      EXPECT_TRUE(good(in));
-    }
-  });
+TEST(LaserInterlock, TripsWhenLightIsAskedForBeyondItsMaximum) {
+  Driven sut;
+  sut.in.sweeping = true;
+  sut.arm();
+  sut.until([&] { return sut.out.laser; });
+  EXPECT_EQ(sut.until([&] { return !sut.out.laser; }), 20s + 10ms);
+  EXPECT_EQ(sut.out.trip, Trip::kMaximumOn);
 }
 
-TEST(LaserInterlock, IsOffAtPowerUpEvenWithTheSwitchClosed) {
-  InterlockInputs in = ready();
-  in.arm = true;
-  InterlockStep out = step(InterlockState{}, in);
-  EXPECT_FALSE(out.outputs.laser);
-  out = step(out.state, in);
-  EXPECT_FALSE(out.outputs.laser);
+TEST(LaserInterlock, CountsShortDarkPausesAsPartOfTheStretch) {
+  Driven sut;
+  sut.in.sweeping = true;
+  sut.arm();
+  sut.until([&] { return sut.out.laser; });
+  const Stamp begin = sut.in.now;
+  for (int i = 0; sut.out.trip == Trip::kNone && sut.in.now - begin < 60s; ++i) {
+    sut.in.laser_request = i / 4 % 2 == 0;
+    sut.run();
+  }
+  EXPECT_EQ(sut.out.trip, Trip::kMaximumOn);
+  EXPECT_NEAR(seconds(sut.in.now - begin), 20, 0.1);
 }
 
-TEST(LaserInterlock, DropsBeamWhenHeartbeatIsLate) {
-  InterlockInputs in = ready();
-  in.arm = true;
-  InterlockStep out = step(armed(), in);
-  ASSERT_TRUE(out.outputs.laser);
-  in.heartbeat_fresh = false;
-  out = step(out.state, in);
-  EXPECT_FALSE(out.outputs.laser);
-  EXPECT_TRUE(out.outputs.tripped);
-  in.heartbeat_fresh = true;
-  out = step(out.state, in);
-  EXPECT_FALSE(out.outputs.laser) << "the beam came back by itself";
+TEST(LaserInterlock, StartsANewStretchAfterADarkPause) {
+  Driven sut;
+  sut.in.sweeping = true;
+  sut.arm();
+  sut.until([&] { return sut.out.laser; });
+  sut.run(19s);
+  sut.in.laser_request = false;
+  sut.run(1s);
+  sut.in.laser_request = true;
+  sut.run(19s);
+  EXPECT_TRUE(sut.out.laser);
 }
 
-TEST(LaserInterlock, NeedsResetThenArmingAgainAfterAFault) {
-  InterlockInputs in = ready();
-  in.arm = true;
-  in.device_fault = true;
-  InterlockStep out = step(armed(), in);
-  in.device_fault = false;
-  in.reset = true;
-  out = step(step(out.state, ready()).state, in);
-  EXPECT_FALSE(out.state.latched);
-  in.reset = false;
-  EXPECT_FALSE(step(out.state, in).outputs.laser) << "a switch still closed is no edge";
-  in.arm = false;
-  out = step(out.state, in);
-  in.arm = true;
-  EXPECT_TRUE(step(out.state, in).outputs.laser);
+TEST(LaserInterlock, HoldsLightAtRestForItsTimeAndNoLonger) {
+  Driven sut;
+  sut.in.at_rest = true;
+  sut.arm();
+  sut.run(2s);
+  EXPECT_FALSE(sut.out.laser) << "nobody asked for a hold";
+  sut.in.hold = true;
+  sut.run();
+  EXPECT_TRUE(sut.out.laser);
+  EXPECT_FALSE(sut.out.motion);
+  EXPECT_EQ(sut.until([&] { return !sut.out.laser; }), 10s);
+  EXPECT_EQ(sut.out.trip, Trip::kNone) << "the end of its time is no fault";
+  sut.run(20s);
+  EXPECT_FALSE(sut.out.laser) << "a request still there is no edge";
+  sut.in.hold = false;
+  sut.run();
+  sut.in.hold = true;
+  sut.run();
+  EXPECT_TRUE(sut.out.laser);
+}
+
+TEST(LaserInterlock, TripsWhenTheArmMovesInAHold) {
+  Driven sut;
+  sut.in.at_rest = true;
+  sut.arm();
+  sut.in.hold = true;
+  sut.run(2s);
+  ASSERT_TRUE(sut.out.laser);
+  sut.in.at_rest = false;
+  sut.run();
+  EXPECT_FALSE(sut.out.laser);
+  EXPECT_EQ(sut.out.trip, Trip::kMotion);
+}
+
+TEST(LaserInterlock, DropsBeamWhenHeartbeatIsLateAndNeedsResetThenArmingAgain) {
+  Driven sut;
+  sut.in.sweeping = true;
+  sut.arm();
+  sut.run(2s);
+  ASSERT_TRUE(sut.out.laser);
+  sut.in.heartbeat_fresh = false;
+  sut.run();
+  EXPECT_FALSE(sut.out.laser);
+  EXPECT_EQ(sut.out.trip, Trip::kHeartbeat);
+  sut.in.heartbeat_fresh = true;
+  sut.run(5s);
+  EXPECT_FALSE(sut.out.laser || sut.out.motion) << "it came back by itself";
+  sut.in.reset = true;
+  sut.run();
+  EXPECT_TRUE(sut.out.recovered && sut.out.motion);
+  sut.run(5s);
+  EXPECT_FALSE(sut.out.laser) << "a switch still closed is no edge";
+  sut.arm();
+  EXPECT_EQ(sut.until([&] { return sut.out.laser; }), 1s);
 }
 
 }  // namespace

@@ -1,0 +1,196 @@
+#include "apps/tankrig/doctor.hpp"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "apps/tankrig/commands.hpp"
+#include "apps/tankrig/output.hpp"
+#include "apps/tankrig/progress.hpp"
+#include "apps/tankrig/rig_files.hpp"
+#include "core/input_error.hpp"
+#include "drivers/arm/arm5e_settings.hpp"
+#include "drivers/camera/aravis_camera.hpp"
+#include "drivers/camera/gige_answer.hpp"
+#include "drivers/camera/v4l2_settings.hpp"
+#include "rig/config/rig_config.hpp"
+#include "rig/platform/devices.hpp"
+#include "rig/platform/machine.hpp"
+
+namespace tankrig::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t kDiskTestBytes = 64 << 20;
+constexpr int kEthernetPacket = 1500;
+constexpr Duration kCameraAnswer = std::chrono::seconds(1);
+
+/// Bytes/s of all cameras together, as they come from the wire: a byte a pixel and colour.
+double camera_bytes(const RigConfig& rig) {
+  double sum = 0;
+  for (const RigCamera& camera : rig.cameras) sum += 3.0 * camera.model.width * camera.model.height * camera.rate_hz;
+  return sum;
+}
+
+bool emulated(const RigConfig& rig) { return rig.section("emulation").has_value(); }
+
+fs::path existing_parent(fs::path folder) {
+  folder = fs::absolute(folder);
+  while (!fs::exists(folder) && folder.has_relative_path()) folder = folder.parent_path();
+  return folder;
+}
+
+void check_arm(const ConfigNode& devices, std::vector<Finding>& found) {
+  const Arm5eSettings arm = arm5e_settings_from(devices.child("arm"), "/run/tankrig");
+  const CarrierLoad load = carrier_load(arm);
+  if (arm.carrier == ArmCarrier::kSerial) {
+    found.push_back(serial_finding("/", "arm", arm.serial.device));
+    return;
+  }
+  const CanNeed need{arm.can.interface, arm.can.bitrate, load.load};
+  found.push_back(can_finding("/", need, read_can_link(arm.can.interface)));
+}
+
+void check_gige(const RigCamera& camera, const AravisSettings& settings, std::vector<Finding>& found) {
+  const std::string what = "camera " + camera.name;
+  if (settings.address.empty()) {
+    found.push_back({what, Verdict::kUsable, "searched for by its serial number",
+                     "devices.cameras." + camera.name + ".address: opened at once, and checked here"});
+    return;
+  }
+  const auto interface = interface_towards(settings.address);
+  if (!interface) {
+    found.push_back({what, Verdict::kAbsent, "no network holds " + settings.address,
+                     "give the cameras' interface an address there: ip address add ...", true});
+    return;
+  }
+  const int packet = settings.packet_size > 0 ? settings.packet_size : kEthernetPacket;
+  found.push_back(mtu_finding(camera.name, interface->name, interface->mtu, packet));
+  if (gige_device_answers(settings.address, kCameraAnswer))
+    found.push_back({what, Verdict::kGood, settings.address + " answers"});
+  else
+    found.push_back({what, Verdict::kAbsent, settings.address + " does not answer",
+                     "switch it on; arv-tool-0.8 lists those that answer", true});
+}
+
+void check_cameras(const RigConfig& rig, const ConfigNode& devices, std::vector<Finding>& found) {
+  const ConfigNode cameras = devices.child("cameras");
+  double gige_bytes = 0;
+  for (const RigCamera& camera : rig.cameras) {
+    const ConfigNode node = cameras.child(camera.name);
+    const CameraInfo info{camera.name, camera.model.width, camera.model.height, node.integer_or("channels", 3, {1, 3}),
+                          camera.rate_hz};
+    if (node.choice("driver", {"aravis", "v4l2"}) == "v4l2") {
+      found.push_back(v4l2_finding("/", camera.name, v4l2_settings_from(node, camera.name, info.channels).device));
+      continue;
+    }
+    check_gige(camera, aravis_settings_from(node, info), found);
+    gige_bytes += static_cast<double>(info.channels) * info.width * info.height * info.rate_hz;
+  }
+  if (gige_bytes > 0) found.push_back(receive_buffer_finding("/", gige_bytes));
+}
+
+void check_devices(const RigConfig& rig, std::vector<Finding>& found) {
+  const auto devices = rig.section("devices");
+  if (!devices) throw InputError(rig.file, "devices: found nothing, expected arm, cameras, laser and lux_meter");
+  if (emulated(rig)) {
+    const Arm5eSettings arm = arm5e_settings_from(devices->child("arm"), "/run/tankrig");
+    if (arm.carrier == ArmCarrier::kCan)
+      found.push_back(can_finding("/", {arm.can.interface, arm.can.bitrate, carrier_load(arm).load}, std::nullopt));
+    found.push_back({"devices", Verdict::kGood, "emulated: none is needed"});
+    return;
+  }
+  check_arm(*devices, found);
+  found.push_back(serial_finding("/", "laser", devices->child("laser").text("device")));
+  if (const auto lux = devices->optional_child("lux_meter"))
+    found.push_back(serial_finding("/", "lux meter", lux->text("device")));
+  check_cameras(rig, *devices, found);
+}
+
+Finding check_disk(const RigConfig& rig, const fs::path& sessions) {
+  try {
+    return disk_finding(measure_disk(existing_parent(sessions), kDiskTestBytes), camera_bytes(rig));
+  } catch (const InputError& e) {
+    return {"disk", Verdict::kBad, e.what(), "record elsewhere: tankrig scan --out", true};
+  }
+}
+
+std::vector<Finding> examine(const RigConfig& rig, const DoctorOptions& options, Progress& progress) {
+  std::vector<Finding> found{kernel_finding("/"), governor_finding("/")};
+  if (rig.backend == "mock") {
+    found.push_back({"devices", Verdict::kGood, "simulated in this process under a virtual clock: nothing is needed"});
+    return found;
+  }
+  const RealTimeSettings& real_time = rig.scan.real_time;
+  found.push_back(privileges_finding(real_time));
+  found.push_back(memory_lock_finding(real_time));
+  progress.update("latency", 0);
+  found.push_back(latency_finding(measure_wake_up(real_time, from_seconds(options.seconds))));
+  progress.update("devices", 0);
+  check_devices(rig, found);
+  progress.update("disk", 0);
+  found.push_back(check_disk(rig, options.sessions));
+  progress.finish_line();
+  return found;
+}
+
+int exit_code(const std::vector<Finding>& found, bool mock) {
+  if (std::any_of(found.begin(), found.end(), [](const Finding& f) { return f.refused; })) return kFailure;
+  const auto to_mend = [](const Finding& f) { return f.verdict == Verdict::kBad; };
+  return !mock && std::any_of(found.begin(), found.end(), to_mend) ? kPartial : kOk;
+}
+
+void print(const std::vector<Finding>& found, const RigConfig& rig, int code) {
+  std::size_t width = 0;
+  for (const Finding& f : found) width = std::max(width, f.what.size());
+  for (const Finding& f : found) {
+    std::printf("%-*s  %-9s  %s\n", static_cast<int>(width), f.what.c_str(), to_string(f.verdict), f.measured.c_str());
+    if (!f.cure.empty()) std::printf("%-*s  %-9s  -> %s\n", static_cast<int>(width), "", "", f.cure.c_str());
+  }
+  const char* verdict = code == kOk        ? "can run this rig"
+                        : code == kPartial ? "can run this rig; mend what is bad"
+                                           : "cannot run this rig";
+  std::printf("%s: this machine %s\n", rig.name.c_str(), verdict);
+}
+
+void print_as_json(const std::vector<Finding>& found, const RigConfig& rig, int code) {
+  nlohmann::ordered_json out{{"rig", rig.name}, {"can_run", code != kFailure}};
+  for (const Finding& f : found)
+    out["findings"].push_back({{"what", f.what},
+                               {"verdict", to_string(f.verdict)},
+                               {"measured", f.measured},
+                               {"cure", f.cure},
+                               {"refused", f.refused}});
+  print_json(out);
+}
+
+}  // namespace
+
+void add_doctor(CLI::App& app, DoctorOptions& o) {
+  CLI::App* c = app.add_subcommand("doctor", "Say what this machine can and cannot do for a rig, with the cure");
+  c->footer(
+      "Example: tankrig doctor --rig tank-wire --seconds 60\n"
+      "Exit code: 0 all is well, 3 something is to be mended, 1 this machine cannot run this rig");
+  c->add_option("--rig", o.rig, "Rig name below etc/rigs, or a rig.yaml")->capture_default_str();
+  c->add_option("--seconds", o.seconds, "Length of the latency test [s]")
+      ->check(CLI::Range(0.1, 3600.0))
+      ->capture_default_str();
+  c->add_option("--sessions", o.sessions, "Folder whose disk is measured")->capture_default_str();
+  c->add_flag("--json", o.json, "Print one JSON object on standard output");
+}
+
+int doctor(const DoctorOptions& options) {
+  Progress progress;
+  const RigConfig rig = load_rig(find_rig(options.rig));
+  const std::vector<Finding> found = examine(rig, options, progress);
+  const int code = exit_code(found, rig.backend == "mock");
+  if (options.json)
+    print_as_json(found, rig, code);
+  else
+    print(found, rig, code);
+  return code;
+}
+
+}  // namespace tankrig::app

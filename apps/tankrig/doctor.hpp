@@ -1,0 +1,21 @@
+// `tankrig doctor`: what this machine can and cannot do for a rig.
+#pragma once
+
+#include <CLI/App.hpp>
+#include <filesystem>
+#include <string>
+
+namespace tankrig::app {
+
+struct DoctorOptions {
+  std::string rig = "tank-sim";
+  double seconds = 5;                           ///< of the latency test
+  std::filesystem::path sessions = "sessions";  ///< where scans would be recorded
+  bool json = false;
+};
+void add_doctor(CLI::App& app, DoctorOptions& options);
+
+/// kOk: all is well; kPartial: something is to be mended; kFailure: this machine cannot run this rig.
+int doctor(const DoctorOptions& options);
+
+}  // namespace tankrig::app

@@ -1,0 +1,101 @@
+#include "apps/tankrig/session_check.hpp"
+
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "apps/tankrig/output.hpp"
+#include "apps/tankrig/progress.hpp"
+#include "apps/tankrig/stop.hpp"
+#include "rig/config/rig_config.hpp"
+#include "rig/session/session_lock.hpp"
+#include "rig/session/session_recover.hpp"
+
+namespace tankrig::app {
+namespace {
+
+void describe_rig(const std::filesystem::path& rig_yaml, SessionInfo& info) { load_rig(rig_yaml).describe(info); }
+
+const char* verdict(const SessionFindings& found) {
+  return found.whole() ? "whole" : found.usable() ? "damaged" : "nothing usable";
+}
+
+nlohmann::ordered_json findings_json(const std::filesystem::path& session, const SessionFindings& found) {
+  return {{"session", session.string()},
+          {"verdict", verdict(found)},
+          {"status", found.info.status},
+          {"losses", found.losses},
+          {"undone", found.undone},
+          {"recovered", found.info.recovered},
+          {"joint_samples", found.joints.records.size()},
+          {"frames", found.frames.records.size()},
+          {"frames_in_spool", found.spooled},
+          {"events", found.events.records.size()}};
+}
+
+void print_findings(const std::filesystem::path& session, const SessionFindings& found) {
+  std::printf("%s: %s, status \"%s\"\n", session.c_str(), verdict(found), found.info.status.c_str());
+  for (const std::string& loss : found.losses) std::printf("  lost: %s\n", loss.c_str());
+  for (const std::string& undone : found.undone) std::printf("  not finished: %s\n", undone.c_str());
+  for (const std::string& loss : found.info.recovered)
+    std::printf("  lost before it was recovered: %s\n", loss.c_str());
+  std::printf("  there: %zu frames with their pictures%s, %zu joint samples, %zu events\n", found.frames.records.size(),
+              found.spooled > 0 ? (" (" + std::to_string(found.spooled) + " in the spool)").c_str() : "",
+              found.joints.records.size(), found.events.records.size());
+}
+
+}  // namespace
+
+void add_session_check(CLI::App& session, SessionCheckOptions& check, SessionRecoverOptions& recover) {
+  CLI::App* c = session.add_subcommand(
+      "check", "Verify a session: exit 0 whole, 3 usable with its losses listed, 1 nothing usable");
+  c->footer("Example: tankrig session check sessions/monday");
+  c->add_option("session", check.session, "Session directory")->required();
+  c->add_flag("--json", check.json, "Print one JSON object on standard output");
+  c = session.add_subcommand(
+      "recover", "Make a whole session of a damaged or killed one; what is replaced is kept in its lost+found");
+  c->footer("Example: tankrig session recover sessions/monday --out sessions/monday-recovered");
+  c->add_option("session", recover.session, "Session directory")->required();
+  c->add_option("--out", recover.out, "Mend a copy here, which must not exist (default: in place)");
+  c->add_flag("--json", recover.json, "Print one JSON object on standard output");
+}
+
+int check_session(const SessionCheckOptions& options) {
+  std::optional<SessionLock> at_rest;
+  if (std::filesystem::is_directory(options.session)) at_rest.emplace(options.session);
+  const SessionFindings found = examine_session(options.session, describe_rig);
+  if (options.json)
+    print_json(findings_json(options.session, found));
+  else
+    print_findings(options.session, found);
+  if (!found.whole() && found.usable() && !options.json)
+    std::printf("  tankrig session recover %s\n", options.session.c_str());
+  return found.whole() ? kOk : found.usable() ? kPartial : kFailure;
+}
+
+int recover_session(const SessionRecoverOptions& options) {
+  const StopOnSignal stop_on_signal;
+  Progress progress;
+  RecoverOptions how;
+  how.out = options.out;
+  how.describe = describe_rig;
+  how.pictures = {[&](double fraction) { progress.update("writing pictures", fraction); }, &StopOnSignal::requested()};
+  const Recovery done = tankrig::recover_session(options.session, how);
+  progress.finish_line();
+  if (options.json) {
+    auto out = findings_json(done.session, done.found);
+    out["finished"] = done.finished;
+    print_json(out);
+  } else {
+    print_findings(done.session, done.found);
+    if (done.found.whole())
+      std::printf("  nothing to do\n");
+    else if (done.finished)
+      std::printf("  recovered: now whole; what was replaced is in %s\n", (done.session / "lost+found").c_str());
+    else if (done.found.usable())
+      std::printf("  stopped while writing pictures: run it again\n");
+  }
+  return done.finished ? kOk : done.found.usable() ? kPartial : kFailure;
+}
+
+}  // namespace tankrig::app

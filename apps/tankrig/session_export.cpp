@@ -1,0 +1,167 @@
+#include "apps/tankrig/session_export.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "apps/tankrig/commands.hpp"
+#include "apps/tankrig/output.hpp"
+#include "apps/tankrig/progress.hpp"
+#include "core/input_error.hpp"
+#include "drivers/can/can_log.hpp"
+#include "reconstruction/stereo/rectifier.hpp"
+#include "rig/rosbag/bag_file.hpp"
+#include "rig/session/text_files.hpp"
+#include "rig/session_export/export_candump.hpp"
+#include "rig/session_export/export_csv.hpp"
+
+namespace fs = std::filesystem;
+
+namespace tankrig::app {
+namespace {
+
+const std::vector<std::string> kFormats{"candump", "camera_info", "csv", "bag"};
+
+class Export {
+ public:
+  Export(const SessionExportOptions& options, Progress& progress)
+      : options_(options),
+        progress_(progress),
+        session_(Session::open(options.session)),
+        out_(options.out.empty() ? fs::path(options.session.lexically_normal().string() + "-export") : options.out) {
+    for (const std::string& warning : session_.warnings) progress_.warn(warning);
+    const bool cut = session_.info.status == "recording";
+    if (fs::exists(session_.path / "joints.csv")) joints_ = read_joints_csv(session_.path / "joints.csv", cut).records;
+    if (fs::exists(session_.path / "events.csv")) events_ = read_events_csv(session_.path / "events.csv", cut).records;
+    if (!joints_.empty())
+      start_ = joints_.front().stamp;
+    else if (!session_.frames.empty())
+      start_ = session_.frames.front().stamp;
+  }
+
+  void run(const std::string& format) {
+    progress_.update("export " + format, 0);
+    if (format == "candump") candump();
+    if (format == "camera_info") camera_info();
+    if (format == "csv") csv();
+    if (format == "bag") bag();
+    progress_.update("export " + format, 1);
+  }
+
+  /// With --all, what this session or this build does not have is left out, and said.
+  void run_all() {
+    for (const std::string& format : kFormats) try {
+        run(format);
+      } catch (const InputError& e) {
+        left_out_[format] = e.what();
+      }
+  }
+
+  const std::vector<std::string>& written() const { return written_; }
+  const std::map<std::string, std::string>& left_out() const { return left_out_; }
+
+ private:
+  fs::path target(const std::string& name) {
+    fs::create_directories((out_ / name).parent_path());
+    written_.push_back((out_ / name).string());
+    return out_ / name;
+  }
+
+  void candump() {
+    const fs::path log = session_.path / "can.log";
+    if (fs::exists(log)) {
+      std::string text;
+      for (const CanLogEntry& entry : read_can_log(log).entries) {
+        append_line(entry, text);
+        text += '\n';
+      }
+      write_whole_file(target("candump.log"), text);
+      return;
+    }
+    if (joints_.empty())
+      throw InputError(session_.path, "has neither can.log nor joints, expected one of them to write a candump log");
+    progress_.note("candump: the arm was not on CAN; made up from joints.csv, on interface " +
+                   std::string(kSynthesised));
+    write_whole_file(target("candump_synthesised.log"),
+                     synthesised_candump(joints_, ArmCanIds{}, 1'000'000, WallClock(session_, start_)));
+  }
+
+  void camera_info() {
+    const auto rectified = rectifications(session_);
+    for (const SessionCamera& camera : session_.info.cameras)
+      write_camera_file(target("camera_info/" + camera.name + ".yaml"), camera.model, camera.name,
+                        rectified.at(camera.name));
+  }
+
+  void csv() {
+    const WallClock clock(session_, start_);
+    if (!joints_.empty()) write_whole_file(target("csv/joints.csv"), flat_joints_csv(joints_, start_, clock));
+    write_whole_file(target("csv/frames.csv"), flat_frames_csv(session_, start_, clock));
+    if (!events_.empty()) write_whole_file(target("csv/events.csv"), flat_events_csv(events_, start_, clock));
+  }
+
+  void bag() {
+    fs::create_directories(out_);
+    const fs::path file = out_ / (session_.path.lexically_normal().filename().string() + ".bag");
+    write_session_bag(session_, options_.raw_images, file);
+    written_.push_back(file.string());
+  }
+
+  const SessionExportOptions& options_;
+  Progress& progress_;
+  Session session_;
+  fs::path out_;
+  std::vector<JointState> joints_;
+  std::vector<SessionEvent> events_;
+  Stamp start_{};
+  std::vector<std::string> written_;
+  std::map<std::string, std::string> left_out_;
+};
+
+}  // namespace
+
+std::map<std::string, Rectification> rectifications(const Session& session) {
+  std::map<std::string, Rectification> out;
+  for (const SessionCamera& camera : session.info.cameras) out[camera.name] = rectification_of(camera.model);
+  const SessionCamera* left = session.find_camera(CameraRole::kLeft);
+  const SessionCamera* right = session.find_camera(CameraRole::kRight);
+  if (left && right) {
+    const Rectifier pair({left->model, right->model, right->bMc.inverse() * left->bMc});
+    out[left->name] = pair.left_rectification();
+    out[right->name] = pair.right_rectification();
+  }
+  return out;
+}
+
+void add_session_export(CLI::App& session, SessionExportOptions& o) {
+  CLI::App* c = session.add_subcommand("export", "Write a session for other programs");
+  c->footer("Example: tankrig session export sessions/monday --format bag");
+  c->add_option("session", o.session, "Session directory")->required();
+  auto* what = c->add_option_group("what");
+  what->add_option("--format", o.formats, "candump, camera_info, csv, bag; may be given several times")
+      ->check(CLI::IsMember(kFormats))
+      ->delimiter(',');
+  what->add_flag("--all", o.all, "All formats; what the session or this build does not have is left out, and said");
+  what->require_option(1);
+  c->add_option("--out", o.out, "Folder to write to (default: SESSION-export)");
+  c->add_flag("--raw-images", o.raw_images, "Bag: uncompressed images instead of the PNG files");
+  c->add_flag("--json", o.json, "Print one JSON object on standard output");
+}
+
+int export_session(const SessionExportOptions& options) {
+  Progress progress;
+  Export job(options, progress);
+  if (options.all)
+    job.run_all();
+  else
+    for (const std::string& format : options.formats) job.run(format);
+  progress.finish_line();
+  for (const auto& [format, why] : job.left_out()) progress.warn(format + " left out: " + why);
+  if (options.json)
+    print_json({{"written", job.written()}, {"left_out", job.left_out()}});
+  else
+    for (const std::string& file : job.written()) std::printf("%s\n", file.c_str());
+  return job.left_out().empty() ? kOk : kPartial;
+}
+
+}  // namespace tankrig::app

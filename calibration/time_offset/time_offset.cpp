@@ -1,0 +1,310 @@
+#include "calibration/time_offset/time_offset.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "calibration/time_offset/stripe_pairs.hpp"
+#include "core/input_error.hpp"
+
+namespace tankrig {
+namespace {
+
+constexpr double kReach = 0.1;       // [s] of joints wanted beyond the first and last stripe
+constexpr double kLeastSine = 0.02;  // of the angle between ray and laser plane
+constexpr std::size_t kLeastPairs = 200;
+constexpr int kStretches = 24;  // of the sweep, for the sigma
+constexpr std::size_t kLeastStretches = 8;
+constexpr double kSpeedRatio = 1.2;  // of recordings from which the play is estimated
+constexpr double kOutlier = 4;       // robust standard deviations beyond which a pair does not count
+constexpr double kTimeStep = 5e-4;   // [s] of the derivatives
+constexpr double kPlayStep = 1e-4;   // [rad]
+constexpr int kIterations = 20;
+
+using Parameters = Eigen::Vector2d;  // offset [s], play [rad]
+
+JointVector joints_at(const std::vector<TimedJoints>& joints, Stamp when) {
+  auto after =
+      std::lower_bound(joints.begin(), joints.end(), when, [](const TimedJoints& j, Stamp t) { return j.stamp < t; });
+  if (after == joints.begin()) ++after;
+  if (after == joints.end()) --after;
+  const TimedJoints &a = *std::prev(after), &b = *after;
+  return a.q + (b.q - a.q) * (seconds(when - a.stamp) / seconds(b.stamp - a.stamp));
+}
+
+/// One recording with its pairs, and what does not change while the offset is looked for.
+struct Sweeps {
+  const TimeOffsetRecording* recording = nullptr;
+  std::vector<StripePair> pairs;
+  std::vector<int> direction;  ///< of every stripe: the sign of the swept joint's velocity; 0: takes no part
+  int joint = 0;
+  double speed = 0;
+};
+
+bool covered(const TimeOffsetRecording& recording, std::size_t stripe) {
+  const Stamp when = recording.stripes[stripe].stamp;
+  return when - from_seconds(kReach) >= recording.joints.front().stamp &&
+         when + from_seconds(kReach) <= recording.joints.back().stamp;
+}
+
+Sweeps prepare(const TimeOffsetProblem& problem, const TimeOffsetRecording& recording) {
+  if (recording.joints.size() < 2)
+    throw InputError("time offset: found " + std::to_string(recording.joints.size()) +
+                     " joint samples, expected those of the whole sweep");
+  const std::vector<PassMotion> motions = pass_motions(recording);
+  const auto moves = [&](double side) {
+    return std::any_of(motions.begin(), motions.end(), [&](const PassMotion& m) { return m.velocity * side > 0; });
+  };
+  if (!moves(1) || !moves(-1))
+    throw InputError("time offset: found " + std::to_string(motions.size()) +
+                     (motions.size() == 1 ? " pass" : " passes") +
+                     " of the sweep, all in one direction, expected one there and one back: scan with passes: 2 and "
+                     "there_and_back: true");
+  Sweeps sweeps;
+  sweeps.recording = &recording;
+  sweeps.joint = motions.front().joint;
+  std::map<int, int> direction;
+  for (const PassMotion& m : motions) {
+    direction[m.pass] = m.velocity > 0 ? 1 : -1;
+    sweeps.speed += std::abs(m.velocity) / static_cast<double>(motions.size());
+  }
+  for (const TimedStripe& s : recording.stripes) sweeps.direction.push_back(direction[s.pass]);
+  sweeps.pairs = stripe_pairs(recording, problem.camera, problem.rows);
+  std::erase_if(sweeps.pairs, [&](const StripePair& p) {
+    return !covered(recording, p.single) || !covered(recording, p.before) || !covered(recording, p.after);
+  });
+  return sweeps;
+}
+
+std::vector<Plane> planes(const TimeOffsetProblem& problem, const Sweeps& sweeps, const Parameters& p) {
+  std::vector<Plane> out(sweeps.recording->stripes.size());
+  for (std::size_t s = 0; s < out.size(); ++s) {
+    JointVector q = joints_at(sweeps.recording->joints, sweeps.recording->stripes[s].stamp - from_seconds(p[0]));
+    q[sweeps.joint] -= 0.5 * p[1] * sweeps.direction[s];
+    out[s] = (problem.cMb * problem.arm.bMe(q)) * problem.ePl;
+  }
+  return out;
+}
+
+double inverse_depth(const Plane& plane, const Vector3d& x) { return -plane.normal.dot(x) / plane.offset; }
+
+/// Backward less forward range on the pair's ray [m]; not a number where the geometry is impossible.
+double distance(const StripePair& pair, const std::vector<Plane>& planes) {
+  const double single = inverse_depth(planes[pair.single], pair.x);
+  const double other = (1 - pair.weight) * inverse_depth(planes[pair.before], pair.x_before) +
+                       pair.weight * inverse_depth(planes[pair.after], pair.x_after);
+  if (!(single > 0) || !(other > 0)) return std::nan("");
+  return pair.backward * (1 / single - 1 / other) * pair.x.norm();
+}
+
+/// The pairs' distances as a function of the parameters.
+class Residuals {
+ public:
+  explicit Residuals(const TimeOffsetProblem& problem) : problem_(problem) {
+    for (const TimeOffsetRecording& r : problem.recordings) sweeps_.push_back(prepare(problem, r));
+    const Parameters zero = Parameters::Zero();
+    for (Sweeps& s : sweeps_) {
+      const std::vector<Plane> at_zero = planes(problem, s, zero);
+      std::erase_if(s.pairs, [&](const StripePair& p) {
+        const Plane& plane = at_zero[p.single];
+        return std::abs(plane.normal.dot(p.x.normalized())) < kLeastSine || std::isnan(distance(p, at_zero));
+      });
+      pairs_ += s.pairs.size();
+    }
+  }
+
+  Eigen::VectorXd at(const Parameters& p) const {
+    Eigen::VectorXd out(static_cast<Eigen::Index>(pairs_));
+    Eigen::Index i = 0;
+    for (const Sweeps& s : sweeps_) {
+      const std::vector<Plane> now = planes(problem_, s, p);
+      for (const StripePair& pair : s.pairs) out[i++] = distance(pair, now);
+    }
+    return out;
+  }
+
+  std::size_t pairs() const { return pairs_; }
+  const std::vector<Sweeps>& sweeps() const { return sweeps_; }
+
+  /// Which stretch of which sweep a pair lies in, numbered through.
+  std::vector<int> stretches() const {
+    std::vector<int> out;
+    int first = 0;
+    for (const Sweeps& s : sweeps_) {
+      const auto angle = [&](const StripePair& p) {
+        return joints_at(s.recording->joints, s.recording->stripes[p.single].stamp)[s.joint];
+      };
+      double low = 1e9, high = -1e9;
+      for (const StripePair& p : s.pairs) low = std::min(low, angle(p)), high = std::max(high, angle(p));
+      for (const StripePair& p : s.pairs)
+        out.push_back(first + std::min(kStretches - 1,
+                                       static_cast<int>(kStretches * (angle(p) - low) / std::max(high - low, 1e-12))));
+      first += kStretches;
+    }
+    return out;
+  }
+
+  std::size_t stripes() const {
+    std::size_t count = 0;
+    for (const Sweeps& s : sweeps_) {
+      std::vector<bool> used(s.recording->stripes.size());
+      for (const StripePair& p : s.pairs) used[p.single] = used[p.before] = used[p.after] = true;
+      count += static_cast<std::size_t>(std::count(used.begin(), used.end(), true));
+    }
+    return count;
+  }
+
+ private:
+  const TimeOffsetProblem& problem_;
+  std::vector<Sweeps> sweeps_;
+  std::size_t pairs_ = 0;
+};
+
+double median_of(std::vector<double> values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+CloudDistance distance_of(const Eigen::VectorXd& r) {
+  std::vector<double> absolute;
+  for (const double x : r) absolute.push_back(std::abs(x));
+  CloudDistance d;
+  d.mean = r.mean();
+  d.median = median_of(absolute);
+  std::sort(absolute.begin(), absolute.end());
+  absolute.resize(std::max<std::size_t>(1, absolute.size() * 95 / 100));
+  double squares = 0;
+  for (const double x : absolute) squares += x * x;
+  d.rms = std::sqrt(squares / static_cast<double>(absolute.size()));
+  return d;
+}
+
+/// The residuals made linear at one point; pairs of different things, a reflection say, have no weight.
+struct Linear {
+  Eigen::VectorXd r;
+  Eigen::Matrix<double, Eigen::Dynamic, 2> jacobian;
+  Eigen::VectorXd weight;
+};
+
+Linear linearise(const Residuals& residuals, const Parameters& p) {
+  Linear l;
+  l.r = residuals.at(p);
+  l.jacobian.resize(l.r.size(), 2);
+  const Parameters step{kTimeStep, kPlayStep};
+  for (int k = 0; k < 2; ++k) {
+    const Parameters h = step[k] * Parameters::Unit(k);
+    l.jacobian.col(k) = (residuals.at(p + h) - residuals.at(p - h)) / (2 * step[k]);
+  }
+  Eigen::VectorXd sigma(l.r.size());
+  Eigen::Index i = 0;
+  for (const Sweeps& s : residuals.sweeps())
+    for (const StripePair& pair : s.pairs)
+      sigma[i] = std::max(pair.sigma_s * std::abs(l.jacobian(i, 0)) / 2, 1e-7), ++i;
+  std::vector<double> normalised;
+  for (i = 0; i < l.r.size(); ++i) normalised.push_back(std::abs(l.r[i] / sigma[i]));
+  const double scale = std::max(1.4826 * median_of(normalised), 1e-9);
+  l.weight.resize(l.r.size());
+  for (i = 0; i < l.r.size(); ++i) {
+    const double u = std::abs(l.r[i] / sigma[i]) / scale;
+    l.weight[i] = (u <= kOutlier ? 1 : 0) / (sigma[i] * sigma[i]);
+    if (!std::isfinite(l.r[i]) || !l.jacobian.row(i).allFinite())
+      l.weight[i] = 0, l.r[i] = 0, l.jacobian.row(i).setZero();
+  }
+  return l;
+}
+
+/// Normal equations of `free` parameters over some pairs.
+struct Normal {
+  Eigen::Matrix2d h = Eigen::Matrix2d::Zero();
+  Eigen::Vector2d g = Eigen::Vector2d::Zero();
+
+  void add(const Linear& l, Eigen::Index i) {
+    const Eigen::Vector2d j = l.jacobian.row(i);
+    h += l.weight[i] * j * j.transpose();
+    g -= l.weight[i] * j * l.r[i];
+  }
+  Normal operator-(const Normal& other) const { return {h - other.h, g - other.g}; }
+  Parameters step(bool with_play) const {
+    if (with_play) return h.ldlt().solve(g);
+    return {g[0] / h(0, 0), 0};
+  }
+};
+
+/// Variances of the solution from how it moves when a stretch of the sweep is left out.
+Parameters jackknife(const Linear& l, const std::vector<int>& stretch, bool with_play) {
+  Normal all;
+  std::map<int, Normal> parts;
+  for (Eigen::Index i = 0; i < l.r.size(); ++i) {
+    all.add(l, i);
+    parts[stretch[static_cast<std::size_t>(i)]].add(l, i);
+  }
+  std::vector<Parameters> without;
+  Parameters mean = Parameters::Zero();
+  for (const auto& [number, part] : parts) {
+    without.push_back((all - part).step(with_play));
+    mean += without.back() / static_cast<double>(parts.size());
+  }
+  if (parts.size() < kLeastStretches)
+    throw InputError("time offset: the stripe is seen in both directions in " + std::to_string(parts.size()) + " of " +
+                     std::to_string(kStretches) + " stretches of the sweep, expected at least " +
+                     std::to_string(kLeastStretches));
+  Parameters variance = Parameters::Zero();
+  for (const Parameters& p : without) variance += (p - mean).cwiseAbs2();
+  return variance * static_cast<double>(parts.size() - 1) / static_cast<double>(parts.size());
+}
+
+}  // namespace
+
+TimeOffsetSolution solve(const TimeOffsetProblem& problem) {
+  if (problem.recordings.empty()) throw InputError("time offset: found no recording, expected a sweep there and back");
+  const Residuals residuals(problem);
+  if (residuals.pairs() < kLeastPairs)
+    throw InputError("time offset: found " + std::to_string(residuals.pairs()) +
+                     " places on the target that the stripe passed in both directions, expected at least " +
+                     std::to_string(kLeastPairs) + ": is the laser seen in both passes?");
+  TimeOffsetSolution out;
+  double slowest = 1e9, fastest = 0;
+  for (const Sweeps& s : residuals.sweeps()) {
+    out.speeds.push_back(s.speed);
+    slowest = std::min(slowest, s.speed);
+    fastest = std::max(fastest, s.speed);
+  }
+  const bool with_play = fastest > kSpeedRatio * slowest;
+
+  Parameters p = Parameters::Zero();
+  Linear linear = linearise(residuals, p);
+  out.before = distance_of(linear.r);
+  for (int i = 0; i < kIterations; ++i) {
+    Normal normal;
+    for (Eigen::Index k = 0; k < linear.r.size(); ++k) normal.add(linear, k);
+    if (!(normal.h(0, 0) > 0)) throw InputError("time offset: the stripe does not move between frames");
+    const Parameters step = normal.step(with_play);
+    p += step;
+    linear = linearise(residuals, p);
+    if (std::abs(step[0]) < 1e-8) break;
+  }
+
+  const Parameters variance = jackknife(linear, residuals.stretches(), with_play);
+  Normal normal;
+  std::vector<double> speeds;
+  for (Eigen::Index k = 0; k < linear.r.size(); ++k) {
+    normal.add(linear, k);
+    speeds.push_back(std::abs(linear.jacobian(k, 0)) / 2);
+  }
+  out.offset = p[0];
+  out.sigma = std::sqrt(variance[0]);
+  if (with_play) out.play = p[1], out.play_sigma = std::sqrt(variance[1]);
+  out.offset_per_play = normal.h(0, 1) / normal.h(0, 0);
+  out.speed_on_target = median_of(speeds);
+  out.effect = out.speed_on_target * std::abs(out.offset);
+  out.effect_sigma = out.speed_on_target * out.sigma;
+  out.after = distance_of(linear.r);
+  out.residuals.assign(linear.r.begin(), linear.r.end());
+  out.pairs = residuals.pairs();
+  out.stripes = residuals.stripes();
+  return out;
+}
+
+}  // namespace tankrig

@@ -1,0 +1,13 @@
+# The build's sanitizers. What is suppressed, and why: tests/sanitizers/.
+if(TANKRIG_FUZZ)
+  add_compile_options(-fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer -O1)
+  add_link_options(-fsanitize=address,undefined)
+elseif(TANKRIG_SANITIZE STREQUAL "address")
+  add_compile_options(-fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer)
+  add_link_options(-fsanitize=address,undefined)
+elseif(TANKRIG_SANITIZE STREQUAL "thread")
+  add_compile_options(-fsanitize=thread -fno-omit-frame-pointer)
+  add_link_options(-fsanitize=thread)
+elseif(TANKRIG_SANITIZE)
+  message(FATAL_ERROR "TANKRIG_SANITIZE: found ${TANKRIG_SANITIZE}, expected address, thread or nothing")
+endif()

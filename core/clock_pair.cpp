@@ -1,0 +1,23 @@
+#include "core/clock_pair.hpp"
+
+#include <ctime>
+
+namespace tankrig {
+
+ClockPair read_clock_pair(const Clock& clock) noexcept {
+  constexpr int kTries = 3;
+  ClockPair pair;
+  Duration best = Duration::max();
+  for (int i = 0; i < kTries; ++i) {
+    timespec wall{};
+    const Stamp before = clock.now();
+    clock_gettime(CLOCK_REALTIME, &wall);
+    const Duration took = clock.now() - before;
+    if (took >= best) continue;
+    best = took;
+    pair = {before + took / 2, static_cast<std::int64_t>(wall.tv_sec) * 1'000'000'000 + wall.tv_nsec};
+  }
+  return pair;
+}
+
+}  // namespace tankrig

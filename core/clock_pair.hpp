@@ -1,0 +1,19 @@
+// The rig's time and wall time read at one moment: what ties a session's stamps to the calendar.
+#pragma once
+
+#include "core/clock.hpp"
+
+namespace tankrig {
+
+/// wall time of t = wall_ns + (t - stamp), until somebody sets the wall clock.
+struct ClockPair {
+  Stamp stamp{};             ///< of the run's clock
+  std::int64_t wall_ns = 0;  ///< CLOCK_REALTIME, nanoseconds since 1970 UTC
+
+  std::int64_t offset_ns() const noexcept { return wall_ns - stamp.ns; }
+};
+
+/// Reads both clocks close together: the closest of a few tries, commonly within a microsecond.  RT: safe.
+ClockPair read_clock_pair(const Clock& clock) noexcept;
+
+}  // namespace tankrig

@@ -1,0 +1,96 @@
+// What one request to the arm carries and asks for: everything at once, or the swept joint and the others in turn.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <utility>
+
+#include "core/arm_model.hpp"
+#include "core/time.hpp"
+
+namespace tankrig {
+
+using JointSet = std::uint8_t;  ///< a bit per joint, in the order of `Joint`
+
+inline constexpr JointSet kEveryJoint = (1U << kJoints) - 1;
+constexpr JointSet only(std::size_t joint) noexcept { return static_cast<JointSet>(1U << joint); }
+constexpr bool holds(JointSet set, std::size_t joint) noexcept { return (set & only(joint)) != 0; }
+
+/// The default is the whole exchange: every demand, the master's bytes, every sensor slot.
+struct ArmExchange {
+  JointSet demands = kEveryJoint;
+  JointSet sensors = kEveryJoint;
+  bool master = true;
+
+  constexpr bool whole() const noexcept { return demands == kEveryJoint; }
+  bool operator==(const ArmExchange&) const = default;
+};
+
+/// The order of requests. Without a fast joint each is a whole one. With one, each carries that joint's demand, asks
+/// for its sensor slot, and has one thing more: another joint's demand, another joint's sensor slot, or the master's
+/// bytes, in turn. So a request and its answer are three slots at most, and everything has come round after
+/// kFastRound of them. No two that follow each other are alike.  RT: safe.
+class ExchangeSchedule {
+ public:
+  static constexpr int kFastRound = 2 * (kJoints - 1) + 1;
+
+  explicit ExchangeSchedule(std::optional<Joint> fast = {}) : fast_(fast) {}
+
+  bool fast() const noexcept { return fast_.has_value(); }
+  /// How many exchanges it takes to hear of everything.
+  int round() const noexcept { return fast_ ? kFastRound : 1; }
+
+  ArmExchange next() const noexcept {
+    if (!fast_ || whole_next_) return {};
+    const auto fast = static_cast<std::size_t>(*fast_);
+    ArmExchange exchange{only(fast), only(fast), false};
+    const auto other = (fast + 1 + static_cast<std::size_t>(turn_) / 2) % kJoints;
+    if (turn_ == kFastRound - 1)
+      exchange.master = true;
+    else if (turn_ % 2 == 0)
+      exchange.demands |= only(other);
+    else
+      exchange.sensors |= only(other);
+    return exchange;
+  }
+
+  /// next() is on its way: the one after it is due.
+  void advance() noexcept {
+    if (std::exchange(whole_next_, false)) return;
+    turn_ = (turn_ + 1) % kFastRound;
+  }
+
+  /// The next one is whole.
+  void begin_whole() noexcept { whole_next_ = true; }
+
+ private:
+  std::optional<Joint> fast_;
+  int turn_ = 0;
+  bool whole_next_ = false;
+};
+
+/// When the arm has last spoken of each joint and of itself.  RT: safe.
+class LastHeard {
+ public:
+  explicit LastHeard(Stamp begin = {}) { everything(begin); }
+
+  void everything(Stamp now) noexcept {
+    joints_.fill(now);
+    master_ = now;
+  }
+  void of(const ArmExchange& heard, Stamp now) noexcept {
+    if (heard.whole()) return everything(now);
+    for (std::size_t j = 0; j < kJoints; ++j)
+      if (holds(heard.sensors, j)) joints_[j] = now;
+    if (heard.master) master_ = now;
+  }
+  Stamp oldest() const noexcept { return std::min(master_, *std::min_element(joints_.begin(), joints_.end())); }
+
+ private:
+  std::array<Stamp, kJoints> joints_{};
+  Stamp master_{};
+};
+
+}  // namespace tankrig

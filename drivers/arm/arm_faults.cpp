@@ -1,0 +1,92 @@
+#include "drivers/arm/arm_faults.hpp"
+
+#include <algorithm>
+#include <numbers>
+#include <utility>
+
+namespace tankrig {
+namespace {
+
+bool ends_with_homing(ArmFault fault) noexcept { return fault == ArmFault::kEncoder || fault == ArmFault::kPosture; }
+
+Error error_of(ArmFault fault, Stamp now) noexcept {
+  switch (fault) {
+    case ArmFault::kOverCurrent:
+      return {ErrorCode::kOutOfRange, 0, now, "arm: over-current for too long"};
+    case ArmFault::kWater:
+      return {ErrorCode::kOutOfRange, 0, now, "arm: water in a joint's housing"};
+    case ArmFault::kEncoder:
+      return {ErrorCode::kNotReady, 0, now, "arm: an encoder lost its reference, home again"};
+    case ArmFault::kPosture:
+      return {ErrorCode::kNotReady, 0, now, "arm: a joint outside its limits, home again"};
+    case ArmFault::kNone:
+      break;
+  }
+  return {ErrorCode::kInternal, 0, now, "arm: no fault"};
+}
+
+bool turns_without_end(const JointLimit& limit) noexcept {
+  return limit.upper - limit.lower > 2 * std::numbers::pi - 1e-6;
+}
+
+}  // namespace
+
+bool outside_limits(const ArmModel& model, const JointVector& q, double margin) noexcept {
+  for (int j = 0; j < kJoints; ++j) {
+    const JointLimit& limit = model.limits[static_cast<std::size_t>(j)];
+    if (turns_without_end(limit)) continue;
+    if (!(q[j] >= limit.lower - margin && q[j] <= limit.upper + margin)) return true;
+  }
+  return false;
+}
+
+bool ArmFaults::wet(const ArmReadings& readings) const noexcept {
+  return std::any_of(readings.water.begin(), readings.water.end(),
+                     [this](std::uint8_t raw) { return raw >= settings_.water_ingress_raw; });
+}
+
+ArmFault ArmFaults::seen_in(const ArmReadings& readings) noexcept {
+  if (readings.current_a <= settings_.over_current_a)
+    over_current_since_.reset();
+  else if (!over_current_since_)
+    over_current_since_ = readings.stamp;
+  if (wet(readings)) return ArmFault::kWater;
+  const bool long_enough = over_current_since_ && readings.stamp - *over_current_since_ >= settings_.over_current_time;
+  return long_enough && readings.stamp > *over_current_since_ ? ArmFault::kOverCurrent : ArmFault::kNone;
+}
+
+bool ArmFaults::raise(ArmFault fault) noexcept {
+  if (fault == ArmFault::kNone || fault_ != ArmFault::kNone) return false;
+  fault_ = fault;
+  told_ = false;
+  return true;
+}
+
+std::optional<Error> ArmFaults::tell(Stamp now) noexcept {
+  if (std::exchange(told_, true)) return {};
+  return error_of(fault_, now);
+}
+
+Status ArmFaults::refusal(Stamp now, bool homing) const noexcept {
+  if (fault_ == ArmFault::kNone || (homing && ends_with_homing(fault_))) return {};
+  return error_of(fault_, now);
+}
+
+void ArmFaults::reference_found() noexcept {
+  if (!ends_with_homing(fault_)) return;
+  fault_ = ArmFault::kNone;
+  told_ = true;
+}
+
+Status ArmFaults::clear(const ArmReadings& readings, Stamp now) noexcept {
+  const bool drawing = readings.current_a > settings_.over_current_a;
+  if ((fault_ == ArmFault::kOverCurrent && drawing) || (fault_ == ArmFault::kWater && wet(readings)))
+    return Error{ErrorCode::kRefused, 0, now, error_of(fault_, now).where};
+  if (ends_with_homing(fault_)) return error_of(fault_, now);
+  fault_ = ArmFault::kNone;
+  told_ = true;
+  over_current_since_.reset();
+  return {};
+}
+
+}  // namespace tankrig

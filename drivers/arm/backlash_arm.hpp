@@ -1,0 +1,36 @@
+// An arm whose joints are told where its links are, not its encoders: the play between them taken off.
+#pragma once
+
+#include <array>
+
+#include "drivers/arm/arm.hpp"
+
+namespace tankrig {
+
+/// The encoders sit at the actuators; a link trails behind its encoder by half the play in the direction of its last
+/// motion. Each link is dragged along by its encoder, as in the real axis; until a joint has first moved by its play it
+/// is taken to stand in the middle. Commands, ticks and measured velocities pass unchanged.
+/// Threads, RT, Errors: those of the arm behind it.
+class BacklashArm final : public Arm {
+ public:
+  /// `arm` outlives it. `play_ticks`: from end to end, of every axis; 0 where it is not known.
+  BacklashArm(Arm& arm, const ArmModel& model, const std::array<double, kJoints>& play_ticks)
+      : arm_(arm), model_(model), play_(play_ticks) {}
+
+  Result<std::optional<JointState>> try_read() noexcept override;
+  Result<JointVector> write_velocity(const JointVector& velocity) noexcept override {
+    return arm_.write_velocity(velocity);
+  }
+  Status stop() noexcept override { return arm_.stop(); }
+  Duration exchange_period() const noexcept override { return arm_.exchange_period(); }
+  Statistics statistics() const override { return arm_.statistics(); }
+
+ private:
+  Arm& arm_;
+  const ArmModel model_;
+  const std::array<double, kJoints> play_;
+  std::array<double, kJoints> link_{};  // ticks
+  bool known_ = false;
+};
+
+}  // namespace tankrig

@@ -1,0 +1,24 @@
+// How punctual the cycle was.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "core/histogram.hpp"
+#include "rig/session/session_timing.hpp"
+
+namespace tankrig {
+
+/// Of a cycle in real time, from its first step on.
+struct CycleTimes {
+  Histogram wake_up;    ///< from the grid point to the thread running
+  Histogram execution;  ///< of one step
+  Histogram period;     ///< from one step's beginning to the next one's
+  std::uint64_t cycles = 0, overruns = 0, missed_cycles = 0;
+};
+
+/// As a session keeps them.
+SessionTiming session_timing(const CycleTimes& times, double cycle_hz);
+std::string timing_csv(const CycleTimes& times);
+
+}  // namespace tankrig

@@ -1,0 +1,24 @@
+// How the cycle asks the system for the processor, as plain numbers: `real_time` in the rig file's `scan` section.
+#pragma once
+
+#include <optional>
+
+namespace tankrig {
+
+enum class CyclePace : unsigned char {
+  kClock,   ///< every 1 / cycle_hz
+  kDevice,  ///< likewise, steered by at most half a percent to keep step with an arm that samples by its own clock
+};
+
+/// What the system must grant stands in docs/real_time.md, with the files that grant it.
+struct RealTimeSettings {
+  bool required = true;     ///< false: what is not granted is told, and the scan goes on without it
+  int priority = 50;        ///< of SCHED_FIFO, 1 .. 99
+  std::optional<int> cpu;   ///< the only processor the cycle runs on
+  bool lock_memory = true;  ///< the process's memory stays where it is
+  int overruns = 10;        ///< so many late cycles within the window stop the scan; 0: they are only counted
+  double window = 1;        ///< [s]
+  CyclePace pace = CyclePace::kClock;
+};
+
+}  // namespace tankrig

@@ -1,0 +1,35 @@
+// Whether a camera sees the laser's stripe: one picture against what the same camera sees in the dark.
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <optional>
+
+namespace tankrig {
+
+/// Mean of some pictures without a beam.  Threads: one.  RT: never.
+class DarkReference {
+ public:
+  /// 8-bit, 1 or 3 channels. A picture of another size or type starts again.
+  void add(const cv::Mat& picture);
+  int count() const { return count_; }
+  /// As 8-bit; empty before the first.
+  const cv::Mat& mean() const { return mean_; }
+
+ private:
+  cv::Mat sum_, mean_;
+  int count_ = 0;
+};
+
+/// What speaks for a stripe.
+struct StripeSign {
+  int triples = 0;      ///< of neighbouring profiles whose highest ridges lie in a line; noise gives one in 20 pictures
+  double contrast = 0;  ///< their median ridge over what is beside it [grey levels of one channel]
+};
+
+/// Looks across columns and across rows; the better one counts. A ridge is brighter than both of its sides, so edges,
+/// shadows and another light are none; noise and particles do not line up.
+/// `picture` and `dark` alike, 8-bit, 1 or 3 channels, at least 64 x 64; else nothing.  Threads: const and safe.  RT:
+/// never.
+std::optional<StripeSign> look_for_stripe(const cv::Mat& picture, const cv::Mat& dark);
+
+}  // namespace tankrig

@@ -1,0 +1,58 @@
+// The laser and the arm behind the safety step: the only way from the rig to either.
+#pragma once
+
+#include <optional>
+
+#include "drivers/arm/arm.hpp"
+#include "drivers/laser/laser.hpp"
+#include "rig/safety/laser_interlock.hpp"
+#include "rig/safety/safety_settings.hpp"
+
+namespace tankrig {
+
+InterlockLimits interlock_limits(const SafetySettings& settings) noexcept;
+
+/// Runs the safety step and acts on it. What a step allows is allowed once: without a new step neither light nor motion
+/// is commanded again; none is in a program that is dying. Off, stop and rest are always allowed. The end of its life
+/// switches the laser off, then stops the arm. Nothing else in rig/ or apps/ may switch a laser on or move an arm;
+/// tests/architecture reads every source for it. Threads: one, the cycle's; construction and end in another.  RT: all
+/// but construction and end.
+class GuardedOutputs {
+ public:
+  /// `arm` and `laser` outlive it. Commands nothing yet.
+  GuardedOutputs(Arm& arm, Laser& laser, const SafetySettings& settings) noexcept
+      : arm_(arm), laser_(laser), limits_(interlock_limits(settings)) {}
+  ~GuardedOutputs();
+  GuardedOutputs(const GuardedOutputs&) = delete;
+  GuardedOutputs& operator=(const GuardedOutputs&) = delete;
+
+  /// Once per cycle, before any output.
+  const InterlockOutputs& step(InterlockInputs in) noexcept;
+  const InterlockState& state() const noexcept { return state_; }
+
+  /// On if the step wants light, else off; only where that is a change of what the laser's driver took last.
+  /// Errors: the driver's.
+  Status switch_laser() noexcept;
+  Status laser_off() noexcept;
+  bool laser_commanded() const noexcept { return laser_on_; }
+
+  /// Errors: the driver's; kRefused for a velocity that is not rest where the step allows no motion: the arm is
+  /// stopped.
+  Result<JointVector> move(const JointVector& velocity) noexcept;
+  Status arm_stop() noexcept { return arm_.stop(); }
+
+  // What the devices say.
+  Result<std::optional<JointState>> read_joints() noexcept { return arm_.try_read(); }
+  Result<LaserState> read_laser() noexcept { return laser_.state(); }
+  Duration laser_warm_up() const noexcept { return laser_.warm_up(); }
+
+ private:
+  Arm& arm_;
+  Laser& laser_;
+  const InterlockLimits limits_;
+  InterlockState state_{};
+  InterlockOutputs allowed_{};  // taken back once used
+  bool laser_on_ = false;       // last command the driver took
+};
+
+}  // namespace tankrig

@@ -1,0 +1,43 @@
+// Whether the laser's device does what it is told: not on when it is off, not dark when it is on.
+#pragma once
+
+#include <optional>
+
+#include "drivers/laser/laser.hpp"
+#include "rig/safety/safety_settings.hpp"
+
+namespace tankrig {
+
+/// Adds up over short phases too: a laser that switches with every frame is never long in one of them.
+/// Threads: one.  RT: safe.
+class LaserWatch {
+ public:
+  explicit LaserWatch(const SafetySettings& settings) noexcept
+      : off_allowance_(from_seconds(settings.laser_off_allowance)),
+        on_margin_(from_seconds(settings.laser_on_margin)) {}
+
+  /// `passed`: since the last look.
+  std::optional<Error> look(const LaserState& laser, bool commanded, Duration warm_up, Stamp now,
+                            Duration passed) noexcept {
+    if (!laser.powered && !laser.emitting)
+      stray_ = Duration{0};
+    else if (!commanded)
+      stray_ += passed;
+    if (laser.emitting)
+      dark_ = Duration{0};
+    else if (commanded)
+      dark_ += passed;
+    if (stray_ > off_allowance_) return Error{ErrorCode::kTimeout, 0, now, "laser: on though not commanded"};
+    if (dark_ > warm_up + on_margin_) return Error{ErrorCode::kTimeout, 0, now, "laser: dark after its warm-up"};
+    return std::nullopt;
+  }
+
+  /// After a reset: what was is over.
+  void forget() noexcept { stray_ = dark_ = Duration{0}; }
+
+ private:
+  const Duration off_allowance_, on_margin_;
+  Duration stray_{}, dark_{};  // powered though not commanded, dark though commanded, for so long
+};
+
+}  // namespace tankrig

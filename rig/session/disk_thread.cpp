@@ -1,0 +1,225 @@
+#include "rig/session/disk_thread.hpp"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <cstdio>
+#include <cstring>
+#include <utility>
+
+#include "core/input_error.hpp"
+#include "rig/session/session_tables.hpp"
+
+namespace tankrig {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace std::chrono_literals;
+
+constexpr auto kLinesPeriod = 100ms;
+constexpr auto kSyncPeriod = 500ms;
+constexpr std::uint64_t kSegmentBytes = 32 << 20;
+constexpr std::size_t kTextBytes = 16 << 20;  // lines that may wait: a minute at 1 kHz
+constexpr off_t kReserveBytes = 4 << 20;
+constexpr std::array kTableNames{"joints.csv", "frames.csv", "events.csv"};
+
+fs::path reserve_of(const fs::path& session) { return spool_folder(session) / "reserve"; }
+
+/// Room on the disk for what must still be said when it is full.
+void make_reserve(const fs::path& file) {
+  const int descriptor = ::open(file.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0666);
+  const int error = descriptor < 0 ? errno : ::posix_fallocate(descriptor, 0, kReserveBytes);
+  if (descriptor >= 0) ::close(descriptor);
+  if (error != 0) throw InputError(file, std::string("cannot be written: ") + std::strerror(error));
+}
+
+}  // namespace
+
+DiskThread::DiskThread(fs::path session, std::size_t ring_bytes, bool wait)
+    : session_(std::move(session)), ring_bytes_(ring_bytes), wait_(wait) {
+  const std::array headers{joints_header(), frames_header(), events_header()};
+  for (std::size_t i = 0; i < kTables; ++i) {
+    tables_.push_back(std::make_unique<AppendFile>(session_ / kTableNames[i]));
+    tables_[i]->append(headers[i]);
+    tables_[i]->flush();
+  }
+  std::error_code failed;
+  fs::create_directory(spool_folder(session_), failed);
+  if (failed) throw InputError(spool_folder(session_), "cannot be created: " + failed.message());
+  make_reserve(reserve_of(session_));
+  writer_ = std::thread([this] { write_loop(); });
+  syncer_ = std::thread([this] { sync_loop(); });
+}
+
+DiskThread::~DiskThread() { stop(); }
+
+bool DiskThread::add_line(RecordedTable table, std::string_view line) {
+  std::unique_lock lock(mutex_);
+  const auto room = [&] { return waiting_text_ + line.size() <= kTextBytes || failure_; };
+  if (wait_) room_.wait(lock, room);
+  rethrow();
+  if (!room()) return false;
+  lines_[static_cast<std::size_t>(table)] += line;
+  waiting_text_ += line.size();
+  return true;
+}
+
+bool DiskThread::add_frame(const std::string& camera, std::string line, const cv::Mat& image) {
+  if (image.empty() || image.depth() != CV_8U || (image.channels() != 1 && image.channels() != 3))
+    throw InputError(session_, "camera " + camera + ": expected an image of 8 bits and 1 or 3 channels");
+  Job job{camera, std::move(line), image};
+  std::unique_lock lock(mutex_);
+  const auto room = [&] { return waiting_bytes_ + job.bytes() <= ring_bytes_ || jobs_.empty() || failure_; };
+  if (wait_) room_.wait(lock, room);
+  rethrow();
+  if (!room()) return false;
+  waiting_bytes_ += job.bytes();
+  jobs_.push_back(std::move(job));
+  work_.notify_one();
+  return true;
+}
+
+void DiskThread::finish() {
+  stop();
+  std::error_code ignored;
+  fs::remove(reserve_of(session_), ignored);
+  try {
+    write_lines();
+  } catch (...) {
+    failed();
+  }
+  segment_.reset();
+  if (fs::is_empty(spool_folder(session_), ignored)) fs::remove(spool_folder(session_), ignored);
+  const std::lock_guard lock(mutex_);
+  rethrow();
+}
+
+void DiskThread::stop() {
+  {
+    const std::lock_guard lock(mutex_);
+    closing_ = true;
+  }
+  work_.notify_all();
+  if (writer_.joinable()) writer_.join();
+  {
+    const std::lock_guard lock(mutex_);
+    written_out_ = true;
+  }
+  sync_.notify_all();
+  if (syncer_.joinable()) syncer_.join();
+}
+
+void DiskThread::failed() {
+  const std::lock_guard lock(mutex_);
+  if (!failure_) failure_ = std::current_exception();
+  room_.notify_all();
+}
+
+void DiskThread::rethrow() {
+  if (failure_) std::rethrow_exception(failure_);
+}
+
+void DiskThread::write_loop() {
+  auto lines_due = std::chrono::steady_clock::now() + kLinesPeriod;
+  std::unique_lock lock(mutex_);
+  while (true) {
+    work_.wait_until(lock, lines_due, [this] { return !jobs_.empty() || closing_; });
+    const bool refuse = failure_ != nullptr;
+    const bool last = closing_ && jobs_.empty();
+    if (!jobs_.empty()) {
+      const Job job = std::move(jobs_.front());
+      jobs_.pop_front();
+      lock.unlock();
+      try {
+        if (refuse)
+          ++refused_[job.camera];
+        else
+          write_frame(job);
+      } catch (...) {
+        ++refused_[job.camera];
+        failed();
+      }
+      lock.lock();
+      waiting_bytes_ -= job.bytes();
+      room_.notify_all();
+    }
+    if (!last && std::chrono::steady_clock::now() < lines_due) continue;
+    lines_due = std::chrono::steady_clock::now() + kLinesPeriod;
+    if (!failure_) {
+      lock.unlock();
+      try {
+        write_lines();
+      } catch (...) {
+        failed();
+      }
+      lock.lock();
+    }
+    if (last) return;
+  }
+}
+
+void DiskThread::write_frame(const Job& job) {
+  if (!segment_ || segment_->bytes() >= kSegmentBytes) {
+    char name[24];
+    std::snprintf(name, sizeof name, "%06d.raw", next_segment_++);
+    segment_ = std::make_shared<SpoolWriter>(spool_folder(session_) / name);
+    const std::lock_guard lock(mutex_);
+    unsynced_.push_back(segment_);
+  }
+  segment_->append(next_number_, job.line, job.image.isContinuous() ? job.image : job.image.clone());
+  ++next_number_;
+  ++written_[job.camera];
+  const std::lock_guard lock(mutex_);
+  lines_[static_cast<std::size_t>(RecordedTable::kFrameLines)] += job.line;  // already in the spool: needs no room
+  waiting_text_ += job.line.size();
+}
+
+void DiskThread::write_lines() {
+  std::array<std::string, kTables> lines;
+  {
+    const std::lock_guard lock(mutex_);
+    lines.swap(lines_);
+    waiting_text_ = 0;
+  }
+  room_.notify_all();
+  for (std::size_t i = 0; i < kTables; ++i) tables_[i]->append(lines[i]);
+  for (const auto& table : tables_) table->flush();
+}
+
+void DiskThread::sync_loop() {
+  std::unique_lock lock(mutex_);
+  while (!sync_.wait_for(lock, kSyncPeriod, [this] { return written_out_; })) {
+    lock.unlock();
+    try {
+      sync_now();
+    } catch (...) {
+      failed();
+    }
+    lock.lock();
+  }
+}
+
+void DiskThread::sync_now() {
+  std::vector<std::shared_ptr<SpoolWriter>> segments;
+  {
+    const std::lock_guard lock(mutex_);
+    segments = unsynced_;
+    if (unsynced_.size() > 1) unsynced_.erase(unsynced_.begin(), unsynced_.end() - 1);
+  }
+  const auto sync = [](int descriptor, const fs::path& file) {
+    if (::fdatasync(descriptor) != 0 && errno != EINVAL && errno != EROFS)
+      throw InputError(file, std::string("cannot be written: ") + std::strerror(errno));
+  };
+  for (const auto& segment : segments) sync(segment->descriptor(), spool_folder(session_));
+  for (std::size_t i = 0; i < kTables; ++i) sync(tables_[i]->descriptor(), session_ / kTableNames[i]);
+  if (std::exchange(first_sync_, false)) sync_file_system(session_);  // what was put into the session at its start
+  const int folder = ::open(spool_folder(session_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (folder < 0) return;
+  ::fsync(folder);
+  ::close(folder);
+}
+
+}  // namespace tankrig

@@ -1,0 +1,17 @@
+// Frames as PNG files.
+#pragma once
+
+#include <filesystem>
+#include <opencv2/core.hpp>
+#include <string_view>
+
+namespace tankrig {
+
+/// Compresses `image` for speed (Huffman codes only: noise does not repeat) and writes it whole or not at all.
+/// Errors: InputError naming the file.
+void write_png(const std::filesystem::path& file, const cv::Mat& image);
+
+/// Whether `bytes` are a PNG from its signature to its end, every chunk's CRC right. Nothing is decoded.
+bool is_whole_png(std::string_view bytes);
+
+}  // namespace tankrig

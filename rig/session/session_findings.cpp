@@ -1,0 +1,291 @@
+#include "rig/session/session_findings.hpp"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <map>
+#include <opencv2/imgcodecs.hpp>
+
+#include "rig/session/checksums.hpp"
+#include "rig/session/png_file.hpp"
+#include "rig/session/session_facts.hpp"
+#include "rig/session/sha256.hpp"
+#include "rig/session/spool.hpp"
+
+namespace tankrig {
+namespace {
+
+namespace fs = std::filesystem;
+using Kind = ChecksumDifference::Kind;
+
+std::string plural(std::size_t n, const std::string& what) {
+  return std::to_string(n) + " " + what + (n == 1 ? "" : "s");
+}
+
+std::string seconds_text(Duration time) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.3f s", seconds(time));
+  return text;
+}
+
+std::string span_text(Stamp zero, Stamp from, Stamp to) {
+  return "from " + seconds_text(from - zero) + " to " + seconds_text(to - zero);
+}
+
+bool is_whole_picture(const fs::path& file) {
+  std::error_code ignored;
+  if (!fs::is_regular_file(file, ignored)) return false;
+  if (file.extension() == ".png") return is_whole_png(read_whole_file(file));
+  try {
+    return !cv::imread(file.string(), cv::IMREAD_ANYCOLOR).empty();
+  } catch (const cv::Exception&) {
+    return false;
+  }
+}
+
+class Examination {
+ public:
+  Examination(const fs::path& session, const DescribeRig& describe) : session_(session), describe_(describe) {}
+
+  SessionFindings run() {
+    examine_session_yaml(session_, describe_, out_);
+    if (out_.info_damaged) told_.insert("session.yaml");
+    if (out_.info.status == "recording" && !out_.info_damaged)
+      out_.losses.push_back("session.yaml: the recording never reached its end");
+    read_seal();
+    read_tables();
+    read_spool();
+    keep_frames_with_pictures();
+    set_strays_aside();
+    compare_lengths();
+    compare_rest();
+    return std::move(out_);
+  }
+
+ private:
+  void read_seal() {
+    std::error_code ignored;
+    out_.sealed = fs::exists(session_ / "SHA256SUMS", ignored);
+    if (!out_.sealed) {
+      out_.undone.push_back("SHA256SUMS: there is none, the session was never sealed");
+      return;
+    }
+    try {
+      for (const auto& [file, kind] : compare_checksums(session_)) differs_[file] = kind;
+      seal_read_ = true;
+    } catch (const InputError& e) {
+      lose("SHA256SUMS", "cannot be read (" + std::string(e.what()).substr(session_.string().size() + 1) + ")");
+    }
+  }
+
+  void read_tables() {
+    out_.joints = salvage_table<JointState>(session_ / "joints.csv", joints_header(), read_joints_csv,
+                                            parse_joints_line, joints_line);
+    out_.events =
+        salvage_table<SessionEvent>(session_ / "events.csv", events_header(), read_events_csv, parse_events_line,
+                                    [](const SessionEvent& e) { return events_line(e.stamp, e.kind, e.text); });
+    out_.frames = salvage_table<FrameRecord>(session_ / "frames.csv", frames_header(), read_frames_csv,
+                                             parse_frames_line, frames_line);
+    tell_table("joints.csv", out_.joints);
+    tell_table("events.csv", out_.events);
+    tell_table("frames.csv", out_.frames);
+  }
+
+  template <class Table>
+  void tell_table(const std::string& file, const Table& table) {
+    if (!table.damaged) return;
+    if (table.missing)
+      lose(file, "missing");
+    else if (table.bad_lines > 0)
+      lose(file, plural(table.bad_lines, "line") + " cannot be read and " + (table.bad_lines == 1 ? "is" : "are") +
+                     " left out");
+    else
+      lose(file, "its header is damaged");
+  }
+
+  /// Frames of the spool, whole; those that frames.csv had no time for join its lines.
+  void read_spool() {
+    std::set<std::string> known;
+    for (const FrameRecord& frame : out_.frames.records) known.insert(frame.file);
+    for (const fs::path& file : spool_segments(session_)) {
+      const SpoolSegment segment(file);
+      std::size_t strange = 0;
+      for (const SpooledFrame& spooled : segment.frames()) {
+        auto frame = parse_frames_line(spooled.line);
+        if (!frame || !stays_inside(frame->file)) {
+          ++strange;
+          continue;
+        }
+        in_spool_.insert(frame->file);
+        if (!known.insert(frame->file).second) continue;
+        out_.frames.text += spooled.line;
+        out_.frames.records.push_back(std::move(*frame));
+        out_.frames.damaged = true;
+      }
+      if (segment.stray_bytes() > 0)
+        lose(fs::path("spool") / file.filename(),
+             std::to_string(segment.stray_bytes()) + " bytes are of no whole frame");
+      if (strange > 0) lose(fs::path("spool") / file.filename(), plural(strange, "frame") + " without a proper line");
+    }
+    out_.spooled = in_spool_.size();
+    if (out_.spooled > 0)
+      out_.undone.push_back("spool: " + plural(out_.spooled, "frame") + " not made into pictures yet");
+  }
+
+  void keep_frames_with_pictures() {
+    const std::vector<FrameRecord>& all = out_.frames.records;
+    frame_lines_ = all.size();
+    std::vector<char> whole(all.size());
+    tbb::parallel_for(std::size_t{0}, all.size(), [&](std::size_t i) {
+      const fs::path file = session_ / all[i].file;
+      const bool as_sealed = seal_read_ && !differs_.contains(all[i].file) && fs::exists(file);
+      whole[i] = stays_inside(all[i].file) && (in_spool_.contains(all[i].file) || as_sealed || is_whole_picture(file));
+    });
+    std::map<std::string, std::vector<const FrameRecord*>> lost;
+    std::error_code ignored;
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      if (whole[i]) continue;
+      lost[all[i].camera].push_back(&all[i]);
+      if (stays_inside(all[i].file) && fs::exists(session_ / all[i].file, ignored)) out_.set_aside.insert(all[i].file);
+    }
+    for (const auto& [camera, frames] : lost) tell_lost_frames(camera, frames);
+    if (!lost.empty()) leave_out(whole);
+  }
+
+  void tell_lost_frames(const std::string& camera, const std::vector<const FrameRecord*>& frames) {
+    constexpr std::size_t kNamed = 8;
+    std::string indices;
+    for (std::size_t i = 0; i < std::min(frames.size(), kNamed); ++i)
+      indices += (i ? ", " : "") + std::to_string(frames[i]->index);
+    if (frames.size() > kNamed) indices += ", ...";
+    for (const FrameRecord* frame : frames) told_.insert(frame->file);
+    const auto [first, last] = std::minmax_element(frames.begin(), frames.end(),
+                                                   [](const auto* a, const auto* b) { return a->stamp < b->stamp; });
+    out_.losses.push_back("camera " + camera + ": " + plural(frames.size(), "frame") + " without a whole picture, " +
+                          span_text(zero(), (*first)->stamp, (*last)->stamp) + ": " + indices);
+  }
+
+  void leave_out(const std::vector<char>& whole) {
+    std::string text = frames_header();
+    std::size_t line = 0;
+    std::vector<FrameRecord> kept;
+    const std::string& old = out_.frames.text;
+    std::size_t begin = old.find('\n') + 1;
+    text = old.substr(0, begin);
+    for (; line < whole.size(); ++line) {
+      const std::size_t end = old.find('\n', begin) + 1;
+      if (whole[line]) text += old.substr(begin, end - begin), kept.push_back(out_.frames.records[line]);
+      begin = end;
+    }
+    out_.frames.text = std::move(text);
+    out_.frames.records = std::move(kept);
+    out_.frames.damaged = true;
+  }
+
+  /// Pictures of no line, and files that were never finished.
+  void set_strays_aside() {
+    std::set<std::string> known;
+    for (const FrameRecord& frame : out_.frames.records) known.insert(frame.file);
+    std::size_t pictures = 0;
+    std::error_code none;
+    for (const auto& entry : fs::recursive_directory_iterator(session_ / "frames", none)) {
+      const std::string file = entry.path().lexically_relative(session_).generic_string();
+      if (!entry.is_regular_file() || known.contains(file) || out_.set_aside.contains(file)) continue;
+      out_.set_aside.insert(file);
+      told_.insert(file);
+      if (entry.path().extension() != ".tmp") ++pictures;
+    }
+    if (pictures > 0) out_.losses.push_back("frames: " + plural(pictures, "picture") + " of no line in frames.csv");
+  }
+
+  /// Against what session.yaml says was recorded.
+  void compare_lengths() {
+    const auto compare = [&](const char* table, std::size_t found, Stamp last) {
+      const auto span = out_.info.tables.find(table);
+      if (span == out_.info.tables.end() || found >= span->second.lines) return;
+      std::string text = std::to_string(found) + " of " + plural(span->second.lines, "line") + " there";
+      if (found == 0)
+        text += ", all lost " + span_text(zero(), span->second.first, span->second.last);
+      else if (last < span->second.last)
+        text += ", the end lost " + span_text(zero(), last, span->second.last);
+      lose(std::string(table) + ".csv", text);
+    };
+    const auto last = [](const auto& table) { return table.records.empty() ? Stamp{} : table.records.back().stamp; };
+    compare("joints", out_.joints.records.size(), last(out_.joints));
+    compare("events", out_.events.records.size(), last(out_.events));
+    compare("frames", frame_lines_, last(out_.frames));
+    if (out_.info.tables.empty() && out_.info.status == "recording" && !out_.joints.records.empty())
+      lose("joints.csv",
+           "ends " + seconds_text(last(out_.joints) - zero()) + " after its first line; what came later is lost");
+  }
+
+  /// What the seal says of the files nobody spoke of yet.
+  void compare_rest() {
+    std::vector<std::string> not_listed;
+    for (const auto& [file, kind] : differs_) {
+      if (told_.contains(file)) continue;
+      if (kind == Kind::kMissing) {
+        lose(file, "missing");
+      } else if (kind == Kind::kChanged) {
+        lose(file, std::string("changed since it was sealed") +
+                       (is_derived(file) ? ", can be made again from the recording" : ""));
+        if (is_derived(file)) out_.set_aside.insert(file);
+      } else if (!file.starts_with("spool/")) {
+        not_listed.push_back(file);
+      }
+    }
+    constexpr std::size_t kNamed = 5;
+    for (std::size_t i = 0; i < std::min(not_listed.size(), kNamed); ++i)
+      out_.losses.push_back(not_listed[i] + ": not listed in SHA256SUMS");
+    if (not_listed.size() > kNamed)
+      out_.losses.push_back("SHA256SUMS: " + plural(not_listed.size() - kNamed, "more file") + " not listed");
+    compare_with_session_yaml();
+  }
+
+  /// Files that session.yaml knows without the seal. What `recover` could not bring back is told no second time.
+  void compare_with_session_yaml() {
+    std::error_code ignored;
+    const auto there = [&](const std::string& file) { return fs::is_regular_file(session_ / file, ignored); };
+    for (const std::string& loss : out_.info.recovered) told_.insert(loss.substr(0, loss.find(": ")));
+    if (!out_.info.rig_hash.empty() && !told_.contains("rig.yaml")) {
+      if (!there("rig.yaml"))
+        lose("rig.yaml", "missing");
+      else if (sha256_of_file(session_ / "rig.yaml") != out_.info.rig_hash)
+        lose("rig.yaml", "not as recorded, its SHA-256 differs");
+    }
+    if (out_.info.object && !told_.contains(out_.info.object->mesh) && !there(out_.info.object->mesh))
+      lose(out_.info.object->mesh, "missing");
+  }
+
+  void lose(const fs::path& file, const std::string& what) {
+    told_.insert(file.generic_string());
+    out_.losses.push_back(file.generic_string() + ": " + what);
+  }
+
+  /// Time zero of what is told: the first joint sample, or frame.
+  Stamp zero() const {
+    if (const auto span = out_.info.tables.find("joints"); span != out_.info.tables.end()) return span->second.first;
+    if (!out_.joints.records.empty()) return out_.joints.records.front().stamp;
+    return out_.frames.records.empty() ? Stamp{} : out_.frames.records.front().stamp;
+  }
+
+  const fs::path& session_;
+  const DescribeRig& describe_;
+  SessionFindings out_;
+  std::map<std::string, Kind> differs_;
+  bool seal_read_ = false;
+  std::set<std::string> in_spool_;
+  std::size_t frame_lines_ = 0;  ///< with a picture or without
+  std::set<std::string> told_;   ///< files whose damage is in the losses already
+};
+
+}  // namespace
+
+SessionFindings examine_session(const fs::path& session, const DescribeRig& describe) {
+  std::error_code ignored;
+  if (!fs::is_directory(session, ignored)) throw InputError(session, "is not a folder, expected a session");
+  return Examination(session, describe).run();
+}
+
+}  // namespace tankrig

@@ -1,0 +1,118 @@
+#include "rig/session/session_recover.hpp"
+
+#include <algorithm>
+
+#include "rig/session/checksums.hpp"
+#include "rig/session/session_lock.hpp"
+#include "rig/session/session_yaml.hpp"
+#include "rig/session/spool.hpp"
+
+namespace tankrig {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Where replaced files go: lost+found/N, N the first that is free, made when needed.
+class LostAndFound {
+ public:
+  explicit LostAndFound(const fs::path& session) : session_(session) {
+    int n = 1;
+    do folder_ = session_ / "lost+found" / std::to_string(n++);
+    while (fs::exists(folder_));
+  }
+
+  /// A second name for a file that is about to be replaced, or a copy.
+  void keep(const fs::path& file) const {
+    if (!fs::exists(session_ / file)) return;
+    std::error_code failed;
+    fs::create_hard_link(session_ / file, place_of(file), failed);
+    if (failed) fs::copy_file(session_ / file, place_of(file));
+  }
+
+  void move(const fs::path& file) const {
+    if (fs::exists(session_ / file)) fs::rename(session_ / file, place_of(file));
+  }
+
+ private:
+  fs::path place_of(const fs::path& file) const {
+    fs::create_directories((folder_ / file).parent_path());
+    return folder_ / file;
+  }
+
+  fs::path session_, folder_;
+};
+
+void copy_session(const fs::path& from, const fs::path& to) {
+  if (fs::exists(to)) throw InputError(to, "exists already, expected a new session directory");
+  const SessionLock at_rest(from);
+  if (to.has_parent_path()) fs::create_directories(to.parent_path());
+  fs::copy(from, to, fs::copy_options::recursive);
+}
+
+template <class Record>
+void mend_table(const fs::path& session, const std::string& name, const SalvagedTable<Record>& table,
+                const LostAndFound& lost) {
+  if (!table.damaged) return;
+  lost.keep(name);
+  write_whole_file(session / name, table.text);
+}
+
+template <class Record>
+TableSpan span_of(const std::vector<Record>& records) {
+  if (records.empty()) return {};
+  return {records.size(), records.front().stamp, records.back().stamp};
+}
+
+SessionInfo mended_info(const SessionFindings& found) {
+  SessionInfo info = found.info;
+  if (!found.losses.empty())
+    info.status = "stopped: recovered, " + std::to_string(found.losses.size()) + " losses" +
+                  (info.status.starts_with("stopped: ") ? "; " + info.status.substr(9) : "");
+  for (const std::string& loss : found.losses)
+    if (std::find(info.recovered.begin(), info.recovered.end(), loss) == info.recovered.end())
+      info.recovered.push_back(loss);
+  info.tables["joints"] = span_of(found.joints.records);
+  info.tables["frames"] = span_of(found.frames.records);
+  info.tables["events"] = span_of(found.events.records);
+  for (const SessionCamera& camera : info.cameras)
+    info.counts[camera.name + ".recorded"] =
+        static_cast<std::uint64_t>(std::count_if(found.frames.records.begin(), found.frames.records.end(),
+                                                 [&](const FrameRecord& f) { return f.camera == camera.name; }));
+  return info;
+}
+
+/// What of the spool could not become pictures is kept as it is.
+void empty_spool(const fs::path& session, const LostAndFound& lost) {
+  for (const fs::path& segment : spool_segments(session)) lost.move(segment.lexically_relative(session));
+  fs::remove_all(spool_folder(session));
+}
+
+}  // namespace
+
+Recovery recover_session(const fs::path& source, const RecoverOptions& options) {
+  if (!options.out.empty()) copy_session(source, options.out);
+  const fs::path session = options.out.empty() ? source : options.out;
+  const SessionLock lock(session);
+  Recovery result{session, examine_session(session, options.describe)};
+  const SessionFindings& found = result.found;
+  result.finished = found.whole();
+  if (found.whole() || !found.usable()) return result;
+
+  const LostAndFound lost(session);
+  lost.keep("session.yaml");
+  write_whole_file(session / "session.yaml",
+                   session_yaml(mended_info(found)));  // first: what was lost is never forgotten
+  lost.move("SHA256SUMS");
+  mend_table(session, "joints.csv", found.joints, lost);
+  mend_table(session, "events.csv", found.events, lost);
+  mend_table(session, "frames.csv", found.frames, lost);
+  for (const std::string& file : found.set_aside) lost.move(file);
+  if (!write_spooled_pictures(session, options.pictures)) return result;
+  empty_spool(session, lost);
+  write_checksums(session);
+  sync_file_system(session);
+  result.finished = true;
+  return result;
+}
+
+}  // namespace tankrig

@@ -1,0 +1,75 @@
+#include "rig/session/spool_pictures.hpp"
+
+#include <tbb/parallel_for.h>
+
+#include <exception>
+#include <mutex>
+
+#include "core/input_error.hpp"
+#include "rig/session/png_file.hpp"
+#include "rig/session/session_tables.hpp"
+#include "rig/session/spool.hpp"
+#include "rig/session/text_files.hpp"
+
+namespace tankrig {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uint64_t kBatchBytes = 256 << 20;  // written to the disk together
+
+void write_picture(const fs::path& file, const cv::Mat& image) {
+  std::error_code failed;
+  fs::create_directories(file.parent_path(), failed);
+  if (failed) throw InputError(file.parent_path(), "cannot be created: " + failed.message());
+  write_png(file, image);
+}
+
+/// The pictures of one segment. True if it holds nothing else. A picture that cannot be written keeps no other from it.
+bool write_segment(const fs::path& session, const SpoolSegment& segment) {
+  std::atomic<bool> understood = segment.stray_bytes() == 0;
+  std::mutex mutex;
+  std::exception_ptr failure;
+  tbb::parallel_for(std::size_t{0}, segment.frames().size(), [&](std::size_t i) {
+    const SpooledFrame& frame = segment.frames()[i];
+    const auto record = parse_frames_line(frame.line);
+    if (!record || !stays_inside(record->file)) {
+      understood = false;
+      return;
+    }
+    try {
+      write_picture(session / record->file, frame.image);
+    } catch (const InputError&) {
+      const std::lock_guard lock(mutex);
+      if (!failure) failure = std::current_exception();
+    }
+  });
+  if (failure) std::rethrow_exception(failure);
+  return understood;
+}
+
+}  // namespace
+
+bool write_spooled_pictures(const fs::path& session, const PictureOptions& options) {
+  const std::vector<fs::path> segments = spool_segments(session);
+  std::vector<fs::path> done;
+  std::uint64_t batch = 0;
+  const auto remove_done = [&] {
+    if (!done.empty()) sync_file_system(session);
+    for (const fs::path& segment : done) fs::remove(segment);
+    done.clear(), batch = 0;
+  };
+  for (std::size_t i = 0; i < segments.size(); ++i) {
+    if (options.stop && options.stop->load(std::memory_order_relaxed)) return remove_done(), false;
+    if (options.progress) options.progress(static_cast<double>(i) / static_cast<double>(segments.size()));
+    batch += fs::file_size(segments[i]);
+    if (write_segment(session, SpoolSegment(segments[i]))) done.push_back(segments[i]);
+    if (batch >= kBatchBytes) remove_done();
+  }
+  remove_done();
+  if (has_spool(session) && spool_segments(session).empty()) fs::remove_all(spool_folder(session));
+  if (options.progress) options.progress(1);
+  return true;
+}
+
+}  // namespace tankrig

@@ -1,0 +1,67 @@
+// A fault plan being played: which of its faults are on at this moment.
+#pragma once
+
+#include <atomic>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "sim_backends/faults/fault_plan.hpp"
+
+namespace tankrig::sim {
+
+struct FaultEvent {
+  Stamp when{};
+  std::string text;  ///< "camera mono: unplugged begins"
+};
+
+/// Nothing begins before its origin has been marked.  Threads: any; news() from one.  RT: all but the constructor and
+/// news().
+class FaultScript {
+ public:
+  explicit FaultScript(FaultPlan plan);
+
+  const FaultPlan& plan() const noexcept { return plan_; }
+
+  /// The origin has come; only the first time counts.
+  void mark(FaultOrigin origin, Stamp when) noexcept;
+  /// The scan enters a phase; the first time counts.
+  void enter_phase(std::string_view name, Stamp when) noexcept;
+
+  /// When fault `index` begins; nothing while its origin has not come.
+  std::optional<Stamp> begin(std::size_t index) const noexcept;
+  /// The time between begin and end. A fault that comes and goes is active all the while: see off_now().
+  bool active(std::size_t index, Stamp now) const noexcept;
+  /// The first active fault of this kind; null if there is none. `camera`: of that name, or of every camera.
+  const FaultSpec* active(FaultDevice device, FaultKind kind, Stamp now, std::string_view camera = {}) const noexcept;
+  /// Does a fault of kind intermittent have the device off at this moment?
+  bool off_now(FaultDevice device, Stamp now, std::string_view camera = {}) const noexcept;
+  /// What is left of an active fault; a long time where it lasts for ever.
+  Duration left(const FaultSpec& spec, Stamp now) const noexcept;
+
+  /// What has begun and ended since the last call, in order of time.
+  std::vector<FaultEvent> news(Stamp now);
+
+ private:
+  static constexpr std::int64_t kNotYet = INT64_MAX;
+
+  std::size_t index_of(const FaultSpec& spec) const noexcept {
+    return static_cast<std::size_t>(&spec - plan_.faults.data());
+  }
+
+  const FaultPlan plan_;
+  std::vector<std::atomic<std::int64_t>> zero_ns_;  // of each fault
+  std::vector<std::uint8_t> told_;                  // 0 nothing, 1 begins, 2 ends
+};
+
+/// Every n-th message counts; which are lost depends on the seed alone.  Threads: one.  RT: safe.
+class FaultDice {
+ public:
+  bool strikes(const FaultSpec& spec) noexcept { return strikes(spec.seed, spec.ratio); }
+  bool strikes(std::uint64_t seed, double ratio) noexcept { return fault_chance(seed, thrown_++) < ratio; }
+
+ private:
+  std::uint64_t thrown_ = 0;
+};
+
+}  // namespace tankrig::sim

@@ -1,0 +1,68 @@
+// A fault plan played on emulated devices, at the level of their wires.
+#pragma once
+
+#include <atomic>
+#include <map>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "sim_backends/faults/fault_script.hpp"
+#include "sim_backends/mock/mock_laser.hpp"
+#include "sim_backends/wire/arm_emulator.hpp"
+#include "sim_backends/wire/can_hub.hpp"
+#include "sim_backends/wire/gige_camera.hpp"
+#include "sim_backends/wire/lux_emulator.hpp"
+#include "sim_backends/wire/relay_emulator.hpp"
+#include "sim_backends/wire/v4l2_output.hpp"
+
+namespace tankrig::sim {
+
+/// What there is; null or empty where there is nothing. The arm's own node on the hub is the first that connected.
+struct WireDevices {
+  ArmEmulator* arm = nullptr;
+  CanHub* hub = nullptr;
+  MockLaser* laser = nullptr;  ///< whose light the cameras see
+  RelayEmulator* relay = nullptr;
+  LuxEmulator* lux = nullptr;
+  std::map<std::string, GigeCameraEmulator*> cameras;
+  std::map<std::string, V4l2OutputEmulator*> outputs;
+};
+
+/// Switches faults on and off within a few milliseconds of their time; counts motion and light from when the emulators
+/// see them. What concerns pictures and the lux meter's reading is asked for by whoever makes them: PictureFaults,
+/// spoilt_lux(). A fault whose device is not there does nothing.
+/// Threads: an own one, which calls the emulators; the destructor ends it when the switching under way is done.
+class WireFaults {
+ public:
+  /// All outlive it.
+  WireFaults(FaultScript& script, WireDevices devices);
+  ~WireFaults();
+  WireFaults(const WireFaults&) = delete;
+  WireFaults& operator=(const WireFaults&) = delete;
+
+ private:
+  void run();
+  void mark();
+  void play_arm(Stamp now);
+  void play_bus(Stamp now);
+  void play_laser(Stamp now);
+  void play_lux(Stamp now);
+  void play_cameras(Stamp now);
+  bool on(FaultDevice device, FaultKind kind, Stamp now, std::string_view camera = {}) const {
+    return script_.active(device, kind, now, camera) != nullptr;
+  }
+  /// True once for every change of `what`.
+  bool changed(const std::string& what, double value);
+
+  FaultScript& script_;
+  const WireDevices devices_;
+  std::map<std::string, double> applied_;
+  std::atomic<bool> ends_{false};
+  std::thread thread_;
+};
+
+/// The lux meter's reading under the plan; `last`: its own memory.
+double spoilt_lux(const FaultScript& script, double lux, Stamp now, double& last);
+
+}  // namespace tankrig::sim

@@ -1,0 +1,88 @@
+// The cycle's wake-up latency at 1 kHz beside cyclictest's (package rt-tests), in turns in one run.
+#include <benchmark/benchmark.h>
+
+#include <cstdio>
+#include <cstring>
+#include <map>
+
+#include "rig/executive/cycle.hpp"
+#include "tests/executive/fakes.hpp"
+
+namespace tankrig {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr int kRounds = 4, kCycles = 1500;
+/// p99 of ours against cyclictest's, where a busy machine wakes either late by chance. Maxima are shown, never judged.
+constexpr double kMostRatio = 3, kAllowance_us = 50;
+
+void run_cycle(Histogram& wake_up) {
+  ScanSettings settings;
+  settings.park << 0, 0.12, 1.2, 0, 0.1;
+  settings.posture = settings.park;
+  settings.feedback_timeout = 1e9;
+  settings.real_time.overruns = 0;
+  const ScanPlan plan = make_scan_plan(settings, settings.park);
+  testing_support::CallLog log;
+  testing_support::FakeArm arm(log, settings.park);
+  testing_support::FakeLaser laser(log);
+  MonotonicClock clock;
+  Executive executive(plan, settings, arm, laser, kCycles);
+  Cycle cycle(executive, clock, 1ms, settings.real_time);
+  cycle.begin();
+  while (cycle.cycles() < kCycles) clock.sleep_until(clock.now() + 100ms);
+  cycle.end();
+  wake_up.merge(cycle.times()->wake_up);
+}
+
+/// False if it is not installed.
+bool run_cyclictest(std::map<int, std::uint64_t>& counts) {
+  char command[160];
+  std::snprintf(command, sizeof command, "cyclictest -q -m -p 50 -i 1000 -l %d -h 100000 -t 1 2>/dev/null", kCycles);
+  FILE* out = ::popen(command, "r");
+  if (!out) return false;
+  char line[256];
+  bool any = false;
+  while (std::fgets(line, sizeof line, out)) {
+    int us = 0;
+    unsigned long long count = 0;
+    if (line[0] == '#' || std::sscanf(line, "%d %llu", &us, &count) != 2) continue;
+    if (count > 0) counts[us] += count, any = true;
+  }
+  return ::pclose(out) == 0 && any;
+}
+
+double quantile(const std::map<int, std::uint64_t>& counts, double share) {
+  std::uint64_t all = 0, seen = 0;
+  for (const auto& [us, count] : counts) all += count;
+  for (const auto& [us, count] : counts)
+    if (static_cast<double>(seen += count) >= share * static_cast<double>(all)) return us;
+  return 0;
+}
+
+void wake_up_latency(benchmark::State& state) {
+  Histogram ours;
+  std::map<int, std::uint64_t> theirs;
+  for ([[maybe_unused]] auto _ : state)
+    for (int round = 0; round < kRounds; ++round) {
+      run_cycle(ours);
+      if (!run_cyclictest(theirs)) {
+        state.SkipWithError("skipped: cyclictest is not installed (rt-tests), or may not use SCHED_FIFO");
+        return;
+      }
+    }
+  const auto us = [](Duration d) { return static_cast<double>(d.count()) * 1e-3; };
+  state.counters["p50_us"] = us(ours.quantile(0.5));
+  state.counters["p99_us"] = us(ours.quantile(0.99));
+  state.counters["max_us"] = us(ours.max());
+  state.counters["cyclictest_p50_us"] = quantile(theirs, 0.5);
+  state.counters["cyclictest_p99_us"] = quantile(theirs, 0.99);
+  state.counters["cyclictest_max_us"] = quantile(theirs, 1);
+  if (us(ours.quantile(0.99)) > kMostRatio * quantile(theirs, 0.99) + kAllowance_us)
+    state.SkipWithError("p99 is far above cyclictest's");
+}
+BENCHMARK(wake_up_latency)->Iterations(1)->Unit(benchmark::kSecond);
+
+}  // namespace
+}  // namespace tankrig

@@ -1,0 +1,12 @@
+// Calibrations in OpenCV's and ROS' files.
+#include "core/camera_model.hpp"
+#include "core/input_error.hpp"
+#include "tests/fuzz/scratch_file.hpp"
+
+using namespace tankrig;
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
+  static const fuzzing::ScratchFolder folder;
+  const auto file = folder.put("camera.yaml", bytes, size);
+  return fuzzing::refused_or_parsed<InputError>([&] { (void)read_camera_file(file); });
+}

@@ -1,0 +1,247 @@
+// The cameras' word on the beam: a stripe in noise, a relay that has welded and a projector that has died while their
+// electrical read-back says that all is well, and no false word on the simulated rigs.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "rig/executive/beam_view.hpp"
+#include "rig/executive/scan.hpp"
+#include "sim_backends/mock/mock_camera.hpp"
+#include "sim_backends/world/tank_world.hpp"
+#include "tests/executive/recording_sink.hpp"
+
+namespace tankrig {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr int kPresent = 16, kAbsent = 12;  // BeamWatch's
+
+/// A textured floor, with a stripe (0: none) across the columns or the rows, and Gaussian noise.
+cv::Mat picture(std::mt19937& random, double stripe, double noise, bool turned = false, double lamp = 1,
+                double at = 0.5, int channels = 3) {
+  const int rows = turned ? 640 : 480, cols = turned ? 480 : 640;
+  std::normal_distribution<double> gauss(0, noise);
+  cv::Mat image(rows, cols, CV_MAKETYPE(CV_8U, channels));
+  for (int r = 0; r < rows; ++r)
+    for (int c = 0; c < cols; ++c) {
+      const double off = r - (at * rows + 0.1 * c);
+      const double floor = lamp * (80 + 30 * ((r / 40 + c / 40) % 2));
+      for (int k = 0; k < channels; ++k) {
+        const double light = k == channels / 2 ? stripe * std::exp(-0.5 * off * off / 4) : 0;
+        const double value = floor + light + (noise > 0 ? gauss(random) : 0);
+        image.ptr(r)[c * channels + k] = static_cast<std::uint8_t>(std::clamp(value, 0.0, 255.0));
+      }
+    }
+  return turned ? cv::Mat(image.t()) : image;
+}
+
+TEST(StripeSign, TellsAStripeFromNoiseInEitherDirection) {
+  std::mt19937 random(1);
+  for (const double noise : {0.0, 25.5})
+    for (const bool turned : {false, true}) {
+      DarkReference dark;
+      for (int i = 0; i < 2; ++i) dark.add(picture(random, 0, noise, turned));
+      const auto lit = look_for_stripe(picture(random, 90, noise, turned), dark.mean());
+      ASSERT_TRUE(lit);
+      EXPECT_GE(lit->triples, kPresent) << noise << " " << turned;
+      int most = 0;
+      for (int i = 0; i < 2; ++i)
+        most = std::max(most, look_for_stripe(picture(random, 0, noise, turned), dark.mean())->triples);
+      EXPECT_LT(most, kAbsent) << noise << " " << turned;
+    }
+}
+
+TEST(StripeSign, TakesAnotherLampForNoStripe) {
+  std::mt19937 random(2);
+  DarkReference dark;
+  for (int i = 0; i < 4; ++i) dark.add(picture(random, 0, 5));
+  for (const double lamp : {0.5, 0.9, 1.1, 1.8})
+    EXPECT_LT(look_for_stripe(picture(random, 0, 5, false, lamp), dark.mean())->triples, kPresent) << lamp;
+}
+
+TEST(StripeSign, SaysNothingOfPicturesItCannotCompare) {
+  std::mt19937 random(3);
+  const cv::Mat colour = picture(random, 0, 0), grey = picture(random, 0, 0, false, 1, 0.5, 1);
+  EXPECT_FALSE(look_for_stripe(colour, grey));
+  EXPECT_FALSE(look_for_stripe(colour, cv::Mat()));
+  EXPECT_FALSE(look_for_stripe(cv::Mat::zeros(2, 2, CV_8UC1), cv::Mat::zeros(2, 2, CV_8UC1)));
+  EXPECT_TRUE(look_for_stripe(grey, grey));
+}
+
+/// Reports what was commanded, whatever the projector does.
+class LyingLaser final : public Laser {
+ public:
+  LyingLaser(sim::MockLaser& laser, const Clock& clock) : laser_(laser), clock_(clock) {}
+  Status set(bool on) noexcept override {
+    if (on != on_) since_ = clock_.now();
+    on_ = on;
+    return laser_.set(on);
+  }
+  Result<LaserState> state() noexcept override {
+    const bool emitting = on_ && clock_.now() - since_ >= warm_up();
+    return LaserState{on_, on_, emitting, emitting ? since_ + warm_up() : since_, std::nullopt};
+  }
+  Duration warm_up() const noexcept override { return laser_.warm_up(); }
+
+ private:
+  sim::MockLaser& laser_;
+  const Clock& clock_;
+  bool on_ = false;
+  Stamp since_{};
+};
+
+/// A mock rig whose cameras draw a stripe where the projector really shines; the mono camera sees the sweep, the left
+/// one the dark blocks.
+struct Rig {
+  ScanSettings s;
+  VirtualClock clock;
+  testing_support::RecordingSink sink;
+  std::atomic<bool> stop{false};
+  sim::MockParameters mock;
+  sim::MockArm arm;
+  sim::MockLaser real;
+  LyingLaser laser{real, clock};
+  std::vector<std::unique_ptr<sim::MockCamera>> cameras;
+  std::mt19937 random{4};
+  bool in_view = true;
+  std::function<void()> in_the_sweep = [] {};
+
+  static ScanSettings settings() {
+    ScanSettings s;
+    s.park << 0, 0.12, 1.25, 0, 0.1;
+    s.posture = s.park;
+    s.sweep_from = 1.3;
+    s.sweep_to = 1.5;
+    return s;
+  }
+  Rig() : s(settings()), arm(arm5e(), mock.arm, s.park, clock), real(mock.laser_warm_up, clock) {
+    for (const char* name : {"mono", "left"})
+      cameras.push_back(
+          std::make_unique<sim::MockCamera>(CameraInfo{name, 160, 160, 1, 25}, mock.camera, clock, arm, real,
+                                            [this](const std::string&, const sim::Exposure& e) { return seen(e); }));
+  }
+  cv::Mat seen(const sim::Exposure& e) {
+    cv::Mat image(160, 160, CV_8UC1);
+    for (int r = 0; r < image.rows; ++r)
+      for (int c = 0; c < image.cols; ++c) {
+        const double off = r - 100 * (e.q[1][kElbow] - 0.9);
+        image.ptr(r)[c] = static_cast<std::uint8_t>(60 + random() % 20 + 80 * e.laser[1] * std::exp(-0.2 * off * off));
+      }
+    return image;
+  }
+  ScanResult run() {
+    const ScanPlan plan = make_scan_plan(s, read_posture(arm, clock, 1s));
+    const StripeInView view = [this](const JointVector&) { return in_view; };
+    ScanJob job{plan,
+                s,
+                clock,
+                arm,
+                laser,
+                {{cameras[0].get(), RecordWhen::kAll, view}, {cameras[1].get(), RecordWhen::kDark}},
+                sink,
+                stop,
+                [] { return true; },
+                [this](const ScanProgress& p) {
+                  if (p.phase == Phase::kSweep && p.fraction > 0.4) in_the_sweep();
+                }};
+    return run_scan(job);
+  }
+};
+
+TEST(BeamWatch, LetsAGoodScanPassAndSaysWhatWasSeen) {
+  Rig rig;
+  const ScanResult result = rig.run();
+  EXPECT_TRUE(result.complete()) << result.status;
+  EXPECT_TRUE(rig.sink.told("summary", "beam seen in "));
+}
+
+TEST(BeamWatch, FindsAWeldedRelayThatReadsBackOff) {
+  Rig rig;
+  rig.in_the_sweep = [&] { rig.real.faults.stuck_on = true; };
+  const ScanResult result = rig.run();
+  EXPECT_NE(result.status.find("stray beam"), std::string::npos) << result.status;
+  EXPECT_TRUE(result.left.arm_at_rest);
+}
+
+TEST(BeamWatch, FindsADeadProjectorThatReadsBackOnWithinItsFrames) {
+  Rig rig;
+  Stamp died;
+  rig.in_the_sweep = [&] {
+    if (!rig.real.faults.dead) died = rig.clock.now();
+    rig.real.faults.dead = true;
+  };
+  const ScanResult result = rig.run();
+  EXPECT_NE(result.status.find("beam not seen"), std::string::npos) << result.status;
+  Stamp told;
+  for (const auto& e : rig.sink.events)
+    if (e.kind == "fault" && told.ns == 0) told = e.when;
+  EXPECT_LE(seconds(told - died), (rig.s.safety.beam.frames + 2) * rig.s.frame_period);
+}
+
+TEST(BeamWatch, DoesNotMissAStripeThatIsOutOfView) {
+  Rig rig;
+  rig.in_view = false;
+  rig.in_the_sweep = [&] { rig.real.faults.dead = true; };
+  EXPECT_TRUE(rig.run().complete());
+}
+
+TEST(BeamWatch, IsSilentWhereTheRigFileWantsIt) {
+  Rig rig;
+  rig.s.safety.beam.verify = false;
+  rig.in_the_sweep = [&] { rig.real.faults.dead = true; };
+  EXPECT_TRUE(rig.run().complete());
+}
+
+TEST(BeamWatch, SaysNothingWrongOnTheSimulatedRigs) {
+  struct Water {
+    double light, noise, particles;
+  };
+  for (const char* name : {"tank-sim", "lab-published"})
+    for (const Water& water : {Water{0.5, 0.1, 0}}) {
+      const RigConfig rig = load_rig(std::string(TANKRIG_SOURCE_DIR "/etc/rigs/") + name + "/rig.yaml");
+      sim::WorldOptions options;
+      options.light = water.light;
+      options.noise = water.noise;
+      options.particles_per_m3 = water.particles;
+      const sim::TankWorld world = sim::TankWorld::load(rig.scene, options);
+      const ScanPlan plan = make_scan_plan(rig.scan, rig.scan.park);
+      std::uint64_t n = 0;
+      const auto seen = [&](const std::string& camera, const JointVector& q, double laser) {
+        sim::Exposure e;
+        e.q.fill(q);
+        e.laser.fill(laser);
+        e.mid = Stamp{40'000'000 * static_cast<std::int64_t>(++n)};
+        e.index = n;
+        return world.render(camera, e);
+      };
+      int expected = 0;
+      for (const RigCamera& camera : rig.cameras) {
+        SCOPED_TRACE(std::string(name) + " " + camera.name + ", light " + std::to_string(water.light));
+        const BeamView view(rig, camera);
+        DarkReference dark;
+        for (const Segment& segment : plan.segments()) {
+          const JointVector q = segment.motion.to();
+          for (int i = 0; segment.phase == Phase::kDarkBefore && i < 2; ++i) dark.add(seen(camera.name, q, 0));
+          if (segment.phase == Phase::kDarkAfter) {
+            EXPECT_LT(look_for_stripe(seen(camera.name, q, 0), dark.mean())->triples, kPresent);
+          }
+        }
+        if (camera.record == RecordWhen::kDark) continue;
+        for (int i = 0; i <= 3; ++i) {
+          JointVector q = rig.scan.posture;
+          q[kElbow] = rig.scan.sweep_from + (rig.scan.sweep_to - rig.scan.sweep_from) * i / 3.0;
+          EXPECT_LT(look_for_stripe(seen(camera.name, q, 0), dark.mean())->triples, kPresent) << q[kElbow];
+          if (!view.expects_stripe(q)) continue;
+          ++expected;
+          EXPECT_GE(look_for_stripe(seen(camera.name, q, 1), dark.mean())->triples, kAbsent) << q[kElbow];
+        }
+      }
+      EXPECT_GE(expected, 2) << name << ": nearly nothing was looked at";
+    }
+}
+
+}  // namespace
+}  // namespace tankrig

@@ -1,0 +1,408 @@
+// From a fault to the commands on the outputs, for every fault there is; and the way back from it.
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <map>
+
+#include "core/input_error.hpp"
+#include "rig/executive/executive.hpp"
+#include "rig/executive/light_check.hpp"
+#include "rig/executive/operator_plan.hpp"
+#include "tests/executive/fakes.hpp"
+
+namespace tankrig {
+namespace {
+
+using namespace std::chrono_literals;
+using testing_support::CallLog;
+using testing_support::FakeArm;
+using testing_support::FakeLaser;
+
+/// A fake arm whose readings can be falsified.
+class LyingArm final : public Arm {
+ public:
+  explicit LyingArm(FakeArm& arm) : arm_(arm) {}
+  Result<std::optional<JointState>> try_read() noexcept override {
+    auto news = arm_.try_read();
+    if (news.ok() && news.value()) {
+      news.value()->q += turned;
+      news.value()->velocity += moving;
+      news.value()->current_a = current_a;
+      ticks += ticks_per_reading;
+      news.value()->ticks[kElbow] += ticks;
+    }
+    return news;
+  }
+  Result<JointVector> write_velocity(const JointVector& v) noexcept override { return arm_.write_velocity(v); }
+  Status stop() noexcept override { return arm_.stop(); }
+  Duration exchange_period() const noexcept override { return arm_.exchange_period(); }
+
+  JointVector turned = JointVector::Zero(), moving = JointVector::Zero();
+  double current_a = 0;
+  int ticks_per_reading = 0, ticks = 0;
+
+ private:
+  FakeArm& arm_;
+};
+
+ScanSettings settings() {
+  ScanSettings s;
+  s.park << 0, 0.12, 1.2, 0, 0.1;
+  s.posture = s.park;
+  s.sweep_from = 1.3;
+  s.sweep_to = 1.5;
+  s.dark_frames = 2;
+  s.laser_warm_up = 0.2;
+  s.settle = 0.1;
+  s.feed_forward_lead = 0;  // the fake arm has no lag
+  s.dead_zone.setZero();
+  return s;
+}
+
+struct Bench {
+  ScanSettings s;
+  ScanPlan plan;
+  CallLog log;
+  FakeArm fake;
+  LyingArm arm;
+  FakeLaser laser;
+  std::unique_ptr<Executive> sut;
+  Stamp now{};
+  CycleRecord last;
+  bool heartbeat = true;
+
+  explicit Bench(std::optional<ScanPlan> other = {}, const ScanSettings& settings = tankrig::settings())
+      : s(settings),
+        plan(other ? std::move(*other) : make_scan_plan(s, s.park)),
+        fake(log, s.park),
+        arm(fake),
+        laser(log),
+        sut(std::make_unique<Executive>(plan, s, arm, laser)) {
+    sut->set_interlock(true);
+    cycle();
+  }
+
+  void cycle() {
+    now = now + 5ms;
+    fake.advance(now);
+    if (heartbeat) sut->heartbeat(now);
+    sut->step(now);
+    while (sut->try_pop(last)) {
+    }
+  }
+  void cycles(int n) {
+    for (int i = 0; i < n; ++i) cycle();
+  }
+  bool until(const std::function<bool()>& what, int most = 20000) {
+    for (int i = 0; i < most && !what(); ++i) cycle();
+    return what();
+  }
+  void go() {
+    sut->set_armed(true);
+    cycles(2);
+    sut->start(now + 1s);
+  }
+  bool go_sweeping() {
+    go();
+    const bool lit = until([&] { return laser.on() && plan.segments()[last.segment].phase == Phase::kSweep; });
+    cycles(50);
+    log.clear();
+    return lit && laser.on();
+  }
+};
+
+/// How each fault is brought about in the middle of a lit sweep, and ended again.
+struct Injection {
+  std::function<void(Bench&)> begin, end = [](Bench&) {};
+  int detected_within = 1;  // cycles, where the fault has a time of its own
+};
+
+const std::map<Fault, Injection>& injections() {
+  static const auto elbow = [](double value) { return JointVector(value * JointVector::Unit(kElbow)); };
+  static const std::map<Fault, Injection> all{
+      {Fault::kArmRead, {[](Bench& b) { b.fake.fail_read = true; }, [](Bench& b) { b.fake.fail_read = false; }}},
+      {Fault::kArmSilent, {[](Bench& b) { b.fake.silent = true; }, [](Bench& b) { b.fake.silent = false; }, 52}},
+      {Fault::kArmWrite, {[](Bench& b) { b.fake.fail_write = true; }, [](Bench& b) { b.fake.fail_write = false; }}},
+      {Fault::kLaser, {[](Bench& b) { b.laser.fail_state = true; }, [](Bench& b) { b.laser.fail_state = false; }}},
+      {Fault::kFollowingError,
+       {[](Bench& b) { b.arm.turned = elbow(-0.06); }, [](Bench& b) { b.arm.turned.setZero(); }, 25}},
+      {Fault::kHeartbeat, {[](Bench& b) { b.heartbeat = false; }, [](Bench& b) { b.heartbeat = true; }, 52}},
+      {Fault::kInterlock,
+       {[](Bench& b) { b.sut->set_interlock(false); }, [](Bench& b) { b.sut->set_interlock(true); }}},
+      {Fault::kOverrun, {[](Bench& b) { b.sut->too_many_overruns(); }}},
+      {Fault::kJointLimit,
+       {[](Bench& b) { b.arm.turned = -5 * JointVector::Unit(kShoulder); }, [](Bench& b) { b.arm.turned.setZero(); },
+        25}},
+      {Fault::kJointVelocity,
+       {[](Bench& b) { b.arm.ticks_per_reading = 40; }, [](Bench& b) { b.arm.ticks_per_reading = 0; }, 40}},
+      {Fault::kJointCurrent, {[](Bench& b) { b.arm.current_a = 90; }, [](Bench& b) { b.arm.current_a = 0; }, 1000}},
+      {Fault::kBeamMissing,
+       {[](Bench& b) { b.sut->set_beam(BeamVerdict::kMissing); },
+        [](Bench& b) { b.sut->set_beam(BeamVerdict::kNone); }}},
+      {Fault::kBeamStray,
+       {[](Bench& b) { b.sut->set_beam(BeamVerdict::kStray); }, [](Bench& b) { b.sut->set_beam(BeamVerdict::kNone); }}},
+      {Fault::kThread, {[](Bench& b) { b.sut->thread_died(); }}},
+  };
+  return all;
+}
+
+/// Faults that need another plan or other settings; each has a test of its own below.
+constexpr Fault kElsewhere[] = {Fault::kNone, Fault::kMaximumOn, Fault::kMovedInHold};
+
+void expect_safe(Bench& bench, Fault fault) {
+  EXPECT_EQ(bench.last.state, ExecutiveState::kFault);
+  EXPECT_EQ(bench.last.fault, fault) << to_string(bench.last.fault) << " " << bench.last.error.where;
+  EXPECT_FALSE(bench.laser.on());
+  EXPECT_LT(bench.log.first("laser off"), bench.log.first("stop")) << "the laser goes off first";
+  EXPECT_LT(bench.log.first("stop"), bench.log.count);
+}
+
+/// In the very cycle that tells the fault: laser off, then arm stopped.
+void expect_reaction(Bench& bench, Fault fault, int detected_within) {
+  for (int i = 0; i < detected_within && bench.last.fault == Fault::kNone; ++i) {
+    bench.log.clear();
+    bench.cycle();
+  }
+  expect_safe(bench, fault);
+}
+
+TEST(FaultReaction, SwitchesTheLaserOffThenStopsTheArmInTheCycleOfEveryFault) {
+  for (const auto& [fault, injection] : injections()) {
+    SCOPED_TRACE(to_string(fault));
+    Bench bench;
+    ASSERT_TRUE(bench.go_sweeping());
+    injection.begin(bench);
+    expect_reaction(bench, fault, injection.detected_within);
+    bench.log.clear();
+    bench.cycles(200);
+    EXPECT_EQ(bench.log.first("laser on"), bench.log.count) << "latched";
+    EXPECT_EQ(bench.log.first("velocity"), bench.log.count) << "latched";
+  }
+}
+
+TEST(FaultReaction, KnowsEveryFaultThereIs) {
+  int last = 0;
+  while (std::string(to_string(static_cast<Fault>(last))) != "?") ++last;
+  for (int f = 0; f < last; ++f) {
+    const Fault fault = static_cast<Fault>(f);
+    const bool elsewhere = std::find(std::begin(kElsewhere), std::end(kElsewhere), fault) != std::end(kElsewhere);
+    EXPECT_TRUE(elsewhere || injections().contains(fault)) << "no test brings about: " << to_string(fault);
+  }
+}
+
+TEST(FaultReaction, EndsLightThatLastsTooLong) {
+  ScanSettings s = settings();
+  s.safety.maximum_on = 2;
+  Bench bench(std::nullopt, s);
+  bench.go();
+  ASSERT_TRUE(bench.until([&] { return bench.laser.on(); }));
+  const Stamp lit = bench.now;
+  ASSERT_TRUE(bench.until([&] { return !bench.laser.on(); }));
+  EXPECT_NEAR(seconds(bench.now - lit), 2, 0.006);
+  EXPECT_EQ(bench.last.fault, Fault::kMaximumOn);
+  EXPECT_EQ(bench.fake.velocity(), JointVector::Zero());
+}
+
+TEST(Recovery, GoesOnFromTheMeasuredPostureAfterEveryFaultThatIsOver) {
+  for (const auto& [fault, injection] : injections()) {
+    if (fault == Fault::kThread) continue;  // nothing brings a thread back
+    SCOPED_TRACE(to_string(fault));
+    Bench bench;
+    ASSERT_TRUE(bench.go_sweeping());
+    injection.begin(bench);
+    ASSERT_TRUE(bench.until([&] { return bench.last.state == ExecutiveState::kFault; }, 1100));
+    bench.cycles(10);
+    bench.sut->set_armed(false);
+    injection.end(bench);
+    bench.cycles(30);
+    EXPECT_EQ(bench.last.state, ExecutiveState::kFault) << "it came back by itself";
+    const JointVector rested = bench.last.joints.q;
+    bench.sut->request_reset();
+    bench.log.clear();
+    bench.cycles(200);
+    ASSERT_EQ(bench.last.state, ExecutiveState::kWaiting);
+    EXPECT_EQ(bench.last.fault, Fault::kNone);
+    EXPECT_EQ(bench.last.planned, bench.last.joints.q) << "the set-point is where the arm is";
+    EXPECT_EQ(bench.last.joints.q, rested) << "nothing of the old plan went on";
+    EXPECT_EQ(bench.log.first("laser on"), bench.log.count);
+
+    const ScanPlan again = make_scan_plan(bench.s, rested);
+    bench.sut->set_armed(true);
+    bench.cycle();
+    bench.sut->start(again, bench.now + 10ms);
+    JointVector before = rested;
+    double longest_step = 0;
+    bool lit = false;
+    bench.until([&] {
+      longest_step = std::max(longest_step, (bench.last.joints.q - before).cwiseAbs().maxCoeff());
+      before = bench.last.joints.q;
+      lit = lit || bench.laser.on();
+      return bench.last.state != ExecutiveState::kRunning && bench.last.state != ExecutiveState::kWaiting;
+    });
+    EXPECT_EQ(bench.last.state, ExecutiveState::kDone) << to_string(bench.last.fault);
+    EXPECT_TRUE(lit);
+    EXPECT_LT(longest_step, 0.005 * 1.5 * bench.s.move_velocity) << "the arm jumped";
+  }
+}
+
+TEST(Recovery, IsRefusedWhileTheFaultIsThere) {
+  for (const auto& [fault, injection] : injections()) {
+    if (fault == Fault::kArmWrite || fault == Fault::kFollowingError || fault == Fault::kOverrun)
+      continue;  // of motion
+    SCOPED_TRACE(to_string(fault));
+    Bench bench;
+    ASSERT_TRUE(bench.go_sweeping());
+    injection.begin(bench);
+    ASSERT_TRUE(bench.until([&] { return bench.last.state == ExecutiveState::kFault; }, 1100));
+    bench.cycles(10);
+    bench.sut->request_reset();
+    bench.cycles(10);
+    EXPECT_EQ(bench.last.state, ExecutiveState::kFault);
+  }
+}
+
+TEST(Recovery, RefusesAPlanThatBeginsElsewhereBeforeAnythingMoves) {
+  Bench bench;
+  ASSERT_TRUE(bench.go_sweeping());
+  bench.sut->set_interlock(false);
+  bench.cycles(10);
+  bench.sut->set_interlock(true);
+  bench.sut->request_reset();
+  bench.cycles(10);
+  ASSERT_EQ(bench.last.state, ExecutiveState::kWaiting);
+  const JointVector rested = bench.last.joints.q;
+  bench.sut->start(bench.now + 10ms);  // the old plan, from its beginning
+  bench.cycles(10);
+  EXPECT_EQ(bench.last.fault, Fault::kFollowingError);
+  EXPECT_EQ(bench.last.joints.q, rested);
+}
+
+TEST(Recovery, AlsoFollowsAStop) {
+  Bench bench;
+  ASSERT_TRUE(bench.go_sweeping());
+  bench.sut->request_stop();
+  bench.cycles(2);
+  ASSERT_EQ(bench.last.state, ExecutiveState::kStopped);
+  bench.sut->request_reset();
+  bench.cycles(2);
+  EXPECT_EQ(bench.last.state, ExecutiveState::kWaiting);
+  bench.cycles(1000);
+  EXPECT_EQ(bench.last.state, ExecutiveState::kWaiting) << "the old plan went on";
+}
+
+TEST(StopFlag, StopsInTheNextCycleWithoutASupervisor) {
+  std::atomic<bool> pressed{false};
+  Bench bench;
+  bench.sut->stop_also_on(pressed);
+  ASSERT_TRUE(bench.go_sweeping());
+  pressed = true;
+  bench.heartbeat = false;
+  bench.cycle();
+  EXPECT_EQ(bench.last.state, ExecutiveState::kStopped);
+  EXPECT_LT(bench.log.first("laser off"), bench.log.first("stop"));
+}
+
+ScanPlan lit_hold(const ScanSettings& s, double lit_s) { return make_lit_hold_plan(s, s.park, lit_s); }
+
+TEST(Hold, ShinesWithTheArmAtRestAndMovesNothing) {
+  Bench bench(lit_hold(settings(), 3));
+  bench.go();
+  ASSERT_TRUE(bench.until([&] { return bench.laser.on(); }));
+  EXPECT_TRUE(bench.last.holding);
+  ASSERT_TRUE(bench.until([&] { return bench.last.state != ExecutiveState::kRunning; }));
+  EXPECT_EQ(bench.last.state, ExecutiveState::kDone);
+  EXPECT_FALSE(bench.laser.on());
+  EXPECT_EQ(bench.last.joints.q, bench.s.park);
+}
+
+TEST(Hold, StaysDarkWhereTheArmWasNotAtRestWhenItWasAskedFor) {
+  Bench bench(lit_hold(settings(), 3));
+  bench.arm.moving[kElbow] = 0.02;
+  bench.go();
+  bench.until([&] { return bench.last.state == ExecutiveState::kDone; }, 3000);
+  EXPECT_EQ(bench.log.first("laser on"), bench.log.count);
+}
+
+TEST(Hold, FaultsWhenTheArmMoves) {
+  Bench bench(lit_hold(settings(), 3));
+  bench.go();
+  ASSERT_TRUE(bench.until([&] { return bench.laser.on(); }));
+  bench.cycles(20);
+  bench.arm.moving[kElbow] = 0.02;
+  expect_reaction(bench, Fault::kMovedInHold, 1);
+}
+
+TEST(Hold, EndsAtItsLimitWithoutAFault) {
+  ScanSettings s = settings();
+  s.safety.hold_limit = 1;
+  Bench bench(lit_hold(s, 3), s);
+  bench.go();
+  ASSERT_TRUE(bench.until([&] { return bench.laser.on(); }));
+  const Stamp lit = bench.now;
+  ASSERT_TRUE(bench.until([&] { return !bench.laser.on(); }));
+  EXPECT_NEAR(seconds(bench.now - lit), 1, 0.006);
+  EXPECT_EQ(bench.last.state, ExecutiveState::kRunning);
+  bench.until([&] { return bench.laser.on() || bench.last.state == ExecutiveState::kDone; });
+  EXPECT_FALSE(bench.laser.on());
+}
+
+TEST(LightCheck, RefusesAPlanBeyondItsLimitsInOneLine) {
+  const auto complaint = [](const ScanPlan& plan, const SafetySettings& s) -> std::string {
+    try {
+      check_light(plan, s);
+    } catch (const InputError& e) {
+      return e.what();
+    }
+    return "";
+  };
+  const ScanSettings s = settings();
+  const ScanPlan scan = make_scan_plan(s, s.park), hold = lit_hold(s, 3);
+  EXPECT_EQ(complaint(scan, s.safety), "");
+  EXPECT_EQ(complaint(hold, s.safety), "");
+  SafetySettings strict = s.safety;
+  strict.maximum_on = 2;
+  EXPECT_EQ(complaint(scan, strict).rfind("scan: safety: maximum_on_s: found 2, expected at least the ", 0), 0u);
+  strict.maximum_on = 100;
+  strict.hold_limit = 2;
+  EXPECT_EQ(complaint(hold, strict).rfind("scan: safety: hold_limit_s: found 2, expected at least the ", 0), 0u);
+}
+
+TEST(GuardedOutputs, AllowsNothingTwiceAndNothingWithoutAStep) {
+  CallLog log;
+  FakeArm arm(log, JointVector::Zero());
+  FakeLaser laser(log);
+  const JointVector v = JointVector::Constant(0.1);
+  {
+    GuardedOutputs sut(arm, laser, {});
+    EXPECT_TRUE(sut.switch_laser().ok());
+    EXPECT_FALSE(sut.move(v).ok());
+    EXPECT_EQ(log.first("laser on"), log.count);
+    EXPECT_EQ(log.first("velocity"), log.count);
+    EXPECT_TRUE(sut.move(JointVector::Zero()).ok()) << "rest is always allowed";
+
+    InterlockInputs in;
+    in.interlock_closed = in.heartbeat_fresh = in.sweeping = in.laser_request = true;
+    sut.step(in);
+    in.arm = true;
+    sut.step(in);
+    in.now = in.now + 1s;
+    sut.step(in);
+    EXPECT_TRUE(sut.switch_laser().ok());
+    EXPECT_TRUE(laser.on());
+    EXPECT_TRUE(sut.move(v).ok());
+    EXPECT_FALSE(sut.move(v).ok()) << "allowed once";
+    EXPECT_EQ(arm.velocity(), JointVector::Zero()) << "a refusal stops";
+    EXPECT_TRUE(sut.switch_laser().ok());
+    EXPECT_FALSE(laser.on()) << "no new step, no light";
+    sut.step(in);
+    EXPECT_TRUE(sut.switch_laser().ok());
+    ASSERT_TRUE(laser.on());
+    log.clear();
+  }
+  EXPECT_FALSE(laser.on());
+  EXPECT_EQ(log.first("laser off"), 0u);
+  EXPECT_EQ(log.first("stop"), 1u);
+}
+
+}  // namespace
+}  // namespace tankrig

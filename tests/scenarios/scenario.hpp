@@ -1,0 +1,49 @@
+// A scenario folder: what goes wrong (scenario.yaml) and what must happen then (expected.yaml).
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tests/scenarios/small_rig.hpp"
+
+namespace tankrig::scenarios {
+
+struct Expected {
+  std::string status;              ///< "complete", or words of the reason
+  std::vector<std::string> tells;  ///< words of messages that must be shown
+  std::vector<std::string> not_told;
+  std::string left = "laser off, arm at rest";
+  std::uint64_t laser_off_cycles = 2;             ///< from detection, at most
+  std::uint64_t arm_stop_cycles = 1;              ///< from there, at most
+  std::optional<double> laser_off_s, arm_stop_s;  ///< from the fault's begin, at most
+  bool beam_left_on = false;                      ///< the light itself
+  std::string lux;                                ///< words of the reading after the scan
+  std::map<std::string, std::pair<std::uint64_t, std::uint64_t>> counts;
+  int frames = 0;  ///< at least, in the session that is left
+};
+
+struct Scenario {
+  std::string name;
+  sim::FaultPlan plan;
+  Expected expected;
+  int disk_kib = 0;            ///< the session lies on a file system of this size; 0: the test's own
+  cv::Size picture{160, 120};  ///< of the cameras [px]
+  int file_kib = 0;            ///< no file may become larger than this; 0: no limit
+};
+
+/// Errors: InputError with file and line.
+Scenario load_scenario(const std::filesystem::path& folder);
+std::vector<std::filesystem::path> scenario_folders();
+
+/// What is not as expected, a line each. `session`: the one that was left.
+std::vector<std::string> differences(const Scenario& scenario, const Outcome& outcome,
+                                     const std::filesystem::path& session);
+
+/// "detected after 253 ms, laser off 0 cycles later, arm stopped 0 cycles later, ..."
+std::string summary(const Outcome& outcome);
+
+}  // namespace tankrig::scenarios

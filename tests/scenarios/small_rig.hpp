@@ -1,0 +1,44 @@
+// A small mock rig with a fault plan, scanned in virtual time into a session on disk.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+
+#include "rig/executive/scan.hpp"
+#include "sim_backends/faults/fault_plan.hpp"
+#include "tests/scenarios/call_tape.hpp"
+
+namespace tankrig::scenarios {
+
+struct TimedText {
+  Stamp when{};
+  std::string kind, text;
+};
+
+/// How one scan went.
+struct Outcome {
+  std::string status;  ///< of the scan, or what it threw
+  std::string lux;     ///< the lux meter after the scan: a value, or its error
+  OutputsLeft left;
+  std::map<std::string, std::uint64_t> counts;
+  std::vector<TimedText> events;
+  Stamp begun{};  ///< when the plan's first fault began
+  bool has_begun = false;
+  std::optional<Reaction> reaction;  ///< nothing: nothing stopped the scan
+  bool beam_left_on = false;         ///< the light itself, not what anybody says about it
+  double moving = 0;                 ///< fastest joint at the end [rad/s]
+  double simulated_s = 0;
+
+  bool stopped() const { return status != "complete"; }
+  bool told(const std::string& words) const;
+};
+
+/// Cameras: mono (sweep and dark blocks), left (dark blocks), 25 frames/s. Cycle: 200 Hz. `session` is made.
+Outcome scan_with_faults(const sim::FaultPlan& plan, const std::filesystem::path& session,
+                         cv::Size picture = {160, 120});
+
+/// Seconds per cycle of the small rig.
+inline constexpr double kCyclePeriod = 0.005;
+
+}  // namespace tankrig::scenarios

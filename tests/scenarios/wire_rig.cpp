@@ -1,0 +1,175 @@
+#include "tests/scenarios/wire_rig.hpp"
+
+#include <fstream>
+
+#include "core/input_error.hpp"
+#include "drivers/arm/arm5e.hpp"
+#include "drivers/camera/aravis_camera.hpp"
+#include "drivers/can/open_can.hpp"
+#include "drivers/laser/relay_laser.hpp"
+#include "drivers/lux/open_lux_meter.hpp"
+#include "rig/executive/scan_log.hpp"
+#include "rig/session/session_writer.hpp"
+#include "sim_backends/faults/picture_faults.hpp"
+
+namespace tankrig::scenarios {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr Duration kWarmUp = 200ms;
+constexpr int kWidth = 160, kHeight = 120, kStripeHalf = 1;
+
+// As in a rig file.
+constexpr char kDevices[] = R"(
+arm:
+  driver: arm5e
+  carrier: can
+  can: {interface: "unix:runtime/arm.can", bitrate_bit_s: 1000000, exchange_rate_hz: 200}
+  serial: {device: runtime/arm, exchange_rate_hz: 75}
+camera: {address: 127.0.0.1, pixel_format: Mono8, exposure_us: 10000, packet_size_bytes: 9000, socket: datagram}
+laser: {device: runtime/laser, status_query: 3, warm_up_s: 0.2}
+lux_meter: {driver: pce174, device: runtime/lux}
+)";
+
+ConfigNode devices_at(const std::filesystem::path& runtime) {
+  const std::filesystem::path file = runtime / "devices.yaml";
+  if (!std::filesystem::exists(file)) std::ofstream(file) << kDevices;
+  return ConfigNode::load(file);
+}
+
+/// About five seconds.
+ScanSettings short_scan() {
+  ScanSettings s;
+  s.park << 0, 0.12, 1.3, 0, 0.1;
+  s.posture << 0, 0.12, 0, 0, 0.1;
+  s.sweep_from = 1.35;
+  s.sweep_to = 1.6;
+  s.dark_frames = 5;
+  s.settle = 0.2;
+  s.laser_warm_up = seconds(kWarmUp);
+  s.camera_lead = 0.3;
+  s.real_time.required = false;
+  s.real_time.overruns = 0;  // how late a busy machine's cycles are is not what is measured here
+  return s;
+}
+
+cv::Mat picture(double light) {
+  cv::Mat image(kHeight, kWidth, CV_8UC1, cv::Scalar(20));
+  image.rowRange(kHeight / 2 - kStripeHalf, kHeight / 2 + kStripeHalf + 1) = cv::Scalar(20 + 200 * light);
+  return image;
+}
+
+class TapedSession final : public ScanSink {
+ public:
+  TapedSession(SessionWriter& writer, Outcome& outcome) : writer_(writer), outcome_(outcome) {}
+  void joints(const JointState& state) override { writer_.joints(state); }
+  void frame(const FrameRecord& record, const cv::Mat& image) override { writer_.frame(record, image); }
+  void event(Stamp when, std::string_view kind, const std::string& text) override {
+    outcome_.events.push_back({when, std::string(kind), text});
+    writer_.event(when, kind, text);
+  }
+
+ private:
+  SessionWriter& writer_;
+  Outcome& outcome_;
+};
+
+}  // namespace
+
+EmulatedRig::EmulatedRig(const std::filesystem::path& runtime, const sim::FaultPlan& plan)
+    : script_(plan), laser_(kWarmUp, clock_) {
+  const ConfigNode devices = devices_at(runtime);
+  pictures_ = std::make_unique<sim::PictureFaults>("mono", script_);
+  hub_ = std::make_unique<sim::CanHub>(sim::CanHubSettings{.path = runtime / "arm.can", .bitrate = 1'000'000});
+  sim::ArmEmulatorParameters parameters;
+  parameters.power_up << 0, 0.12, 1.3, 0, 0.1;
+  parameters.can_bitrate = 1'000'000;
+  arm_ = std::make_unique<sim::ArmEmulator>(arm5e(), parameters, clock_);
+  CanSettings can;
+  can.interface = "unix:" + (runtime / "arm.can").string();
+  can.bitrate = parameters.can_bitrate;
+  can.filters = parameters.can_ids.host_filters();
+  arm_->serve(open_can(can, clock_));
+  arm_->serve(runtime / "arm");
+  save_arm_zero(runtime / "zero.yaml", {arm_->true_zero(), "emulated"});
+  relay_ = std::make_unique<sim::RelayEmulator>(
+      sim::relay_emulator_settings_from(devices.child("laser"), nullptr, runtime), laser_);
+  lux_ =
+      std::make_unique<sim::LuxEmulator>(sim::lux_emulator_settings_from(devices.child("lux_meter"), nullptr, runtime),
+                                         [this] { return sim::spoilt_lux(script_, 60, clock_.now(), last_lux_); });
+  sim::GigeCameraSettings gige;
+  gige.serial = "EMU-mono";
+  gige.width = kWidth;
+  gige.height = kHeight;
+  camera_ = std::make_unique<sim::GigeCameraEmulator>(gige, [this](std::uint64_t index, Stamp begin,
+                                                                   Duration exposure) {
+    const Stamp now = clock_.now();
+    if (const sim::FaultSpec* late = script_.active(sim::FaultDevice::kCamera, sim::FaultKind::kDelayed, now, "mono"))
+      clock_.sleep_until(now + late->delay);
+    return pictures_->spoilt(picture(laser_.power_at(begin + exposure / 2)), index, now);
+  });
+  script_.mark(sim::FaultOrigin::kStart, clock_.now());
+  faults_ = std::make_unique<sim::WireFaults>(
+      script_,
+      sim::WireDevices{arm_.get(), hub_.get(), &laser_, relay_.get(), lux_.get(), {{"mono", camera_.get()}}, {}});
+}
+
+EmulatedRig::~EmulatedRig() = default;
+
+Outcome scan_wire(const std::filesystem::path& runtime, const std::string& carrier,
+                  const std::filesystem::path& session, EmulatedRig* rig) {
+  Outcome out;
+  MonotonicClock clock;
+  const ConfigNode devices = devices_at(runtime);
+  RelayLaser relay(relay_laser_settings_from(devices.child("laser"), runtime));
+  const auto driver = open_arm5e(arm5e_settings_from(devices.child("arm"), runtime, carrier), arm5e(), clock);
+  driver->set_zero(load_arm_zero(runtime / "zero.yaml"));
+  AravisCamera mono(aravis_settings_from(devices.child("camera"), {"mono", kWidth, kHeight, 1, 25}));
+  const auto lux_meter = open_lux_meter(devices.child("lux_meter"), runtime);
+
+  CallTape tape(clock);
+  TapedArm arm(*driver, tape);
+  TapedLaser laser(relay, tape);
+  TapedCamera camera(mono, tape);
+  const ScanSettings s = short_scan();
+  const ScanPlan plan = make_scan_plan(s, read_posture(*driver, clock, 2s));
+  SessionInfo info;
+  info.cameras.push_back({});
+  info.cameras[0].name = "mono";
+  info.cameras[0].model.width = kWidth;
+  info.cameras[0].model.height = kHeight;
+  info.cameras[0].model.fx = info.cameras[0].model.fy = kWidth;
+  SessionWriterOptions options;
+  options.wait_when_full = false;
+  SessionWriter writer(session, info, options);
+  TapedSession sink(writer, out);
+  const std::atomic<bool> stop{false};
+  ScanJob job{plan, s,     clock,
+              arm,  laser, {{&camera, RecordWhen::kAll, [](const JointVector&) { return true; }}},
+              sink, stop,  [&] { return relay.interlock_closed().value_or(false); }};
+  try {
+    const ScanResult result = run_scan(job);
+    out.status = result.status;
+    out.counts = result.counts;
+  } catch (const std::exception& e) {
+    out.status = std::string("stopped: ") + e.what();
+  }
+  out.left = job.left;
+  const auto lux = lux_meter->read(1s);
+  out.lux = lux.ok() ? std::to_string(lux.value().lux) : describe(lux.error());
+  if (!lux.ok()) sink.event(clock.now(), "fault", out.lux);
+  writer.info().counts.insert(out.counts.begin(), out.counts.end());
+  writer.close(out.status);
+  if (!rig || rig->script().plan().faults.empty()) return out;
+  const auto begun = rig->script().begin(0);
+  out.has_begun = begun && *begun <= clock.now();
+  if (out.has_begun) out.begun = *begun;
+  std::optional<Stamp> noticed;
+  for (const TimedText& e : out.events)
+    if (!noticed && (e.kind == "fault" || e.kind == "stop") && out.stopped()) noticed = e.when;
+  if (out.stopped() && out.has_begun) out.reaction = reaction(tape.entries(), out.begun, noticed);
+  return out;
+}
+
+}  // namespace tankrig::scenarios

@@ -1,0 +1,58 @@
+// `timing` of session.yaml and timing.csv against the histogram they were made of.
+#include "rig/session/session_timing.hpp"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <map>
+#include <sstream>
+
+#include "tests/support/temporary_folder.hpp"
+
+namespace tankrig {
+namespace {
+
+Histogram thousand_of(int step_ns) {
+  Histogram h;
+  for (int i = 1; i <= 1000; ++i) h.add(Duration{i * step_ns});
+  return h;
+}
+
+TEST(SessionTiming, ReadsBackWhatItWrites) {
+  const TimingQuantity q = quantity_of(thousand_of(100));
+  EXPECT_NEAR(q.p50, 50, 50 / 64.0);
+  EXPECT_NEAR(q.p99, 99, 99 / 64.0);
+  EXPECT_EQ(q.max, 100);
+  const SessionTiming timing{350, 1000, 3, 5, q, quantity_of(thousand_of(7)), quantity_of(thousand_of(3000))};
+  const TemporaryFolder folder;
+  const auto file = folder.path() / "session.yaml";
+  std::ofstream(file) << timing_yaml(timing);
+  const SessionTiming read = read_timing(ConfigNode::load(file).child("timing"));
+  EXPECT_EQ(timing_yaml(read), timing_yaml(timing));
+  EXPECT_EQ(read.missed_cycles, 5u);
+  EXPECT_EQ(read.wake_up.p99, timing.wake_up.p99);
+  EXPECT_EQ(timing_summary(read).front().second, "1000 cycles at 350 Hz, 3 late, 5 left out");
+}
+
+TEST(SessionTiming, TheTableOfBinsHoldsEveryCycle) {
+  const Histogram wake_up = thousand_of(100), period = thousand_of(3000);
+  std::istringstream csv(timing_csv({{"wake_up", &wake_up}, {"period", &period}}));
+  std::string line, quantity;
+  std::getline(csv, line);
+  EXPECT_EQ(line, "quantity,lower_us,upper_us,count");
+  std::map<std::string, int> counts;
+  while (std::getline(csv, line)) {
+    std::istringstream fields(line);
+    std::getline(fields, quantity, ',');
+    double lower = -1, upper = -1;
+    char comma = 0;
+    int count = 0;
+    fields >> lower >> comma >> upper >> comma >> count;
+    EXPECT_LE(lower, upper);
+    counts[quantity] += count;
+  }
+  EXPECT_EQ(counts, (std::map<std::string, int>{{"wake_up", 1000}, {"period", 1000}}));
+}
+
+}  // namespace
+}  // namespace tankrig
