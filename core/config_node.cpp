@@ -306,9 +306,11 @@ std::vector<ConfigNode> ConfigNode::items(std::string_view key) const {
 void ConfigNode::finish() const {
   for (const auto& entry : node_->yaml) {
     const std::string key = entry.first.Scalar();
-    if (!node_->taken.contains(key))
-      throw InputError(node_->file_of(key), entry.first.Mark().line + 1,
-                       node_->full_place(key) + ": unknown key, expected one of those in docs/formats.md");
+    if (node_->taken.contains(key)) continue;
+    std::string known;
+    for (const std::string& name : node_->taken) known += (known.empty() ? "" : ", ") + name;
+    throw InputError(node_->file_of(key), entry.first.Mark().line + 1,
+                     node_->full_place(key) + ": unknown key, expected one of: " + known);
   }
   for (const auto& child : node_->children) ConfigNode(child).finish();
 }

@@ -20,6 +20,8 @@ const char* to_string(ErrorCode code) noexcept {
       return "input/output error";
     case ErrorCode::kInternal:
       return "internal error";
+    case ErrorCode::kOverCurrent:
+      return "over-current";
   }
   return "unknown error";
 }

@@ -18,6 +18,7 @@ enum class ErrorCode : std::uint8_t {
   kRefused,
   kIo,
   kInternal,
+  kOverCurrent,
 };
 
 const char* to_string(ErrorCode code) noexcept;

@@ -55,6 +55,9 @@ struct BackendOptions {
   bool cameras = true;                ///< false: neither cameras nor lux meter are opened, for work on the arm alone
 };
 
+/// In the order of RigConfig::cameras.
+std::vector<std::string> camera_names(const RigConfig& rig);
+
 /// Errors: InputError if the rig and its scene contradict each other, or a device cannot be opened.
 std::unique_ptr<Backend> make_backend(const RigConfig& rig, const BackendOptions& options);
 

@@ -106,7 +106,8 @@ std::string yaml_lines(const nlohmann::ordered_json& object, const std::string& 
 }
 
 void print(const TimeOffsetSolution& s, const nlohmann::ordered_json& facts) {
-  std::printf("t_camera = t_joints + %.3f +- %.3f ms", 1e3 * s.offset, 1e3 * s.sigma);
+  std::printf("t_camera = t_joints %c %.3f +- %.3f ms", s.offset < 0 ? '-' : '+', 1e3 * std::abs(s.offset),
+              1e3 * s.sigma);
   if (facts.at("applied_s") != 0.0)
     std::printf(", besides the %.3f ms the rig file takes off already", 1e3 * facts.at("applied_s").get<double>());
   std::printf("\non the target: %.3f +- %.3f mm along the viewing rays (%.0f mm/s)\n", 1e3 * s.effect,

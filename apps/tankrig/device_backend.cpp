@@ -34,6 +34,8 @@ class Emulation {
     if (!options.faults.empty() && (running || !rig.section("emulation")))
       throw InputError(running ? "--faults: the devices are being emulated already, give it to `tankrig emulate`"
                                : "--faults: these devices are real, expected a rig with a section `emulation`");
+    if (!options.faults.empty())  // errors told here, not by the process that plays it
+      (void)sim::FaultPlan::load(options.faults, sim::FaultLevel::kWire, camera_names(rig));
     if (running) {
       runtime_ = running;
     } else if (rig.section("emulation") && options.cameras && sim::needs_private_network(devices_of(rig))) {

@@ -34,8 +34,8 @@ sim::EmulatedTankSettings settings_of(const RigConfig& rig, const EmulateOptions
   sim::EmulatedTankSettings settings = sim::emulated_tank_settings_from(*devices, emulation, world, runtime);
   for (const RigCamera& camera : rig.cameras) scene_camera(rig, camera, world);
   settings.truth = options.truth;
-  if (!options.faults.empty()) settings.faults = sim::FaultPlan::load(options.faults);
-  settings.faults.check(sim::FaultLevel::kWire);
+  if (!options.faults.empty())
+    settings.faults = sim::FaultPlan::load(options.faults, sim::FaultLevel::kWire, camera_names(rig));
   const auto wanted = [&](const char* device) {
     return options.devices.empty() ||
            std::find(options.devices.begin(), options.devices.end(), device) != options.devices.end();

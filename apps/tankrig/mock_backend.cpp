@@ -14,11 +14,9 @@
 namespace tankrig::app {
 namespace {
 
-sim::FaultPlan read_plan(const std::filesystem::path& file) {
+sim::FaultPlan read_plan(const std::filesystem::path& file, const RigConfig& rig) {
   if (file.empty()) return {};
-  sim::FaultPlan plan = sim::FaultPlan::load(file);
-  plan.check(sim::FaultLevel::kMock);
-  return plan;
+  return sim::FaultPlan::load(file, sim::FaultLevel::kMock, camera_names(rig));
 }
 
 /// In-process devices on the simulated tank, under the virtual clock, with the faults of a plan before them.
@@ -26,7 +24,7 @@ class MockBackend final : public Backend {
  public:
   MockBackend(const RigConfig& rig, const BackendOptions& options)
       : world_(sim::TankWorld::load(rig.scene, options.world)),
-        script_(read_plan(options.faults)),
+        script_(read_plan(options.faults, rig)),
         parameters_(read_parameters(rig)),
         arm_(world_.arm(), parameters_.arm, rig.scan.park, clock_),
         faulty_arm_(arm_, script_, clock_),

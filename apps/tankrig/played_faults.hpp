@@ -3,7 +3,9 @@
 #pragma once
 
 #include <optional>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "apps/tankrig/backend.hpp"
 #include "rig/session/session_writer.hpp"
@@ -36,6 +38,10 @@ class PlayedFaults {
     for (const sim::FaultEvent& e : script_->news(backend_.clock().now())) writer_.event(e.when, "injected", e.text);
     host_->round();
     return host_->interlock(backend_.interlock_closed());
+  }
+  /// After the scan: a phase that never came, a time beyond the end.
+  std::vector<std::string> never_began() const {
+    return script_ ? script_->waiting(backend_.clock().now()) : std::vector<std::string>{};
   }
 
  private:

@@ -150,12 +150,20 @@ ScanResult record(const ScanOptions& options, const RigConfig& rig, const ScanPl
   ScanResult result;
   try {
     result = run_scan(job);
-  } catch (...) {
+  } catch (const std::exception& e) {
     left = job.left;
     backend.end_wire_record();
+    try {
+      writer.close(std::string("stopped: ") + e.what());
+    } catch (const std::exception&) {  // the disk, most likely: told already
+    }
     throw;
   }
   left = result.left;
+  for (const std::string& fault : faults.never_began()) {
+    progress.warn("faults: " + fault + ": never began");
+    writer.event(backend.clock().now(), "injected", fault + " never began");
+  }
   if (meter && result.complete()) try {
       writer.info().lux_after = read_lux(backend);
     } catch (const InputError& e) {
@@ -251,7 +259,7 @@ int scan(const ScanOptions& options) {
   try {
     result = record(options, rig, plan, *backend, path, progress, left);
     stops.reset();
-  } catch (const InputError& e) {
+  } catch (const std::exception& e) {
     if (!left && !fs::exists(path / "session.yaml")) throw;
     return stopped(path, std::string("stopped: ") + e.what(), left, progress);
   }

@@ -17,7 +17,10 @@ namespace {
 void describe_rig(const std::filesystem::path& rig_yaml, SessionInfo& info) { load_rig(rig_yaml).describe(info); }
 
 const char* verdict(const SessionFindings& found) {
-  return found.whole() ? "whole" : found.usable() ? "damaged" : "nothing usable";
+  return found.whole()          ? "whole"
+         : !found.usable()      ? "nothing usable"
+         : found.losses.empty() ? "not finished"
+                                : "damaged";
 }
 
 nlohmann::ordered_json findings_json(const std::filesystem::path& session, const SessionFindings& found) {

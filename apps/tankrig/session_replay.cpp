@@ -129,7 +129,8 @@ ReplayCounts feed(const Session& session, const SessionReplayOptions& options, c
     progress.update("replay", length > 0 ? seconds(stamp - recorded.joints[0].stamp) / length : 1);
   });
   writer.close(session.info.status);
-  copy_whole_file(session.path / "session.yaml", to / "session.yaml");  // a calibration read and written is not the same bits
+  copy_whole_file(session.path / "session.yaml",
+                  to / "session.yaml");  // a calibration read and written is not the same bits
   return counts;
 }
 

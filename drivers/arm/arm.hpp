@@ -35,6 +35,10 @@ class Arm {
   /// Commands rest.  RT: safe. May be called from any thread, also after a failure.
   virtual Status stop() noexcept = 0;
 
+  /// Accepts the faults that the driver keeps, where they are over. RT: safe.
+  /// Errors: the fault that is not over.
+  virtual Status clear_faults() noexcept { return {}; }
+
   /// How often the carrier exchanges set-point and state; at most the cycle's rate is useful.
   virtual Duration exchange_period() const noexcept = 0;
 

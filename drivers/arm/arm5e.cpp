@@ -1,5 +1,7 @@
 #include "drivers/arm/arm5e.hpp"
 
+#include <pthread.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -46,8 +48,9 @@ Arm5e::Arm5e(const Arm5eSettings& settings, const ArmModel& model, std::unique_p
       faults_(settings_) {
   tracks_.fill(EncoderTrack(settings.encoder));
   const Stamp now = clock_.now();
-  next_send_ = changed_at_ = now;
+  next_send_ = changed_at_ = listened_ = now;
   written_ns_ = now.ns;
+  keeper_life_.give(now);
   if (clock_.real_time()) keeper_ = std::thread([this] { keep(); });
 }
 
@@ -87,7 +90,10 @@ Result<std::optional<JointState>> Arm5e::try_read() noexcept {
     if (line_lost_) return Error{ErrorCode::kDisconnected, 0, now, "arm: carrier lost"};
     return std::optional<JointState>{};
   }
+  if (now - std::exchange(listened_, now) > settings_.silence_timeout / 2) heard_.everything(now);
   auto news = drain(now);
+  if (keeper_.joinable() && keeper_life_.missing(now) && !line_lost_)
+    news = Error{ErrorCode::kInternal, 0, now, "arm: its thread is dead"};
   const Duration unwritten{now.ns - written_ns_.load()};
   if (driven_ && unwritten > settings_.watchdog) {
     add(watchdog_stops_);
@@ -357,8 +363,9 @@ void Arm5e::forget_zero() noexcept {
 }
 
 Status Arm5e::clear_faults() noexcept {
-  while (!enter()) std::this_thread::yield();
-  const Status cleared = faults_.clear(readings_, clock_.now());
+  const Stamp now = clock_.now();
+  if (!enter()) return Error{ErrorCode::kRefused, 0, now, "arm: being stopped"};
+  const Status cleared = faults_.clear(readings_, now);
   leave();
   return cleared;
 }
@@ -396,18 +403,25 @@ Statistics Arm5e::statistics() const {
 }
 
 /// The keeper: stops an arm whose cycle hangs, and opens a lost line, which may take its time.
-void Arm5e::keep() noexcept {
+void Arm5e::keep() try {
+  ::pthread_setname_np(::pthread_self(), "arm-keeper");
   std::unique_lock lock(keeper_mutex_);
   while (!keeper_wake_.wait_for(lock, kKeeperPeriod, [this] { return keeper_ends_; })) {
-    const Duration unwritten{clock_.now().ns - written_ns_.load()};
-    if (driven_ && unwritten > settings_.watchdog) {
+    const Stamp now = clock_.now();
+    keeper_life_.give(now);
+    if (driven_ && now.ns - written_ns_.load() > settings_.watchdog.count()) {
       add(watchdog_stops_);
       (void)stop();
     }
     if (!line_lost_ || !enter()) continue;
-    if (link_->reopen().ok()) line_lost_ = false;
+    if (link_->reopen().ok()) {
+      keeper_life_.give(clock_.now());
+      line_lost_ = false;
+    }
     leave();
   }
+} catch (...) {
+  keeper_life_.end();
 }
 
 }  // namespace tankrig

@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "core/clock.hpp"
+#include "core/sign_of_life.hpp"
 #include "drivers/arm/arm.hpp"
 #include "drivers/arm/arm5e_settings.hpp"
 #include "drivers/arm/arm_faults.hpp"
@@ -28,7 +29,7 @@ namespace tankrig {
 /// Threads: the cycle's; stop() and statistics() any. Whoever is inside holds a flag that nobody waits for: a stop()
 /// that finds it taken leaves its wish behind, and the holder sends it before it goes. A thread of its own, where the
 /// clock is real, stops an arm that gets no set-points (also when the cycle hangs) and opens a line that came back.
-/// RT: try_read, write_velocity, write_ticks, stop.
+/// RT: try_read, write_velocity, write_ticks, stop, clear_faults.
 class Arm5e final : public Arm {
  public:
   /// `clock` outlives the arm.
@@ -37,7 +38,8 @@ class Arm5e final : public Arm {
   Arm5e(const Arm5e&) = delete;
   Arm5e& operator=(const Arm5e&) = delete;
 
-  /// Errors: kTimeout (silent, or frozen though it is driven), kDisconnected, the faults above, each "arm: ...".
+  /// Errors: kTimeout (silent, or frozen though it is driven), kDisconnected, kInternal (its thread is dead), the
+  /// faults above, each "arm: ...". Silence counts from when somebody listens: nobody did while the program prepared.
   Result<std::optional<JointState>> try_read() noexcept override;
   /// Errors: kNotReady "arm: not homed" or "arm: bus-off", kOutOfRange, kDisconnected, the fault that is kept.
   Result<JointVector> write_velocity(const JointVector& velocity) noexcept override;
@@ -58,8 +60,8 @@ class Arm5e final : public Arm {
   void forget_zero() noexcept;
   /// Of the newest answer.  Threads: the cycle's.
   const ArmReadings& readings() const noexcept { return readings_; }
-  /// Accepts what has been told, if it is over.  Errors: kRefused while it is not.  Threads: the cycle's.
-  Status clear_faults() noexcept;
+  /// Errors: kRefused while it is not over, or while the arm is just being stopped; what only homing ends.
+  Status clear_faults() noexcept override;
 
   const Arm5eSettings& settings() const noexcept { return settings_; }
   const ArmModel& model() const noexcept { return model_; }
@@ -83,7 +85,7 @@ class Arm5e final : public Arm {
   void rest() noexcept;
   void set_demand(const std::array<double, kJoints>& ticks_per_s, Stamp now) noexcept;
   void publish() noexcept;
-  void keep() noexcept;
+  void keep();
 
   const Arm5eSettings settings_;
   const ArmModel model_;
@@ -104,7 +106,7 @@ class Arm5e final : public Arm {
   bool wobble_ = false;     ///< which of two equivalent frames is sent
   bool stop_sent_ = false;  ///< every joint's newest demand on the wire is rest
   bool connected_ = true, was_silent_ = false;
-  Stamp next_send_{}, deadline_{}, changed_at_{};
+  Stamp next_send_{}, deadline_{}, changed_at_{}, listened_{};
   ArmFaults faults_;
 
   std::atomic<bool> homed_{false}, stop_wanted_{false}, driven_{false}, line_lost_{false};
@@ -117,6 +119,7 @@ class Arm5e final : public Arm {
   std::mutex keeper_mutex_;
   std::condition_variable keeper_wake_;
   bool keeper_ends_ = false;
+  SignOfLife keeper_life_;
   std::thread keeper_;
 };
 

@@ -12,7 +12,7 @@ bool ends_with_homing(ArmFault fault) noexcept { return fault == ArmFault::kEnco
 Error error_of(ArmFault fault, Stamp now) noexcept {
   switch (fault) {
     case ArmFault::kOverCurrent:
-      return {ErrorCode::kOutOfRange, 0, now, "arm: over-current for too long"};
+      return {ErrorCode::kOverCurrent, 0, now, "arm: over-current for too long"};
     case ArmFault::kWater:
       return {ErrorCode::kOutOfRange, 0, now, "arm: water in a joint's housing"};
     case ArmFault::kEncoder:

@@ -22,6 +22,7 @@ class BacklashArm final : public Arm {
     return arm_.write_velocity(velocity);
   }
   Status stop() noexcept override { return arm_.stop(); }
+  Status clear_faults() noexcept override { return arm_.clear_faults(); }
   Duration exchange_period() const noexcept override { return arm_.exchange_period(); }
   Statistics statistics() const override { return arm_.statistics(); }
 

@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "core/input_error.hpp"
+#include "core/sign_of_life.hpp"
 #include "drivers/camera/aravis_link.hpp"
 #include "drivers/camera/frame_id.hpp"
 
@@ -35,7 +36,13 @@ struct AravisCamera::Impl {
   explicit Impl(const AravisSettings& s) : settings(s), link(std::make_shared<AravisLink>(s)) {
     if (s.use_latch) first_reading(*link);
     ids = sequence_for(*link);
-    keeper = std::thread([this] { keep(); });
+    keeper = std::thread([this] {
+      try {
+        keep();
+      } catch (...) {
+        keeper_life.end();
+      }
+    });
   }
 
   ~Impl() {
@@ -71,6 +78,7 @@ struct AravisCamera::Impl {
   // The keeper's thread.
   void keep();
   Duration look_after(const std::shared_ptr<AravisLink>& l, bool suspected);
+  void settle_stop(AravisLink& l);
   void drop(std::shared_ptr<AravisLink> l);
   void reconnect();
 
@@ -86,6 +94,8 @@ struct AravisCamera::Impl {
   std::condition_variable wake;
   std::shared_ptr<AravisLink> link;
   bool running = false, stopping = false, poked = false, suspect = false;
+  bool stop_owed = false;  ///< to a camera that may have gone: it would keep its reader waiting
+  SignOfLife keeper_life;
   std::atomic<bool> latch{false};  ///< the device's clock can be asked
   ClockFit fit;
   ArrivalEnvelope envelope;
@@ -135,7 +145,10 @@ void AravisCamera::Impl::keep() {
     }
     if (l) {
       pause = look_after(l, suspected);
-      if (current() != l) drop(std::move(l));
+      if (current() == l)
+        settle_stop(*l);
+      else
+        drop(std::move(l));
     } else {
       reconnect();
       pause = kRetry;
@@ -161,6 +174,20 @@ Duration AravisCamera::Impl::look_after(const std::shared_ptr<AravisLink>& l, bo
   }
   return latch && fit.samples() < kFirstSamples ? std::min(kFirstInterval, settings.clock_interval)
                                                 : settings.clock_interval;
+}
+
+/// The stop that the reader did not wait for, unless it has begun again meanwhile.
+void AravisCamera::Impl::settle_stop(AravisLink& l) {
+  const auto wanted = [this] {
+    const std::lock_guard lock(mutex);
+    return running;
+  };
+  {
+    const std::lock_guard lock(mutex);
+    if (!std::exchange(stop_owed, false) || running) return;
+  }
+  l.stop();
+  if (wanted()) (void)l.start();
 }
 
 /// Ends a connection in this thread, however long its time-outs are.
@@ -251,6 +278,7 @@ Status AravisCamera::start() {
   if (const Status started = link->start(); !started.ok()) return started;
   const std::lock_guard lock(m.mutex);
   m.running = true;
+  m.stop_owed = false;
   m.ids.restart();  // what was exposed while nobody wanted it is not lost
   m.unnumbered = 0;
   m.last_news = m.clock.now();
@@ -261,12 +289,17 @@ Status AravisCamera::start() {
 void AravisCamera::stop() noexcept {
   Impl& m = *impl_;
   std::shared_ptr<AravisLink> link;
+  bool owed = false;
   {
     const std::lock_guard lock(m.mutex);
     m.running = false;
     link = m.link;
+    owed = m.stop_owed = link && (m.stall_told || link->control_lost());
   }
-  if (link) link->stop();
+  if (owed)
+    m.poke(true);
+  else if (link)
+    link->stop();
 }
 
 Status AravisCamera::trigger() {
@@ -292,6 +325,8 @@ Result<std::optional<Frame>> AravisCamera::try_grab() {
       m.stall_told = false;
     }
   }
+  if (m.keeper_life.missing(m.clock.now()))
+    return Error{ErrorCode::kInternal, 0, m.clock.now(), "camera: its thread is dead"};
   if (!link) return gone(m.clock.now());
   if (link->control_lost()) {
     m.poke(true);

@@ -73,9 +73,10 @@ std::vector<AravisDevice> find_aravis_devices();
 /// again by the camera's thread, and `sequence` goes on. A free-running camera without frames for `stall_periods` is
 /// one kTimeout.
 ///
-/// Threads: as Camera; try_grab and trigger may be in different threads. Errors: the constructor throws InputError with
-/// what to do. The destructor takes up to 10 s while a vanished camera's
-/// connection is being ended (Aravis' control time-outs), else a fraction of a second.
+/// Threads: as Camera; try_grab and trigger may be in different threads. try_grab never waits for the device; stop does
+/// not for one that has stalled: its own thread does. Errors: kInternal if that thread has ended; the constructor
+/// throws InputError with what to do. The destructor takes up to 10 s while a vanished camera's connection is being
+/// ended (Aravis' control time-outs), else a fraction of a second.
 class AravisCamera final : public Camera {
  public:
   explicit AravisCamera(const AravisSettings& settings);

@@ -23,7 +23,6 @@ constexpr int kMostSilent = 3;  // tries without an answer: no latch
 /// What a buffer carries through Aravis and back.
 struct AravisLink::Slot {
   cv::Mat memory;
-  Stamp arrival{};
 };
 
 void AravisLink::refuse(const std::string& what, const ArvError& error) const {
@@ -155,15 +154,9 @@ void AravisLink::open_stream() {
     extended_ids_ = true;
     ns_per_tick_ = 1;
   }
-  // Aravis keeps the first packet's arrival in system time, which may be set; while it is fresh its age is good.
-  const auto arrived = +[](void*, ArvStreamCallbackType type, ArvBuffer* buffer) {
-    if (type != ARV_STREAM_CALLBACK_TYPE_BUFFER_DONE || !buffer) return;
-    const std::int64_t age_ns =
-        g_get_real_time() * 1000 - static_cast<std::int64_t>(arv_buffer_get_system_timestamp(buffer));
-    if (auto* slot = static_cast<Slot*>(const_cast<void*>(arv_buffer_get_user_data(buffer))))
-      slot->arrival = MonotonicClock{}.now() - Duration{std::max<std::int64_t>(age_ns, 0)};
-  };
-  stream_.reset(arv_camera_create_stream(c, arrived, nullptr, error));
+  // By the time it is told of a buffer, its reader may have given it back: nothing in it is touched here.
+  const auto told = +[](void* link, ArvStreamCallbackType, ArvBuffer*) { static_cast<AravisLink*>(link)->hand_over(); };
+  stream_.reset(arv_camera_create_stream(c, told, this, error));
   if (!stream_) refuse("cannot open its stream", error);
   if (gige_) {
     g_object_set(stream_.get(), "packet-resend",
@@ -184,7 +177,8 @@ cv::Mat AravisLink::free_memory() {
 }
 
 void AravisLink::add_buffer() {
-  auto* slot = new Slot{free_memory(), {}};
+  auto* slot = new Slot{free_memory()};
+  hand_over();
   arv_stream_push_buffer(stream_.get(), arv_buffer_new_full(payload_, slot->memory.data, slot,
                                                             [](gpointer s) { delete static_cast<Slot*>(s); }));
 }
@@ -228,10 +222,14 @@ std::int64_t AravisLink::device_stamp(ArvBuffer* buffer) const {
 std::optional<AravisReceived> AravisLink::pop() {
   ArvBuffer* buffer = arv_stream_try_pop_buffer(stream_.get());
   if (!buffer) return std::nullopt;
+  hand_over();
   const auto* slot = static_cast<const Slot*>(arv_buffer_get_user_data(buffer));
   AravisReceived received;
   received.id = arv_buffer_get_frame_id(buffer);
-  received.arrival = slot->arrival;
+  // Aravis keeps the first packet's arrival in system time, which may be set; while it is fresh its age is good.
+  const std::int64_t age_ns =
+      g_get_real_time() * 1000 - static_cast<std::int64_t>(arv_buffer_get_system_timestamp(buffer));
+  received.arrival = clock_.now() - Duration{std::max<std::int64_t>(age_ns, 0)};
   const ArvBufferStatus status = arv_buffer_get_status(buffer);
   const cv::Size size(settings_.info.width, settings_.info.height);
   if (status == ARV_BUFFER_STATUS_SIZE_MISMATCH) {
@@ -249,6 +247,7 @@ std::optional<AravisReceived> AravisLink::pop() {
       return received;
     }
   }
+  hand_over();
   arv_stream_push_buffer(stream_.get(), buffer);
   return received;
 }

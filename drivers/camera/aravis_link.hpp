@@ -67,6 +67,9 @@ class AravisLink {
   void configure();
   void open_stream();
   void add_buffer();
+  /// Between us and the stream's thread, whenever a slot changes hands. Aravis' queues order that too, but inside of a
+  /// library into which no checker of threads sees.
+  void hand_over() noexcept { handed_over_.fetch_add(1, std::memory_order_acq_rel); }
   cv::Mat free_memory();
   std::int64_t device_stamp(ArvBuffer* buffer) const;
   ArvDevice* device() const { return arv_camera_get_device(camera_.get()); }
@@ -76,6 +79,9 @@ class AravisLink {
   AravisSettings settings_;
   MonotonicClock clock_;
   AravisPixels pixels_;
+  // What Aravis' threads touch lives longer than camera and stream.
+  std::atomic<bool> control_lost_{false}, abandoned_{false};
+  std::atomic<unsigned> handed_over_{0};
   ArvPtr<ArvCamera> camera_;
   ArvPtr<ArvStream> stream_;
   ArvPtr<ArvChunkParser> chunks_;
@@ -90,7 +96,6 @@ class AravisLink {
   std::string address_;
   bool acquiring_ = false;
   gulong lost_handler_ = 0;
-  std::atomic<bool> control_lost_{false}, abandoned_{false};
 };
 
 }  // namespace tankrig

@@ -15,6 +15,8 @@ namespace {
 
 Stamp now() noexcept { return MonotonicClock{}.now(); }
 
+Error thread_dead(Stamp when) noexcept { return {ErrorCode::kInternal, 0, when, "laser relay: its thread is dead"}; }
+
 std::string hex(std::uint8_t byte) {
   char text[8];
   std::snprintf(text, sizeof text, "0x%02x", byte);
@@ -27,6 +29,7 @@ RelayLaser::RelayLaser(const RelayLaserSettings& settings)
     : settings_(settings), port_(settings.serial), wake_(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {
   if (wake_ < 0) throw InputError(settings.serial.device, std::string("laser relay: eventfd: ") + std::strerror(errno));
   last_call_ns_ = now().ns;
+  life_.give(now());
   thread_ = std::thread([this] { run(); });
   try {
     wait_until_open();
@@ -73,6 +76,7 @@ Status RelayLaser::set(bool on) noexcept {
     return {};
   }
   std::uint8_t before = command_.load();
+  if (life_.missing(called)) return thread_dead(called);
   do {
     if (!(before & kReady)) {
       const Reading& reading = published_.latest();
@@ -87,6 +91,7 @@ Status RelayLaser::set(bool on) noexcept {
 Result<LaserState> RelayLaser::state() noexcept {
   const Stamp called = now();
   last_call_ns_.store(called.ns, std::memory_order_relaxed);
+  if (life_.missing(called)) return thread_dead(called);
   const Reading& reading = published_.latest();
   if (!reading.trusted) return Error{reading.code, reading.os_errno, called, "laser relay: read state"};
   LaserState s;

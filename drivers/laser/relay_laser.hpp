@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "core/config_node.hpp"
+#include "core/sign_of_life.hpp"
 #include "drivers/laser/laser.hpp"
 #include "drivers/laser/latest_value.hpp"
 #include "drivers/laser/relay_protocol.hpp"
@@ -41,8 +42,9 @@ RelayLaserSettings relay_laser_settings_from(const ConfigNode& laser, const std:
 /// the command, which stays off until it is set again. `powered` is the read-back contact where a status query is
 /// configured, else the last echo. `since` is when the answer came: the contact moved at most answer_timeout before.
 /// Threads: as Laser; its own thread talks to the line.  RT: set() and state() never wait, lock or allocate.
-/// Errors of state(): kDisconnected (the line is gone), kTimeout (no answer), kProtocol (a wrong one); set(true) is
-/// refused with the same while they last. set(false) is always taken; state() says when it is true.
+/// Errors of state(): kDisconnected (the line is gone), kTimeout (no answer), kProtocol (a wrong one), kInternal (its
+/// thread has ended or hangs: the refreshes end, and a relay with a watchdog opens); set(true) is refused with the same
+/// while they last. set(false) is always taken; state() says when it is true.
 class RelayLaser final : public Laser {
  public:
   /// Waits until the relay has confirmed off.  Errors: InputError: SerialPort's, no answer, wrong answer.
@@ -74,19 +76,19 @@ class RelayLaser final : public Laser {
     int os_errno = 0;
   };
 
-  void run() noexcept;
-  void step() noexcept;
+  void run();
+  void step();
   void wait(Stamp until) noexcept;
   void send(Request request) noexcept;
-  void receive() noexcept;
-  bool take(std::uint8_t byte) noexcept;  // false: not an answer
+  void receive();
+  bool take(std::uint8_t byte);  // false: not an answer
   void abandon() noexcept;
   void forget_abandoned(std::size_t which) noexcept;
   bool answers(Request request, std::uint8_t byte) const noexcept;
-  void answered(std::uint8_t byte) noexcept;
+  void answered(std::uint8_t byte);
   void failed(ErrorCode code, int os_errno) noexcept;
   void distrust(ErrorCode code, int os_errno) noexcept;
-  void reconnect() noexcept;
+  void reconnect();
   void set_powered(bool powered) noexcept;
   void publish() noexcept;
   void last_off() noexcept;
@@ -105,6 +107,7 @@ class RelayLaser final : public Laser {
   std::atomic<Loop> loop_{Loop::kUnknown};
   std::atomic<std::int64_t> last_call_ns_{0};
   LatestValue<Reading> published_;
+  SignOfLife life_{SignOfLife::kUsual + settings_.answer_timeout};
   std::mutex opening_mutex_;  // guards opened_, not used by RT calls
   std::condition_variable opening_;
   bool opened_ = false;

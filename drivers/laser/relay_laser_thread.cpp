@@ -12,6 +12,7 @@
 namespace tankrig {
 namespace {
 
+constexpr Duration kLongestWait = SignOfLife::kUsual / 4;
 constexpr Duration kReopenPeriod = std::chrono::milliseconds{100};
 constexpr int kLateAnswers = 20;  // so many answer time-outs long an answer may still come
 constexpr Duration kQuietAfterGarbage = std::chrono::milliseconds{10};
@@ -20,18 +21,23 @@ Stamp now() noexcept { return MonotonicClock{}.now(); }
 
 }  // namespace
 
-void RelayLaser::run() noexcept {
+void RelayLaser::run() {
   ::pthread_setname_np(::pthread_self(), "laser-relay");
-  while (!stop_) step();
+  try {
+    while (!stop_) step();
+  } catch (...) {
+    life_.end();
+  }
   last_off();
 }
 
-void RelayLaser::step() noexcept {
+void RelayLaser::step() {
+  const Stamp t = now();
+  life_.give(t);
   if (port_.descriptor() < 0) {
     reconnect();
     return;
   }
-  const Stamp t = now();
   bool on = (command_.load() & kOn) != 0;
   if (on && settings_.caller_timeout.count() > 0 &&
       t - Stamp{last_call_ns_.load(std::memory_order_relaxed)} > settings_.caller_timeout) {
@@ -60,7 +66,7 @@ void RelayLaser::step() noexcept {
   if (port_.descriptor() < 0) return;
   Stamp until = deadline_;
   if (waiting_for_ == Request::kNone) {
-    until = t + std::chrono::seconds{1};
+    until = t + kLongestWait;
     if (settings_.refresh.count() > 0) until = std::min(until, refresh_at_);
     if (settings_.protocol.status_query) until = std::min(until, query_at_);
     if (wanted != confirmed_ || quiet_until_ > until) until = quiet_until_;
@@ -103,7 +109,7 @@ void RelayLaser::send(Request request) noexcept {
   if (!written.ok()) distrust(written.error().code, written.error().os_errno);
 }
 
-void RelayLaser::receive() noexcept {
+void RelayLaser::receive() {
   std::array<std::uint8_t, 64> bytes;
   const auto got = port_.try_read(bytes);
   if (!got.ok()) {
@@ -132,7 +138,7 @@ void RelayLaser::forget_abandoned(std::size_t which) noexcept {
   --abandoned_count_;
 }
 
-bool RelayLaser::take(std::uint8_t byte) noexcept {
+bool RelayLaser::take(std::uint8_t byte) {
   if (waiting_for_ != Request::kNone && answers(waiting_for_, byte)) {
     answered(byte);
     return true;
@@ -152,7 +158,7 @@ bool RelayLaser::take(std::uint8_t byte) noexcept {
   return false;
 }
 
-void RelayLaser::answered(std::uint8_t byte) noexcept {
+void RelayLaser::answered(std::uint8_t byte) {
   const std::int64_t took = (now() - sent_).count();
   if (took > counts_.slowest_answer_ns) counts_.slowest_answer_ns = took;
   const Request request = std::exchange(waiting_for_, Request::kNone);
@@ -198,7 +204,7 @@ void RelayLaser::distrust(ErrorCode code, int os_errno) noexcept {
   publish();
 }
 
-void RelayLaser::reconnect() noexcept {
+void RelayLaser::reconnect() {
   if (reading_.trusted) distrust(ErrorCode::kDisconnected, 0);
   if (port_.reopen().ok()) {
     failures_ = 0;

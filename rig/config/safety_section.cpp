@@ -15,6 +15,7 @@ void read_safety_section(const ConfigNode& node, SafetySettings& s) {
   number("laser_on_margin_s", s.laser_on_margin, {0.01, 5});
   number("rest_velocity_rad_s", s.rest_velocity, {0.001, 0.1});
   number("rest_timeout_s", s.rest_timeout, {0.2, 60});
+  number("camera_timeout_s", s.camera_timeout, {0.1, 60});
   if (s.hold_limit > s.maximum_on)
     node.fail(node.has("hold_limit_s") ? "hold_limit_s" : "maximum_on_s",
               "found a hold_limit_s of " + exact_text(s.hold_limit) + ", expected at most maximum_on_s, " +
@@ -33,6 +34,7 @@ std::string safety_section_yaml(const SafetySettings& s) {
          "\n    laser_on_margin_s: " + exact_text(s.laser_on_margin) +
          "\n    rest_velocity_rad_s: " + exact_text(s.rest_velocity) +
          "\n    rest_timeout_s: " + exact_text(s.rest_timeout) +
+         "\n    camera_timeout_s: " + exact_text(s.camera_timeout) +
          "\n    beam:\n      verify: " + (s.beam.verify ? "true" : "false") +
          "\n      frames: " + std::to_string(s.beam.frames) +
          "\n      dark_frames: " + std::to_string(s.beam.dark_frames) + "\n";

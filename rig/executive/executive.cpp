@@ -24,6 +24,12 @@ Fault fault_of(JointViolation::Limit limit) noexcept {
   return Fault::kFollowingError;
 }
 
+/// Of what a driver tells; `otherwise` is what failed.
+Fault fault_of(ErrorCode code, Fault otherwise) noexcept {
+  if (code == ErrorCode::kInternal) return Fault::kThread;
+  return code == ErrorCode::kOverCurrent ? Fault::kJointCurrent : otherwise;
+}
+
 }  // namespace
 
 Executive::Executive(const ScanPlan& plan, const ScanSettings& settings, Arm& arm, Laser& laser,
@@ -87,7 +93,7 @@ void Executive::take_plan(const ScanPlan* plan) noexcept {
 void Executive::read_joints(CycleRecord& record) noexcept {
   const auto news = guard_.read_joints();
   if (!news.ok()) {
-    raise(news.error().code == ErrorCode::kInternal ? Fault::kThread : Fault::kArmRead, news.error());
+    raise(fault_of(news.error().code, Fault::kArmRead), news.error());
   } else if (news.value()) {
     joints_ = *news.value();
     last_news_ = record.stamp;
@@ -101,7 +107,7 @@ void Executive::read_joints(CycleRecord& record) noexcept {
 void Executive::read_laser(CycleRecord& record) noexcept {
   const auto laser = guard_.read_laser();
   if (!laser.ok()) {
-    raise(laser.error().code == ErrorCode::kInternal ? Fault::kThread : Fault::kLaser, laser.error());
+    raise(fault_of(laser.error().code, Fault::kLaser), laser.error());
     return;
   }
   record.laser_known = true;
@@ -134,10 +140,13 @@ InterlockOutputs Executive::decide(const CycleRecord& record) noexcept {
   if (running && !fresh && heartbeat_ns_.load(std::memory_order_relaxed) != 0)
     raise(Fault::kHeartbeat, {ErrorCode::kTimeout, 0, record.stamp, "executive: heartbeat"});
   const std::uint32_t resets = resets_.load(std::memory_order_acquire);
+  const bool reset = std::exchange(resets_seen_, resets) != resets;
+  if (const Status over = reset ? guard_.clear_arm_faults() : Status{}; !over.ok())
+    raise(fault_of(over.error().code, Fault::kArmRead), over.error());
   InterlockInputs in;
   in.now = record.stamp;
   in.arm = armed_.load(std::memory_order_relaxed);
-  in.reset = std::exchange(resets_seen_, resets) != resets;
+  in.reset = reset;
   in.hold = running && segment.hold;
   in.interlock_closed = interlock_.load(std::memory_order_relaxed) && loop_closed_;
   in.heartbeat_fresh = fresh;
@@ -203,7 +212,7 @@ void Executive::act(CycleRecord& record, const InterlockOutputs& allowed) noexce
   if (applied.ok())
     record.applied = applied.value();
   else
-    raise(Fault::kArmWrite, applied.error());
+    raise(fault_of(applied.error().code, Fault::kArmWrite), applied.error());
   if (raised_) {
     state_ = ExecutiveState::kFault;
     make_safe(record);

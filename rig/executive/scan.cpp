@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <optional>
+#include <type_traits>
 
 #include "core/input_error.hpp"
 #include "rig/executive/beam_watch.hpp"
@@ -22,10 +23,11 @@ using namespace std::chrono_literals;
 
 constexpr std::size_t kJointSamples = 4096;  // kept for frames still to be joined
 constexpr Duration kFirstFrameTimeout = 3s;  // of the camera that sets the frame grid
-constexpr int kFramesPerRound = 4;  // of each camera
+constexpr double kSilentPeriods = 5;         // of a slow camera
+constexpr int kFramesPerRound = 4;           // of each camera
 constexpr Duration kProgressPeriod = 100ms;
 constexpr Duration kBeamSettles = 300ms;  // around a switching: projectors glow, contacts are read back late
-constexpr double kCyclesToArm = 2;  // until the safety step has seen the switch
+constexpr double kCyclesToArm = 2;        // until the safety step has seen the switch
 constexpr char kInterlockOpen[] = "laser interlock: found open, expected closed";
 
 /// However a scan is left, its cameras are stopped.
@@ -58,8 +60,14 @@ class ScanRun {
     executive_.stop_also_on(job_.stop);
     for (const ScanCamera& c : job_.cameras) beam_.add_camera(c.beam_in_view);
     for (const ScanCamera& c : job_.cameras)
-      feeds_.push_back({c.camera, joiner_.add_camera(c.camera->info().name, c.record), c.record, c.time_offset,
-                        c.trigger.mode != TriggerMode::kFree, false});
+      feeds_.push_back({c.camera,
+                        joiner_.add_camera(c.camera->info().name, c.record),
+                        c.record,
+                        c.time_offset,
+                        c.trigger.mode != TriggerMode::kFree,
+                        false,
+                        {},
+                        false});
     executive_.set_listener(&triggers_);
     for (std::size_t i = 0; i < feeds_.size(); ++i)
       triggers_.add_camera(feeds_[i].number, *feeds_[i].camera, feeds_[i].record, job_.cameras[i].trigger);
@@ -94,6 +102,8 @@ class ScanRun {
     Duration time_offset;  // taken off the stamp of every frame
     bool triggered;
     bool running;
+    Stamp news;     // it was started, or its newest frame arrived
+    bool delivers;  // has done so since it was started
   };
 
   /// The free-running camera whose frames the passes are interleaved on, if any.
@@ -124,6 +134,7 @@ class ScanRun {
     round_began_ = job_.clock.now();
     CycleRecord record;
     while (executive_.try_pop(record)) consume(record);
+    if (end_.ended()) executive_.set_armed(false);
     if (!plan_zero_ && round_began_ - begin_ > kFirstFrameTimeout)
       device_failed("camera: no frame to set the frame grid by");
   }
@@ -135,7 +146,9 @@ class ScanRun {
     if (plan_zero_) schedule_cameras();
     for (Feed& feed : feeds_)
       if (feed.running) grab(feed);
-    if (!triggers_.collect()) executive_.thread_died();
+    if (const std::string dead = triggers_.collect(); !dead.empty()) thread_died(dead);
+    for (Feed& feed : feeds_)
+      if (feed.running) check_silence(feed);
     joiner_.drain();
     executive_.set_beam(beam_.judge());
     report_progress();
@@ -174,7 +187,7 @@ class ScanRun {
     }
     laser_.add(record);
     beam_.add(record);
-    log_.add(record, failure_);
+    log_.add(record, record.fault == Fault::kHeartbeat ? held_up_ : failure_);
     max_following_error_ = std::max(max_following_error_, record.following_error);
     last_ = record;
   }
@@ -186,7 +199,7 @@ class ScanRun {
       const bool wanted = !end_.ended() && joiner_.wanted(feed.number, now - lead, now + lead);
       if (wanted && !feed.running) start_camera(feed);
       if (!wanted && feed.running) {
-        feed.camera->stop();
+        ask(feed, [&] { return feed.camera->stop(), true; });
         feed.running = false;
       }
     }
@@ -196,26 +209,54 @@ class ScanRun {
   void start_camera(Feed& feed) {
     joiner_.restarted(feed.number);
     executive_.heartbeat(job_.clock.now());
-    const Status started = feed.camera->start();
+    const Status started = ask(feed, [&] { return feed.camera->start(); });
     feed.running = started.ok();
-    if (!started.ok()) device_failed("camera " + feed.camera->info().name + ": " + describe(started.error()));
+    feed.news = job_.clock.now();
+    feed.delivers = false;
+    if (!started.ok()) camera_failed(feed, started.error());
+  }
+
+  /// What is asked of a camera's driver; one that holds the supervisor up is told of where its heartbeat is late.
+  template <class Call>
+  std::invoke_result_t<Call> ask(const Feed& feed, Call call) {
+    const Stamp before = job_.clock.now();
+    auto answer = call();
+    const double took = seconds(job_.clock.now() - before);
+    if (took > job_.settings.heartbeat_timeout) {
+      char line[64];
+      std::snprintf(line, sizeof line, ": held the supervisor up for %.0f ms", 1e3 * took);
+      held_up_ = "camera " + feed.camera->info().name + line;
+    }
+    return answer;
   }
 
   /// A camera that takes longer for a frame than it takes to come must not keep the loop.
   void grab(Feed& feed) {
-    for (int frames = 0; frames < kFramesPerRound; ++frames) {
-      auto news = feed.camera->try_grab();
-      if (!news.ok()) {
-        device_failed("camera " + feed.camera->info().name + ": " + describe(news.error()));
-        return;
-      }
+    const Stamp begin = job_.clock.now();
+    const auto late = [&] { return seconds(job_.clock.now() - begin) > job_.settings.heartbeat_timeout; };
+    for (int frames = 0; frames < kFramesPerRound && !late(); ++frames) {
+      auto news = ask(feed, [&] { return feed.camera->try_grab(); });
+      if (!news.ok()) return camera_failed(feed, news.error());
       if (!news.value()) return;
+      feed.news = job_.clock.now();
+      feed.delivers = true;
       news.value()->stamp = news.value()->stamp - feed.time_offset;
       if (!plan_zero_) start_plan(on_frame_grid(news.value()->stamp));
       triggers_.add_frame(feed.number, *news.value());
       beam_.add(feed.number, *news.value());
       joiner_.add(feed.number, std::move(*news.value()));
     }
+  }
+
+  /// A camera that delivers nothing though its driver finds nothing wrong; a triggered one, though it is triggered.
+  void check_silence(const Feed& feed) {
+    const auto since = feed.triggered ? triggers_.unanswered_since(feed.number) : std::optional(feed.news);
+    const double usual = std::max(job_.settings.safety.camera_timeout, kSilentPeriods / feed.camera->info().rate_hz);
+    const double patience = feed.delivers ? usual : std::max(usual, seconds(kFirstFrameTimeout));
+    if (!since || seconds(job_.clock.now() - *since) <= patience || end_.ended()) return;
+    char line[48];
+    std::snprintf(line, sizeof line, ": no frame for %.1f s", patience);
+    device_failed("camera " + feed.camera->info().name + line);
   }
 
   /// A whole number of frame periods after `frame`, and a period ahead of now.
@@ -248,8 +289,19 @@ class ScanRun {
     executive_.request_stop();
   }
 
+  void camera_failed(const Feed& feed, const Error& error) {
+    const std::string what = "camera " + feed.camera->info().name + ": " + describe(error);
+    if (error.code == ErrorCode::kInternal) return thread_died(what);
+    device_failed(what);
+  }
+
+  void thread_died(const std::string& what) {
+    if (failure_.empty()) failure_ = what;
+    executive_.thread_died();
+  }
+
   void report_progress() {
-    if (!job_.progress || !plan_zero_ || last_.stamp < next_progress_) return;
+    if (!job_.progress || !plan_zero_ || end_.ended() || last_.stamp < next_progress_) return;
     next_progress_ = last_.stamp + kProgressPeriod;
     const Segment& segment = job_.plan.segments()[last_.segment];
     job_.progress({std::clamp(last_.plan_time / job_.plan.duration(), 0.0, 1.0), segment.phase, segment.name});
@@ -316,7 +368,8 @@ class ScanRun {
   CycleRecord last_;
   std::optional<Stamp> plan_zero_;
   Stamp round_began_{};
-  std::string failure_;
+  std::string failure_;  // why the supervisor wants an end
+  std::string held_up_;  // what it waited for too long, last
   Stamp next_progress_{};
   double max_following_error_ = 0;
   Cycle cycle_;  // last: its thread ends before what it steps is gone

@@ -10,6 +10,8 @@ std::string describe(const CycleRecord& record, const ScanPlan& plan) {
   std::string text = to_string(record.fault);
   if (record.violation) {
     text += ": " + describe(*record.violation);
+  } else if (record.fault == Fault::kBeamMissing || record.fault == Fault::kBeamStray) {
+    text += std::string(": ") + record.error.where;  // no device failed
   } else if (record.error.where[0] != '\0') {
     text += ": " + describe(record.error);
   }
@@ -24,7 +26,7 @@ std::string describe(const Error& error) {
   return text;
 }
 
-void ScanLog::add(const CycleRecord& r, const std::string& why_stopped) {
+void ScanLog::add(const CycleRecord& r, const std::string& why) {
   const bool entered = r.state != last_.state;
   if (r.state == ExecutiveState::kRunning && (entered || r.segment != last_.segment))
     sink_.event(r.stamp, "phase", plan_.segments()[r.segment].name);
@@ -37,10 +39,14 @@ void ScanLog::add(const CycleRecord& r, const std::string& why_stopped) {
   failed("arm not stopped: ", r.stamp, r.arm_stop, last_.arm_stop);
   if (entered && r.state == ExecutiveState::kFault) {
     fault_ = describe(r, plan_);
+    const bool of_a_helper = r.fault == Fault::kHeartbeat || r.fault == Fault::kThread;
+    if (of_a_helper && !why.empty()) fault_ += "; " + why;
     sink_.event(r.stamp, "fault", fault_);
   }
-  if (entered && r.state == ExecutiveState::kStopped)
-    sink_.event(r.stamp, "stop", why_stopped.empty() ? "asked for" : why_stopped);
+  if (entered && r.state == ExecutiveState::kStopped) {
+    stop_ = why.empty() ? "asked for" : why;
+    sink_.event(r.stamp, "stop", stop_);
+  }
   if (entered && r.state == ExecutiveState::kDone) sink_.event(r.stamp, "phase", "done");
   last_ = r;
 }

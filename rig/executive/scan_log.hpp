@@ -18,12 +18,13 @@ class ScanLog {
  public:
   ScanLog(const ScanPlan& plan, ScanSink& sink) : plan_(plan), sink_(sink) {}
 
-  /// Records in order of their stamps. `why_stopped`: empty if somebody asked for it.
-  void add(const CycleRecord& record, const std::string& why_stopped);
+  /// Records in order of their stamps. `why`: what the supervisor knows of a stop, or of a fault that is told of it or
+  /// of a thread; empty if somebody asked for the stop.
+  void add(const CycleRecord& record, const std::string& why);
   void summary(Stamp now, double max_following_error, Duration worst_residual, const OutputsLeft& left);
 
-  /// The latched fault in words; empty if there is none.
-  const std::string& fault() const noexcept { return fault_; }
+  /// The latched fault in words, behind the stop that it came after; empty if there is none.
+  std::string fault() const { return stop_.empty() || fault_.empty() ? fault_ : stop_ + "; " + fault_; }
 
  private:
   void failed(const char* what, Stamp when, const Status& now, const Status& before);
@@ -31,7 +32,7 @@ class ScanLog {
   const ScanPlan& plan_;
   ScanSink& sink_;
   CycleRecord last_;
-  std::string fault_;
+  std::string stop_, fault_;
 };
 
 }  // namespace tankrig

@@ -28,11 +28,16 @@ class TriggerRecord {
   /// How far mid-exposures were from where they were wanted; this share is not further [s].
   double timing_error(double share) const;
 
+  /// When the oldest of the triggers that wait for a frame was fired, if there are several.
+  std::optional<Stamp> unanswered_since() const {
+    return triggers_.size() < kSeveral ? std::nullopt : std::optional(triggers_.front().fired);
+  }
   std::uint64_t lost() const { return lost_; }
   std::uint64_t untriggered() const { return untriggered_; }  ///< frames that belong to no trigger
   std::uint64_t pairs() const { return errors_.size(); }
 
  private:
+  static constexpr std::size_t kSeveral = 3;
   struct Exposed {
     Stamp middle;
     Duration exposure;

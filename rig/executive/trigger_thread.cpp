@@ -26,7 +26,9 @@ TriggerThread::~TriggerThread() {
 
 bool TriggerThread::request(const TriggerRequest& request) noexcept {
   if (!requests_.try_push(request)) return false;
-  if (clock_.real_time()) sem_post(&news_);
+  if (!clock_.real_time()) return true;
+  life_.expect(request.fire_at);
+  sem_post(&news_);
   return true;
 }
 
@@ -47,7 +49,7 @@ void TriggerThread::run() {
       fire(request);
     }
   } catch (...) {
-    died_.store(true, std::memory_order_relaxed);
+    life_.end();
   }
 }
 
@@ -63,14 +65,16 @@ void TriggerThread::fire_due() noexcept {
   try {
     fire(*next_);
   } catch (...) {
-    died_.store(true, std::memory_order_relaxed);
+    life_.end();
   }
   next_.reset();
 }
 
 void TriggerThread::fire(const TriggerRequest& request) {
   FiredTrigger fired{request, clock_.now(), false, {}};
+  life_.give(fired.fired);
   const Status done = camera_.trigger();
+  life_.rest();
   fired.accepted = done.ok();
   if (!done.ok()) fired.error = done.error();
   (void)fired_.try_push(fired);  // full only if nobody has asked for the last thousand

@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "core/clock.hpp"
+#include "core/sign_of_life.hpp"
 #include "core/spsc_ring.hpp"
 #include "drivers/camera/camera.hpp"
 #include "rig/executive/trigger_schedule.hpp"
@@ -43,8 +44,8 @@ class TriggerThread {
   void fire_due() noexcept;
   /// Next of what was fired.
   bool try_pop(FiredTrigger& fired) noexcept { return fired_.try_pop(fired); }
-  /// The thread has ended though nobody asked it to.
-  bool died() const noexcept { return died_.load(std::memory_order_relaxed); }
+  /// The thread has ended though nobody asked it to, or a trigger does not come back from the camera.
+  bool dead() const noexcept { return life_.missing(clock_.now()); }
 
  private:
   void run();
@@ -55,7 +56,8 @@ class TriggerThread {
   SpscRing<TriggerRequest> requests_;
   SpscRing<FiredTrigger> fired_;
   sem_t news_;
-  std::atomic<bool> ending_{false}, died_{false};
+  std::atomic<bool> ending_{false};
+  SignOfLife life_;
   std::optional<TriggerRequest> next_;  // of due()
   std::thread thread_;
 };

@@ -50,13 +50,19 @@ void Triggers::collect(One& one) {
   if (const auto delay = one.record.delay(); delay && !one.delay_is_given) one.schedule.set_delay(*delay);
 }
 
-bool Triggers::collect() {
-  bool alive = true;
+std::string Triggers::collect() {
+  std::string dead;
   for (const auto& one : cameras_) {
     collect(*one);
-    alive = alive && !one->thread.died();
+    if (dead.empty() && one->thread.dead()) dead = "camera " + one->name + ": its trigger thread is dead";
   }
-  return alive;
+  return dead;
+}
+
+std::optional<Stamp> Triggers::unanswered_since(int number) const {
+  for (const auto& one : cameras_)
+    if (one->number == number) return one->record.unanswered_since();
+  return std::nullopt;
 }
 
 void Triggers::add_frame(int number, const Frame& frame) {

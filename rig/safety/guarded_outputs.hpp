@@ -40,6 +40,8 @@ class GuardedOutputs {
   /// stopped.
   Result<JointVector> move(const JointVector& velocity) noexcept;
   Status arm_stop() noexcept { return arm_.stop(); }
+  /// With a reset: what the driver itself keeps is forgotten, where it is over.
+  Status clear_arm_faults() noexcept { return arm_.clear_faults(); }
 
   // What the devices say.
   Result<std::optional<JointState>> read_joints() noexcept { return arm_.try_read(); }

@@ -19,6 +19,7 @@ struct SafetySettings {
   double laser_on_margin = 0.25;     ///< longest it may stay dark beyond its warm-up when it is commanded
   double rest_velocity = 0.01;       ///< measured joint velocity below which a joint is at rest
   double rest_timeout = 3.0;         ///< after the end, longest wait for laser dark and arm at rest
+  double camera_timeout = 1.0;       ///< longest silence of a camera that has begun to deliver
   BeamSettings beam;
 };
 

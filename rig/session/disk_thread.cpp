@@ -1,6 +1,7 @@
 #include "rig/session/disk_thread.hpp"
 
 #include <fcntl.h>
+#include <pthread.h>
 #include <unistd.h>
 
 #include <array>
@@ -10,6 +11,7 @@
 #include <cstring>
 #include <utility>
 
+#include "core/clock.hpp"
 #include "core/input_error.hpp"
 #include "rig/session/session_tables.hpp"
 
@@ -38,8 +40,8 @@ void make_reserve(const fs::path& file) {
 
 }  // namespace
 
-DiskThread::DiskThread(fs::path session, std::size_t ring_bytes, bool wait)
-    : session_(std::move(session)), ring_bytes_(ring_bytes), wait_(wait) {
+DiskThread::DiskThread(fs::path session, std::size_t ring_bytes, bool wait, Duration patience)
+    : session_(std::move(session)), ring_bytes_(ring_bytes), wait_(wait), writer_life_(patience) {
   const std::array headers{joints_header(), frames_header(), events_header()};
   for (std::size_t i = 0; i < kTables; ++i) {
     tables_.push_back(std::make_unique<AppendFile>(session_ / kTableNames[i]));
@@ -61,6 +63,7 @@ bool DiskThread::add_line(RecordedTable table, std::string_view line) {
   const auto room = [&] { return waiting_text_ + line.size() <= kTextBytes || failure_; };
   if (wait_) room_.wait(lock, room);
   rethrow();
+  check_alive();
   if (!room()) return false;
   lines_[static_cast<std::size_t>(table)] += line;
   waiting_text_ += line.size();
@@ -75,6 +78,7 @@ bool DiskThread::add_frame(const std::string& camera, std::string line, const cv
   const auto room = [&] { return waiting_bytes_ + job.bytes() <= ring_bytes_ || jobs_.empty() || failure_; };
   if (wait_) room_.wait(lock, room);
   rethrow();
+  check_alive();
   if (!room()) return false;
   waiting_bytes_ += job.bytes();
   jobs_.push_back(std::move(job));
@@ -122,11 +126,20 @@ void DiskThread::rethrow() {
   if (failure_) std::rethrow_exception(failure_);
 }
 
+void DiskThread::check_alive() {
+  if (!writer_life_.missing(MonotonicClock{}.now())) return;
+  failure_ = std::make_exception_ptr(InputError(session_, "the disk does not answer"));
+  rethrow();
+}
+
 void DiskThread::write_loop() {
+  ::pthread_setname_np(::pthread_self(), "disk-writer");
   auto lines_due = std::chrono::steady_clock::now() + kLinesPeriod;
   std::unique_lock lock(mutex_);
   while (true) {
+    writer_life_.give(MonotonicClock{}.now());
     work_.wait_until(lock, lines_due, [this] { return !jobs_.empty() || closing_; });
+    writer_life_.give(MonotonicClock{}.now());
     const bool refuse = failure_ != nullptr;
     const bool last = closing_ && jobs_.empty();
     if (!jobs_.empty()) {
@@ -190,6 +203,7 @@ void DiskThread::write_lines() {
 }
 
 void DiskThread::sync_loop() {
+  ::pthread_setname_np(::pthread_self(), "disk-sync");
   std::unique_lock lock(mutex_);
   while (!sync_.wait_for(lock, kSyncPeriod, [this] { return written_out_; })) {
     lock.unlock();

@@ -17,6 +17,7 @@
 #include <thread>
 #include <vector>
 
+#include "core/sign_of_life.hpp"
 #include "rig/session/spool.hpp"
 #include "rig/session/text_files.hpp"
 
@@ -29,11 +30,13 @@ enum class RecordedTable : std::uint8_t { kJointLines, kFrameLines, kEventLines 
 /// A write error ends the recording: the first one is kept, what comes after it is counted, and a reserve on the disk
 /// is freed for the last lines and session.yaml. Threads: add_* and finish from one; they wait for the disk only if
 /// `wait`. RT: never, but it holds no lock while it writes. Errors: the first failure of a thread (InputError naming
-/// the file) is thrown by the next add_* and by finish.
+/// the file) is thrown by the next add_* and by finish; so is a disk that does not come back from one write for
+/// `patience`.
 class DiskThread {
  public:
   /// Opens the tables with their headers.  `ring_bytes` of frames may wait, and a minute of lines.
-  DiskThread(std::filesystem::path session, std::size_t ring_bytes, bool wait);
+  DiskThread(std::filesystem::path session, std::size_t ring_bytes, bool wait,
+             Duration patience = std::chrono::seconds(5));
   ~DiskThread();
   DiskThread(const DiskThread&) = delete;
   DiskThread& operator=(const DiskThread&) = delete;
@@ -65,6 +68,7 @@ class DiskThread {
   void stop();
   void failed();
   void rethrow();
+  void check_alive();
 
   const std::filesystem::path session_;
   const std::size_t ring_bytes_;
@@ -85,6 +89,7 @@ class DiskThread {
   int next_segment_ = 0;
   std::shared_ptr<SpoolWriter> segment_;
   std::map<std::string, std::uint64_t> written_, refused_;
+  SignOfLife writer_life_;
   std::thread writer_, syncer_;
 };
 

@@ -64,6 +64,17 @@ class Examination {
   }
 
  private:
+  bool of_this_session(const FrameRecord& frame) const {
+    const auto& cameras = out_.info.cameras;
+    return cameras.empty() || std::any_of(cameras.begin(), cameras.end(),
+                                          [&](const SessionCamera& camera) { return camera.name == frame.camera; });
+  }
+
+  std::optional<FrameRecord> frame_from(const std::string& line) const {
+    auto frame = parse_frames_line(line);
+    return frame && of_this_session(*frame) ? std::move(frame) : std::nullopt;
+  }
+
   void read_seal() {
     std::error_code ignored;
     out_.sealed = fs::exists(session_ / "SHA256SUMS", ignored);
@@ -85,8 +96,15 @@ class Examination {
     out_.events =
         salvage_table<SessionEvent>(session_ / "events.csv", events_header(), read_events_csv, parse_events_line,
                                     [](const SessionEvent& e) { return events_line(e.stamp, e.kind, e.text); });
-    out_.frames = salvage_table<FrameRecord>(session_ / "frames.csv", frames_header(), read_frames_csv,
-                                             parse_frames_line, frames_line);
+    out_.frames = salvage_table<FrameRecord>(
+        session_ / "frames.csv", frames_header(),
+        [&](const fs::path& file, bool recording) {
+          auto table = read_frames_csv(file, recording);
+          for (const FrameRecord& frame : table.records)
+            if (!of_this_session(frame)) throw InputError(file, "a frame of no camera of session.yaml");
+          return table;
+        },
+        [&](const std::string& line) { return frame_from(line); }, frames_line);
     tell_table("joints.csv", out_.joints);
     tell_table("events.csv", out_.events);
     tell_table("frames.csv", out_.frames);
@@ -112,7 +130,7 @@ class Examination {
       const SpoolSegment segment(file);
       std::size_t strange = 0;
       for (const SpooledFrame& spooled : segment.frames()) {
-        auto frame = parse_frames_line(spooled.line);
+        auto frame = frame_from(spooled.line);
         if (!frame || !stays_inside(frame->file)) {
           ++strange;
           continue;

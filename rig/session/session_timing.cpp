@@ -71,7 +71,7 @@ SessionTiming read_timing(const ConfigNode& node) {
 std::string timing_csv(const std::vector<std::pair<std::string, const Histogram*>>& histograms) {
   std::string out = "quantity,lower_us,upper_us,count\n";
   for (const auto& [name, histogram] : histograms)
-    histogram->for_each_bin([&](const Histogram::Bin& bin) {
+    histogram->for_each_bin([&out, &name = name](const Histogram::Bin& bin) {
       char line[128];
       std::snprintf(line, sizeof line, "%s,%.3f,%.3f,%llu\n", name.c_str(), microseconds(Duration{bin.lower}),
                     microseconds(Duration{bin.upper}), static_cast<unsigned long long>(bin.count));

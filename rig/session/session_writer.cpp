@@ -48,7 +48,7 @@ void count(TableSpan& span, Stamp stamp) {
 SessionWriter::SessionWriter(fs::path path, SessionInfo info, SessionWriterOptions options)
     : path_(make_folder(std::move(path))), lock_(path_), info_(beginning(std::move(info), path_)) {
   write_whole_file(path_ / "session.yaml", session_yaml(info_));
-  disk_.emplace(path_, options.ring_bytes, options.wait_when_full);
+  disk_.emplace(path_, options.ring_bytes, options.wait_when_full, options.patience);
 }
 
 SessionWriter::~SessionWriter() {

@@ -18,6 +18,7 @@ struct SessionWriterOptions {
   bool wait_when_full =
       true;  ///< virtual clock: wait for the disk. Real clock: false, the frame is dropped and counted
   std::size_t ring_bytes = 256 << 20;  ///< frames that may wait for the disk: seconds of two 1.3-megapixel cameras
+  Duration patience = std::chrono::seconds(5);  ///< longest single write before the disk is given up
 };
 
 /// From its first moment the directory is a session that opens: status "recording", tables that grow, frames in the

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cstdio>
 
 #include "core/input_error.hpp"
@@ -148,6 +149,29 @@ FaultSpec spec_from(const ConfigNode& node) {
   return s;
 }
 
+std::string quoted(const std::string& text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') out += '\\';
+    if (static_cast<unsigned char>(c) >= 0x20) {
+      out += c;
+      continue;
+    }
+    char code[8];
+    std::snprintf(code, sizeof code, "\\x%02x", static_cast<unsigned>(c));
+    out += code;
+  }
+  return out + '"';
+}
+
+/// A device as `device:` has it; a camera's name may need quotes.
+std::string device_text(const FaultSpec& s) {
+  const std::string name = std::string(to_string(s.device)) + (s.camera.empty() ? "" : " " + s.camera);
+  const bool plain = std::all_of(s.camera.begin(), s.camera.end(),
+                                 [](unsigned char c) { return c < 0x80 && (std::isalnum(c) || c == '_' || c == '-'); });
+  return plain ? name : quoted(name);
+}
+
 std::string number(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.9g", value);
@@ -169,6 +193,22 @@ FaultPlan FaultPlan::load(const std::filesystem::path& file) {
   const ConfigNode root = ConfigNode::load(file);
   FaultPlan plan = from(root);
   root.finish();
+  return plan;
+}
+
+FaultPlan FaultPlan::load(const std::filesystem::path& file, FaultLevel level,
+                          const std::vector<std::string>& cameras) {
+  FaultPlan plan = load(file);
+  try {
+    plan.check(level);
+  } catch (const InputError& e) {
+    throw InputError(file, e.what());
+  }
+  std::string list;
+  for (const std::string& camera : cameras) list += (list.empty() ? "" : ", ") + camera;
+  for (const FaultSpec& s : plan.faults)
+    if (!s.camera.empty() && std::find(cameras.begin(), cameras.end(), s.camera) == cameras.end())
+      throw InputError(file, "faults: " + s.name() + ": found a camera '" + s.camera + "', expected one of: " + list);
   return plan;
 }
 
@@ -194,9 +234,9 @@ void FaultPlan::check(FaultLevel level) const {
 std::string FaultPlan::yaml() const {
   std::string text = faults.empty() ? "faults: []\n" : "faults:\n";
   for (const FaultSpec& s : faults) {
-    text += "  - {device: " + std::string(to_string(s.device)) + (s.camera.empty() ? "" : " " + s.camera) +
-            ", kind: " + to_string(s.kind) + ", from: " + kOrigins[static_cast<std::size_t>(s.origin)];
-    if (!s.phase.empty()) text += ", phase: \"" + s.phase + "\"";
+    text += "  - {device: " + device_text(s) + ", kind: " + to_string(s.kind) +
+            ", from: " + kOrigins[static_cast<std::size_t>(s.origin)];
+    if (!s.phase.empty()) text += ", phase: " + quoted(s.phase);
     text += ", at_s: " + number(seconds(s.at)) + ", duration_s: " + number(seconds(s.duration)) +
             ", ratio: " + number(s.ratio) + ", period_s: " + number(seconds(s.period)) +
             ", delay_s: " + number(seconds(s.delay)) + ", amount: " + number(s.amount) +

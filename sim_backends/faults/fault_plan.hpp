@@ -81,6 +81,9 @@ struct FaultPlan {
   /// does not offer.
   static FaultPlan load(const std::filesystem::path& file);
   static FaultPlan from(const ConfigNode& node);
+  /// Likewise, for a rig with these cameras: also refused is what cannot be had at that level, and a camera that the
+  /// rig does not have.
+  static FaultPlan load(const std::filesystem::path& file, FaultLevel level, const std::vector<std::string>& cameras);
 
   /// Errors: InputError, one line that lists what the device offers, if one of the faults cannot be had there.
   void check(FaultLevel level) const;

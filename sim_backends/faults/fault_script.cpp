@@ -63,6 +63,13 @@ Duration FaultScript::left(const FaultSpec& spec, Stamp now) const noexcept {
   return since ? *since + length(spec) - now : Duration{0};
 }
 
+std::vector<std::string> FaultScript::waiting(Stamp now) const {
+  std::vector<std::string> out;
+  for (std::size_t i = 0; i < plan_.faults.size(); ++i)
+    if (const auto since = begin(i); !since || *since > now) out.push_back(plan_.faults[i].name());
+  return out;
+}
+
 std::vector<FaultEvent> FaultScript::news(Stamp now) {
   std::vector<FaultEvent> events;
   for (std::size_t i = 0; i < plan_.faults.size(); ++i) {

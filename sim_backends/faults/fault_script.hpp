@@ -41,6 +41,8 @@ class FaultScript {
 
   /// What has begun and ended since the last call, in order of time.
   std::vector<FaultEvent> news(Stamp now);
+  /// Names of the faults that have not begun yet.
+  std::vector<std::string> waiting(Stamp now) const;
 
  private:
   static constexpr std::int64_t kNotYet = INT64_MAX;

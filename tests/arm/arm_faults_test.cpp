@@ -9,10 +9,12 @@
 
 #include "sim_backends/wire/can_hub.hpp"
 #include "tests/arm/arm_bench.hpp"
+#include "tests/support/held_thread.hpp"
 
 namespace tankrig::sim {
 namespace {
 
+using tankrig::testing_support::HeldThread;
 using testing_support::ArmBench;
 using testing_support::elbow;
 using testing_support::Wire;
@@ -153,7 +155,7 @@ TEST_P(ArmFaultsOn, TooMuchCurrentForTooLongStopsTheArmForGood) {
   const Stamp begin = bench.clock.now();
   const Error error = bench.error(elbow(0.1));
   EXPECT_GE(bench.clock.now() - begin, 200ms);
-  EXPECT_EQ(error.code, ErrorCode::kOutOfRange);
+  EXPECT_EQ(error.code, ErrorCode::kOverCurrent);
   EXPECT_STREQ(error.where, "arm: over-current for too long");
   EXPECT_NEAR(bench.statistic("current_a"), 2.7, 0.3);
   EXPECT_FALSE(bench.arm->write_velocity(elbow(0.1)).ok());
@@ -243,6 +245,33 @@ TEST_P(ArmFaultsOn, WithoutSetPointsTheDriverStopsTheArmThoughTheCycleHangs) {
   // From here on nobody calls the driver.
   EXPECT_TRUE(bench.until([&] { return bench.emulator->true_velocity_at(bench.clock.now())[kElbow] == 0; }));
   EXPECT_EQ(bench.statistic("watchdog_stops"), 1);
+}
+
+TEST_P(ArmFaultsOn, AThreadOfItsOwnThatHangsIsTold) {
+  ArmBench bench(GetParam());
+  bench.make();
+  bench.state();
+  {
+    const HeldThread held("arm-keeper");
+    ASSERT_TRUE(held.found());
+    const Error error = bench.error();
+    EXPECT_EQ(error.code, ErrorCode::kInternal);
+    EXPECT_STREQ(error.where, "arm: its thread is dead");
+  }
+  EXPECT_TRUE(bench.until([&] { return bench.arm->try_read().ok(); })) << "it goes round again";
+}
+
+TEST_P(ArmFaultsOn, SilenceCountsFromWhenSomebodyListens) {
+  ArmBench bench(GetParam());
+  bench.make();
+  bench.state();
+  for (const Duration preparation : {150ms, 300ms, 700ms}) {
+    bench.clock.sleep_until(bench.clock.now() + preparation);  // as locking the program's memory takes
+    const auto first = bench.arm->try_read();
+    EXPECT_TRUE(first.ok()) << first.error().where;
+  }
+  bench.emulator->set_faults({.silent = true});
+  EXPECT_STREQ(bench.error().where, "arm: silent");
 }
 
 TEST_P(ArmFaultsOn, TheArmsOwnWatchdogStopsItWhenTheHostIsGone) {

@@ -6,6 +6,7 @@
 #include <linux/videodev2.h>
 #include <poll.h>
 
+#include <atomic>
 #include <cerrno>
 #include <condition_variable>
 #include <mutex>
@@ -35,7 +36,7 @@ struct OutputScript {
   int open_fails = 0;
   std::uint32_t capabilities = V4L2_CAP_VIDEO_OUTPUT | V4L2_CAP_STREAMING;
   std::uint32_t only_format = 0;  ///< 0: takes any
-  bool full = false;
+  std::atomic<bool> full = false;
 
   std::mutex mutex;
   std::condition_variable news;

@@ -48,7 +48,7 @@ ScanSettings settings() {
   s.dark_frames = 2;
   s.laser_warm_up = 0.2;
   s.settle = 0.1;
-  s.feed_forward_lead = 0;  // the fake arm has no lag
+  s.feed_forward_lead = 0;         // the fake arm has no lag
   s.safety.indicator_delay = 0.1;  // shorter than the way to the sweep
   s.dead_zone.setZero();
   return s;

@@ -135,6 +135,107 @@ TEST(ScanSafety, ConfirmsTheEndOnTheWayOutByAnExceptionToo) {
   EXPECT_TRUE(welded.sink.told("fault", "disk full; LASER MAY BE ON"));
 }
 
+/// Falls silent at some moment, and its driver finds nothing wrong; or takes its time for every call.
+class MuteCamera final : public Camera {
+ public:
+  MuteCamera(Camera& camera, Clock& clock) : camera_(camera), clock_(clock) {}
+  CameraInfo info() const override { return camera_.info(); }
+  Status start() override { return camera_.start(); }
+  Result<std::optional<Frame>> try_grab() override {
+    if (slow.count() > 0) clock_.sleep_until(clock_.now() + slow);
+    if (broken) return Error{ErrorCode::kInternal, 0, clock_.now(), "camera: its thread is dead"};
+    auto news = camera_.try_grab();
+    if (mute) return std::optional<Frame>{};
+    return news;
+  }
+  void stop() noexcept override { camera_.stop(); }
+  CameraCounters counters() const override { return camera_.counters(); }
+  Status trigger() override {
+    if (breaks_triggered) throw std::runtime_error("driver");
+    return camera_.trigger();
+  }
+
+  bool mute = false, broken = false, breaks_triggered = false;
+  Duration slow{0};
+
+ private:
+  Camera& camera_;
+  Clock& clock_;
+};
+
+/// A scan with one camera, to which something happens early in the sweep.
+struct MuteRig : MockRig {
+  std::unique_ptr<MuteCamera> camera;
+  TriggerSettings trigger;
+  Stamp happened;
+
+  ScanResult run(const std::function<void(MuteCamera&)>& happens) {
+    mock.camera.triggered = trigger.mode != TriggerMode::kFree;
+    power_on();
+    camera = std::make_unique<MuteCamera>(*cameras[0], clock);
+    progress = [this, &happens](const ScanProgress& p) {
+      if (happened.ns != 0 || p.phase != Phase::kSweep || sink.of("mono", Phase::kSweep).size() < 5) return;
+      happened = clock.now();
+      happens(*camera);
+    };
+    plan = std::make_unique<ScanPlan>(make_scan_plan(s, read_posture(*arm, clock, 1s)));
+    ScanJob job{
+        *plan,   s, clock, *arm, *laser, {{camera.get(), RecordWhen::kAll, {}, trigger}}, sink, stop, interlock_closed,
+        progress};
+    return run_scan(job);
+  }
+  double ended_after() const {
+    for (const auto& e : sink.events)
+      if (e.kind == "stop" || e.kind == "fault") return seconds(e.when - happened);
+    return -1;
+  }
+};
+
+TEST(ScanSafety, EndsWhereACameraFallsSilentAndNamesIt) {
+  for (const double timeout : {0.4, 1.0}) {
+    MuteRig rig;
+    rig.s.safety.camera_timeout = timeout;
+    const ScanResult result = rig.run([](MuteCamera& c) { c.mute = true; });
+    char expected[64];
+    std::snprintf(expected, sizeof expected, "stopped: camera mono: no frame for %.1f s", timeout);
+    EXPECT_EQ(result.status, expected);
+    EXPECT_GT(rig.ended_after(), timeout - 0.05);
+    EXPECT_LT(rig.ended_after(), timeout + 0.05);
+    EXPECT_TRUE(result.left.safe());
+  }
+}
+
+TEST(ScanSafety, EndsWhereATriggeredCameraAnswersNoTriggerAndNamesIt) {
+  MuteRig rig;
+  rig.trigger = {TriggerMode::kPosition, 4e-3, std::nullopt};
+  const ScanResult result = rig.run([](MuteCamera& c) { c.mute = true; });
+  EXPECT_EQ(result.status, "stopped: camera mono: no frame for 1.0 s");
+  EXPECT_LT(rig.ended_after(), 1.1);
+}
+
+TEST(ScanSafety, NamesTheCameraThatHoldsTheSupervisorUp) {
+  MuteRig rig;
+  const ScanResult result = rig.run([](MuteCamera& c) { c.slow = 400ms; });
+  EXPECT_NE(result.status.find("heartbeat late"), std::string::npos) << result.status;
+  EXPECT_NE(result.status.find("camera mono: held the supervisor up for 400 ms"), std::string::npos) << result.status;
+  EXPECT_TRUE(result.left.safe());
+}
+
+TEST(ScanSafety, FaultsWhereACamerasThreadDiesAndNamesIt) {
+  MuteRig dead, triggered;
+  const ScanResult result = dead.run([](MuteCamera& c) { c.broken = true; });
+  EXPECT_NE(result.status.find("thread died"), std::string::npos) << result.status;
+  EXPECT_NE(result.status.find("camera mono: camera: its thread is dead"), std::string::npos) << result.status;
+  EXPECT_LT(dead.ended_after(), 0.02);
+
+  triggered.trigger = {TriggerMode::kPosition, 4e-3, std::nullopt};
+  const ScanResult other = triggered.run([](MuteCamera& c) { c.breaks_triggered = true; });
+  EXPECT_NE(other.status.find("thread died"), std::string::npos) << other.status;
+  EXPECT_NE(other.status.find("camera mono: its trigger thread is dead"), std::string::npos) << other.status;
+  EXPECT_LT(triggered.ended_after(), 0.1);
+  EXPECT_TRUE(other.left.safe());
+}
+
 TEST(ScanSafety, StopsWhereTheLaserStaysDark) {
   MockRig rig;
   rig.power_on();

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <thread>
 
+#include "tests/support/sanitizers.hpp"
+
 namespace tankrig::sim {
 namespace {
 
@@ -177,7 +179,7 @@ TEST(MockArm, FailsInTheWaysATestAsksFor) {
 TEST(MockArm, MayBeStoppedFromAnyThread) {
   MonotonicClock clock;
   MockArmParameters parameters;
-  parameters.exchange_period = 2us;
+  parameters.exchange_period = 2us * testing_support::kSlowness;
   parameters.feedback_latency = 0s;
   MockArm sut(arm5e(), parameters, (JointVector() << 0, 0.12, 1.0, 0, 0.1).finished(), clock);
   ASSERT_TRUE(sut.write_velocity(elbow(0.1)).ok());

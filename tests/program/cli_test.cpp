@@ -33,6 +33,14 @@ TEST(Help, EveryCommandExplainsItselfWithAnExample) {
                                                                                        {"session"},
                                                                                        {"session", "import"},
                                                                                        {"session", "info"},
+                                                                                       {"session", "check"},
+                                                                                       {"session", "recover"},
+                                                                                       {"session", "replay"},
+                                                                                       {"session", "export"},
+                                                                                       {"calibrate"},
+                                                                                       {"calibrate", "time"},
+                                                                                       {"doctor"},
+                                                                                       {"emulate"},
                                                                                        {"report"},
                                                                                        {"init"}}) {
     std::vector<std::string> arguments = command;

@@ -51,6 +51,7 @@ class TapedArm final : public Arm {
     return taped(Call::kWrite, arm_.write_velocity(v));
   }
   Status stop() noexcept override { return taped(Call::kStop, arm_.stop()); }
+  Status clear_faults() noexcept override { return arm_.clear_faults(); }
   Duration exchange_period() const noexcept override { return arm_.exchange_period(); }
 
  private:

@@ -102,6 +102,9 @@ std::string broken(const Row& row) {
   const Outcome& o = row.outcome;
   if (!o.stopped()) return "";
   if (!o.has_begun) return "stopped before the fault: " + o.status;
+  const bool silent = row.kind == "unplugged" || row.kind == "off" || row.kind == "slow";
+  if (row.device == "camera" && silent && o.status.find("camera mono") == std::string::npos)
+    return "the camera is not named: " + o.status;
   if (!o.reaction) return "laser and arm were not both commanded off: " + o.status;
   if (!o.reaction->laser_first) return "the arm was stopped before the laser was off";
   if (o.reaction->laser_cycles > 2) return "laser off " + std::to_string(o.reaction->laser_cycles) + " cycles late";

@@ -12,6 +12,7 @@
 #include "core/input_error.hpp"
 #include "sim_backends/wire/relay_emulator.hpp"
 #include "tests/serial/wait_until.hpp"
+#include "tests/support/held_thread.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace tankrig {
@@ -71,6 +72,25 @@ double count(const RelayLaser& laser, const std::string& name) {
     if (s.name == name) return s.value;
   ADD_FAILURE() << "no statistic " << name;
   return -1;
+}
+
+TEST(RelayLaser, TellsThatItsThreadHangsAndTheBoxOpensByItself) {
+  Box box;
+  box.emulation.watchdog = 2s;
+  RelayEmulator& emulator = box.start();
+  RelayLaser laser(box.settings);
+  ASSERT_TRUE(laser.set(true).ok());
+  ASSERT_TRUE(reaches(laser, true));
+  {
+    const testing_support::HeldThread held("laser-relay");
+    ASSERT_TRUE(held.found());
+    EXPECT_TRUE(fails_with(laser, ErrorCode::kInternal));
+    EXPECT_FALSE(laser.set(true).ok());
+    EXPECT_TRUE(laser.set(false).ok());
+    EXPECT_TRUE(wait_until([&] { return !emulator.relay_closed(); }));
+  }
+  EXPECT_TRUE(recovers(laser));
+  EXPECT_FALSE(emulator.relay_closed()) << "off was wished for meanwhile";
 }
 
 TEST(RelayLaser, SendsOffFirstAndThenSwitchesTheSupply) {

@@ -17,6 +17,7 @@
 #include "rig/session/session_recover.hpp"
 #include "tests/session/in_child.hpp"
 #include "tests/session/some_session.hpp"
+#include "tests/support/held_thread.hpp"
 
 namespace tankrig {
 namespace {
@@ -90,6 +91,21 @@ TEST(Recorder, SustainsThreeColourCamerasAt25FramesPerSecond) {
       EXPECT_EQ(count, static_cast<std::uint64_t>(kFrames)) << reason;
     }
   }
+}
+
+TEST(Recorder, EndsWhereTheDiskDoesNotComeBackFromAWrite) {
+  const TemporaryFolder folder;
+  SessionWriter writer(folder.path() / "s", three_cameras(), {.wait_when_full = false, .patience = 300ms});
+  writer.frame(frame_of("mono", 0), noisy_picture(0));
+  std::string said;
+  {
+    const testing_support::HeldThread held("disk-writer");
+    ASSERT_TRUE(held.found());
+    said = record_until_refused(writer, 2000);
+  }
+  EXPECT_THAT(said, HasSubstr("the disk does not answer"));
+  EXPECT_THAT(message_of<InputError>([&] { writer.close("complete"); }), HasSubstr("the disk does not answer"));
+  EXPECT_THAT(examine_session(folder.path() / "s", {}).info.status, HasSubstr("the disk does not answer"));
 }
 
 TEST(Recorder, CutsATornFrameOffAgainWhenAWriteFails) {

@@ -141,6 +141,20 @@ TEST(SessionCheck, IsRightAboutAFinishedSessionCutDeletedOrFlippedAnywhere) {
   }
 }
 
+TEST(SessionCheck, LeavesOutAFrameOfNoCameraOfTheSession) {
+  const InMemory in_memory;
+  const TemporaryFolder folder;
+  const fs::path path = finished(folder);
+  std::string text = read_whole_file(path / "frames.csv");
+  const std::size_t second_frame = text.find('\n', text.find('\n') + 1) + 1;
+  text[second_frame] ^= 1;  // "mono", "lono"
+  write_whole_file(path / "frames.csv", text);
+  EXPECT_THAT(examine_session(path, describe).losses, testing::Contains(testing::HasSubstr("frames.csv: 1 line")));
+  EXPECT_TRUE(recover_session(path, {.out = {}, .describe = describe, .pictures = {}}).finished);
+  expect_mended(path);
+  EXPECT_EQ(Session::open(path).frames.size(), static_cast<std::size_t>(kFrames - 1));
+}
+
 TEST(SessionCheck, IsRightAboutAKilledSessionCutOrDeletedAnywhere) {
   const InMemory in_memory;
   const TemporaryFolder folder;

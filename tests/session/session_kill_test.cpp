@@ -15,6 +15,7 @@
 #include "tests/session/in_child.hpp"
 #include "tests/session/in_memory.hpp"
 #include "tests/session/some_session.hpp"
+#include "tests/support/sanitizers.hpp"
 
 namespace tankrig {
 namespace {
@@ -27,7 +28,7 @@ constexpr int kRecorders = 10, kRounds = 5;  // of each of the four cases below:
 constexpr int kMaxFrames = 4096, kJointsPerFrame = 4;
 constexpr auto kFramePeriod = 5ms;
 constexpr auto kRecording = 1400ms;
-constexpr std::int64_t kLastSecond_ns = 1'000'000'000;
+constexpr std::int64_t kLastSecond_ns = testing_support::kSlowness * std::int64_t{1'000'000'000};
 
 /// What a recorder has handed over, and when: in memory that outlives it.
 struct Journal {

@@ -87,8 +87,24 @@ TEST(TriggerThread, SaysThatItDiedOfAnException) {
   TriggerThread sut(camera, clock);
   sut.begin();
   ASSERT_TRUE(sut.request({clock.now(), clock.now()}));
-  for (const Stamp deadline = clock.now() + 20s; !sut.died() && clock.now() < deadline;) std::this_thread::yield();
-  EXPECT_TRUE(sut.died());
+  for (const Stamp deadline = clock.now() + 20s; !sut.dead() && clock.now() < deadline;) std::this_thread::yield();
+  EXPECT_TRUE(sut.dead());
+}
+
+TEST(TriggerThread, SaysThatItHangsInTheCamerasDriver) {
+  HeldCamera camera;
+  MonotonicClock clock;
+  TriggerThread sut(camera, clock);
+  sut.begin();
+  camera.hold(true);
+  ASSERT_TRUE(sut.request({clock.now(), clock.now()}));
+  ASSERT_TRUE(camera.wait_for_triggers(1));
+  const Stamp begin = clock.now();
+  while (!sut.dead() && clock.now() < begin + 20s) std::this_thread::yield();
+  EXPECT_TRUE(sut.dead());
+  camera.hold(false);
+  FiredTrigger fired;
+  EXPECT_TRUE(popped_within(sut, fired));
 }
 
 TEST(TriggerThread, FiresInTheCallersTurnUnderAVirtualClock) {

@@ -25,6 +25,8 @@ constexpr const char* kBus = "vcan0";
 constexpr int kBitrate = 1'000'000;
 constexpr Duration kPeriod = milliseconds(1);
 constexpr Duration kSupervision = milliseconds(10);
+constexpr std::uint64_t kFirstCycles = 50;  // the exchange after the silence of the opening is a whole one
+constexpr Duration kLatest = microseconds(30);
 
 double us(Duration d) { return 1e-3 * static_cast<double>(d.count()); }
 
@@ -152,7 +154,6 @@ Sweep sweep_for(int cycles) {
   executive.start(clock.now() + milliseconds(100));
   executive.set_armed(true);
   const auto count = [&] { return FrameCount{cycle.cycles(), frames_sent(), cycle.cycles()}; };
-  sweep.frames_begin = count();
   double lowest = 1e9, highest = -1e9, at_end = 0;
   CycleRecord record;
   const auto supervise = [&] {
@@ -173,6 +174,8 @@ Sweep sweep_for(int cycles) {
     }
     clock.sleep_until(clock.now() + kSupervision);
   };
+  while (cycle.cycles() < kFirstCycles) supervise();
+  sweep.frames_begin = count();
   rusage before{}, after{};
   ::getrusage(RUSAGE_SELF, &before);
   while (cycle.cycles() < static_cast<std::uint64_t>(cycles)) supervise();
@@ -218,26 +221,30 @@ TEST(RealTimeOnPreemptRt, KeepsOneKilohertzUnderLoadAsCyclictestDoes) {
   EXPECT_GE(sweep.times.cycles, static_cast<std::uint64_t>(kCycles));
   EXPECT_EQ(sweep.times.overruns, 0U);
   EXPECT_LE(2 * sweep.times.wake_up.max(), 3 * peer);
+  EXPECT_LE(sweep.times.wake_up.max(), kLatest) << "the bound that tells this kernel from the standard one";
   EXPECT_EQ(sweep.fault, Fault::kNone) << sweep.what;
   EXPECT_EQ(sweep.dropped, 0U);
   EXPECT_EQ(sweep.records, sweep.times.cycles);
   EXPECT_GE(sweep.answered + 1, sweep.records) << "but for the first, every cycle has the answer to the one before";
   const FrameCount &from = sweep.frames_begin, &to = sweep.frames_end;
-  const std::uint64_t frames = to.frames - from.frames, on_its_way = 3;
-  EXPECT_LE(frames, 3 * (to.after - from.before) + on_its_way);
-  EXPECT_GE(frames + on_its_way, 3 * (to.before - from.after));
+  constexpr std::uint64_t kOneWhole = 11;  // exchanges on their way at both ends, or one that was repeated as a whole
+  const std::uint64_t frames = to.frames - from.frames;
+  EXPECT_LE(frames, 3 * (to.after - from.before) + kOneWhole);
+  EXPECT_GE(frames + kOneWhole, 3 * (to.before - from.after));
   EXPECT_GT(sweep.elbow_way, 0.55);
   EXPECT_LT(sweep.error_at_end, 1e-3);
   EXPECT_EQ(sweep.page_faults, 0);
 }
 
-// The same program: what the test above asserts is the kernel's doing.
-TEST(RealTimeOnTheStandardKernel, IsMissedByMilliseconds) {
+// The same program: what the test above asserts is the kernel's doing. Spikes of milliseconds come too, but not in
+// every run of this length.
+TEST(RealTimeOnTheStandardKernel, IsMissed) {
   ASSERT_FALSE(kernel_is_preempt_rt());
   constexpr int kCycles = 4000;
   const Sweep sweep = sweep_for(kCycles);
   (void)loaded_cyclictest(kCycles);
-  EXPECT_GT(sweep.times.wake_up.max(), milliseconds(1));
+  EXPECT_GT(sweep.times.wake_up.max(), 2 * kLatest);
+  EXPECT_GT(sweep.times.wake_up.quantile(0.99), kLatest);
 }
 
 }  // namespace

@@ -1,0 +1,190 @@
+// Small scans as a laboratory meets them: with faults, killed, calibrated from, and recorded by an older program.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <csignal>
+#include <regex>
+
+#include "rig/session/session.hpp"
+#include "tests/program/program.hpp"
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+using testing::StartsWith;
+
+namespace tankrig::test {
+namespace {
+
+using Edits = std::vector<std::pair<std::string, std::string>>;
+
+/// A tenth of the default sweep, with `edits` made.
+fs::path small_rig(const Edits& edits = {}) {
+  const fs::path rig = edited_rig(scratch_folder() / "rig", "from_rad: 1.3\n", "from_rad: 1.68\n");
+  std::string text = read_text(rig);
+  Edits all{{"to_rad: 2.1", "to_rad: 1.76"}, {"dark_frames: 10", "dark_frames: 2"}};
+  all.insert(all.end(), edits.begin(), edits.end());
+  for (const auto& [from, to] : all) {
+    const std::size_t at = text.find(from);
+    EXPECT_NE(at, std::string::npos) << "the default rig no longer says: " << from;
+    if (at != std::string::npos) text.replace(at, from.size(), to);
+  }
+  write_text(rig, text);
+  return rig;
+}
+
+/// A scan that gets `signal` at the first line of its screen that begins with `words`.
+ProgramRun scan_until(const std::string& words, int signal, const fs::path& rig, const fs::path& out) {
+  bool sent = false;
+  const ProgramRun run =
+      run_tankrig({"scan", "--rig", rig.string(), "--out", out.string()}, [&](const std::string& line, int pid) {
+        if (!sent && line.starts_with(words)) sent = kill(pid, signal) == 0;
+      });
+  EXPECT_TRUE(sent) << run.err;
+  return run;
+}
+
+/// Recorded and sealed, without clouds.
+ProgramRun recorded(const fs::path& rig, const fs::path& out) {
+  ProgramRun run = scan_until("reconstruct: laser", SIGINT, rig, out);
+  EXPECT_EQ(run.exit_code, 3) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("the scan is complete"));
+  return run;
+}
+
+int check(const fs::path& session) { return run_tankrig({"session", "check", session.string()}).exit_code; }
+
+void expect_one_line(const ProgramRun& run, const std::vector<std::string>& words) {
+  EXPECT_EQ(run.exit_code, 1) << run.err;
+  EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
+  for (const std::string& word : words) EXPECT_THAT(run.err, HasSubstr(word));
+}
+
+TEST(CalibrateTime, FindsAnInjectedOffsetAndKeepsTheSessionWhole) {
+  const fs::path session = scratch_folder() / "session";
+  const fs::path rig = small_rig({{"from_rad: 1.68", "from_rad: 1.66"}, {"passes: 1", "passes: 2"}});
+  write_text(rig, read_text(rig) + "\nmock:\n  camera: {stamp_offset_ms: 20}\n");
+  recorded(rig, session);
+  const ProgramRun run = run_tankrig({"calibrate", "time", session.string(), "--json"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_NEAR(run.json().at("time_offset_s").get<double>(), 0.020, 0.0005);
+  EXPECT_LT(run.json().at("sigma_s").get<double>(), 0.0005);
+  EXPECT_LT(run.json().at("clouds_after").at("median_mm").get<double>(), 1);
+  EXPECT_THAT(read_text(session / "results" / "time_offset.yaml"), HasSubstr("time_offset_s: 0.0"));
+  EXPECT_EQ(check(session), 0);
+}
+
+TEST(Faults, ALostBeamTakesTheLaserOffFirstAndTheSessionSaysSo) {
+  const fs::path plan = scratch_folder() / "plan.yaml", session = scratch_folder() / "session";
+  write_text(plan,
+             "faults:\n  - {device: beam, kind: off, from: laser_on, at_s: 1}\n"
+             "  - {device: arm, kind: off, phase: sweep pass 7}\n");
+  const ProgramRun run =
+      run_tankrig({"scan", "--rig", small_rig().string(), "--faults", plan.string(), "--out", session.string()});
+  EXPECT_EQ(run.exit_code, 3) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("beam not seen"));
+  EXPECT_THAT(run.err, HasSubstr("laser off, arm at rest"));
+  EXPECT_THAT(run.err, HasSubstr("faults: arm: off: never began"));
+  EXPECT_THAT(run.err, testing::Not(HasSubstr("move to park")));  // not a phase of the plan after its end
+  EXPECT_THAT(Session::open(session).info.status, StartsWith("stopped: beam not seen"));
+  const std::string events = read_text(session / "events.csv");
+  const std::size_t begins = events.find(",injected,beam: off begins"), off = events.find(",laser,off"),
+                    fault = events.find(",fault,");
+  ASSERT_NE(fault, std::string::npos) << events;
+  EXPECT_LT(begins, off);
+  EXPECT_LT(off, fault);
+  EXPECT_THAT(read_text(session / "faults.yaml"), HasSubstr("device: beam, kind: off, from: laser_on, at_s: 1"));
+  EXPECT_EQ(check(session), 0);
+}
+
+TEST(Faults, AFullDiskEndsTheScanSafelyAndTheSessionSaysWhy) {
+  const fs::path plan = scratch_folder() / "plan.yaml", session = scratch_folder() / "session";
+  write_text(plan, "faults:\n  - {device: disk, kind: disk_full, from: laser_on, at_s: 1.2}\n");
+  const ProgramRun run =
+      run_tankrig({"scan", "--rig", small_rig().string(), "--faults", plan.string(), "--out", session.string()});
+  EXPECT_EQ(run.exit_code, 3) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("No space left on device; laser off, arm at rest"));
+  EXPECT_THAT(Session::open(session).info.status, HasSubstr("No space left on device"));
+}
+
+TEST(Faults, ABadPlanIsOneLineBeforeAnythingBegins) {
+  const fs::path plan = scratch_folder() / "plan.yaml", out = scratch_folder() / "session";
+  const auto scanned = [&](const char* rig, const std::string& fault) {
+    write_text(plan, "faults:\n  - {" + fault + "}\n");
+    return run_tankrig({"scan", "--rig", rig, "--faults", plan.string(), "--out", out.string()});
+  };
+  expect_one_line(scanned("tank-sim", "device: toaster, kind: off"), {"plan.yaml:2", "'toaster'", "expected one of"});
+  expect_one_line(scanned("tank-sim", "device: arm, kind: off, at_s: soon"), {"plan.yaml:2", "at_s", "'soon'"});
+  expect_one_line(scanned("tank-sim", "device: camera top, kind: off"), {"plan.yaml", "'top'", "mono, left, right"});
+  expect_one_line(scanned("tank-wire", "device: arm, kind: clock_jump"), {"plan.yaml", "clock_jump", "emulated wire"});
+  expect_one_line(scanned("tank-wire", "device: arm, kind: off, phase: sweep"), {"plan.yaml", "no phases"});
+  EXPECT_FALSE(fs::exists(out));
+}
+
+TEST(Killed, WhileItsPicturesAreWrittenAScanLosesNothing) {
+  const fs::path session = scratch_folder() / "session";
+  EXPECT_EQ(scan_until("writing pictures", SIGKILL, small_rig(), session).exit_code, 128 + SIGKILL);
+  const ProgramRun before = run_tankrig({"session", "check", session.string(), "--json"});
+  EXPECT_EQ(before.exit_code, 3) << before.out;
+  EXPECT_TRUE(before.json().at("losses").empty()) << before.out;
+  EXPECT_EQ(run_tankrig({"session", "recover", session.string()}).exit_code, 0);
+  EXPECT_EQ(check(session), 0);
+  const Session mended = Session::open(session);
+  EXPECT_EQ(mended.info.status, "complete");
+  EXPECT_EQ(mended.frames.size(), before.json().at("frames").get<std::size_t>());
+}
+
+TEST(Killed, InItsSweepAScanIsRecoveredWithItsLossesListed) {
+  const fs::path session = scratch_folder() / "session", copy = scratch_folder() / "recovered";
+  EXPECT_EQ(scan_until("scan: sweep", SIGKILL, small_rig(), session).exit_code, 128 + SIGKILL);
+  EXPECT_EQ(check(session), 3);
+  EXPECT_EQ(run_tankrig({"session", "recover", session.string(), "--out", copy.string()}).exit_code, 0);
+  EXPECT_EQ(check(session), 3) << "a copy was asked for";
+  EXPECT_EQ(check(copy), 0);
+  EXPECT_THAT(Session::open(copy).info.status, StartsWith("stopped: recovered"));
+  EXPECT_EQ(check(scratch_folder() / "nothing"), 1);
+}
+
+/// Without the keys, the table's column and the plan that sessions have had since they can be checked and replayed.
+void make_old(const fs::path& session) {
+  std::string yaml = read_text(session / "session.yaml");
+  yaml = std::regex_replace(yaml, std::regex("\n(clock|tables|devices):.*(\n +.*)*"), "");
+  yaml = std::regex_replace(yaml, std::regex("\n +time_offset_s:.*"), "");
+  write_text(session / "session.yaml", yaml);
+  std::string frames = read_text(session / "frames.csv"), out;
+  const std::string head = frames.substr(0, frames.find(",sync_residual_mm"));
+  const auto column = std::count(head.begin(), head.end(), ',') + 1;
+  std::istringstream lines(frames);
+  for (std::string line; std::getline(lines, line); out += line + "\n") {
+    std::size_t at = 0;
+    for (auto i = column; i > 0; --i) at = line.find(',', at) + 1;
+    line.erase(at, line.find(',', at) + 1 - at);
+  }
+  write_text(session / "frames.csv", out);
+  fs::remove(session / "plan.csv");
+  fs::remove(session / "SHA256SUMS");
+}
+
+TEST(OlderSessions, AreStillReadAndAOnePassSessionIsNoTimeCalibration) {
+  const fs::path session = scratch_folder() / "session";
+  recorded(small_rig(), session);
+  expect_one_line(run_tankrig({"calibrate", "time", session.string()}),
+                  {session.string(), "found 1 pass", "passes: 2"});
+  const Session now = Session::open(session);
+  make_old(session);
+  const Session old = Session::open(session);
+  ASSERT_EQ(old.frames.size(), now.frames.size());
+  EXPECT_EQ(old.frames.back().q, now.frames.back().q);
+  EXPECT_EQ(old.frames.back().file, now.frames.back().file);
+  EXPECT_EQ(run_tankrig({"session", "info", session.string()}).exit_code, 0);
+  const ProgramRun checked = run_tankrig({"session", "check", session.string(), "--json"});
+  EXPECT_EQ(checked.exit_code, 3) << "never sealed";
+  EXPECT_TRUE(checked.json().at("losses").empty()) << checked.out;
+  EXPECT_EQ(run_tankrig({"reconstruct", session.string(), "--method", "laser"}).exit_code, 0);
+  const ProgramRun replayed = run_tankrig({"session", "replay", session.string()});
+  EXPECT_EQ(replayed.exit_code, 0) << replayed.err;
+  EXPECT_THAT(replayed.out, HasSubstr("without plan.csv"));
+}
+
+}  // namespace
+}  // namespace tankrig::test
