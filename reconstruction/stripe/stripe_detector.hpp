@@ -23,7 +23,7 @@ namespace tankrig {
 /// The defaults are meant for every image; nothing here needs tuning per scene.
 struct StripeParameters {
   StripeOrientation orientation = StripeOrientation::kAuto;
-  double min_snr = 3.5;          ///< filtered peak over filtered noise at which a column speaks for a stripe
+  double min_snr = 3.0;          ///< filtered peak over filtered noise at which a column speaks for a stripe
   double max_step_px = 2.5;      ///< largest move between neighbouring columns of one surface
   int min_run = 8;               ///< shorter runs of columns are particles
   double max_width_ratio = 1.6;  ///< widest accepted profile over the image's typical one
