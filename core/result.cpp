@@ -26,4 +26,10 @@ const char* to_string(ErrorCode code) noexcept {
   return "unknown error";
 }
 
+std::string describe(const Error& error) {
+  std::string text = std::string(error.where) + ": " + to_string(error.code);
+  if (error.os_errno != 0) text += " (errno " + std::to_string(error.os_errno) + ")";
+  return text;
+}
+
 }  // namespace tankrig

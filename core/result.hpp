@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 #include <utility>
 #include <variant>
 
@@ -30,6 +31,9 @@ struct Error {
   Stamp when{};
   const char* where = "";  ///< string literal: device and action, e.g. "arm: read joints"
 };
+
+/// "arm: read joints: timeout (errno 5)".  RT: never.
+std::string describe(const Error& error);
 
 /// A T or an Error.
 template <class T>

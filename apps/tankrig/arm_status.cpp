@@ -11,7 +11,7 @@
 #include "apps/tankrig/progress.hpp"
 #include "apps/tankrig/rig_files.hpp"
 #include "core/input_error.hpp"
-#include "rig/executive/scan_log.hpp"
+#include "rig/scan/scan_log.hpp"
 
 namespace tankrig::app {
 namespace {

@@ -15,11 +15,11 @@
 #include "apps/tankrig/rig_files.hpp"
 #include "apps/tankrig/stop.hpp"
 #include "core/input_error.hpp"
-#include "rig/executive/beam_view.hpp"
-#include "rig/executive/light_check.hpp"
-#include "rig/executive/operator_plan.hpp"
-#include "rig/executive/scan.hpp"
-#include "rig/executive/scan_log.hpp"
+#include "rig/capture/beam_view.hpp"
+#include "rig/plan/light_check.hpp"
+#include "rig/plan/operator_plan.hpp"
+#include "rig/scan/scan.hpp"
+#include "rig/scan/scan_log.hpp"
 
 namespace tankrig::app {
 namespace {

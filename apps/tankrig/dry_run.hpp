@@ -2,8 +2,8 @@
 #pragma once
 
 #include "rig/config/rig_config.hpp"
-#include "rig/executive/motion_check.hpp"
-#include "rig/executive/scan_plan.hpp"
+#include "rig/plan/motion_check.hpp"
+#include "rig/plan/scan_plan.hpp"
 
 namespace tankrig::app {
 

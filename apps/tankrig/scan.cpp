@@ -1,5 +1,5 @@
 // `tankrig scan`: the whole road, from the rig file to the report.
-#include "rig/executive/scan.hpp"
+#include "rig/scan/scan.hpp"
 
 #include <chrono>
 #include <cmath>
@@ -21,9 +21,9 @@
 #include "apps/tankrig/timing.hpp"
 #include "core/input_error.hpp"
 #include "core/utc.hpp"
-#include "rig/executive/beam_view.hpp"
-#include "rig/executive/light_check.hpp"
-#include "rig/executive/plan_csv.hpp"
+#include "rig/capture/beam_view.hpp"
+#include "rig/plan/light_check.hpp"
+#include "rig/plan/plan_csv.hpp"
 #include "rig/session/checksums.hpp"
 #include "rig/session/session_writer.hpp"
 #include "rig/session/sha256.hpp"

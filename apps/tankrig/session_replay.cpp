@@ -14,7 +14,7 @@
 #include "core/clock.hpp"
 #include "core/input_error.hpp"
 #include "rig/config/rig_config.hpp"
-#include "rig/executive/session_replay.hpp"
+#include "rig/scan/replay.hpp"
 #include "rig/session/checksums.hpp"
 #include "rig/session/session_writer.hpp"
 #include "rig/session/text_files.hpp"

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "rig/config/rig_config.hpp"
-#include "rig/executive/scan_plan.hpp"
+#include "rig/plan/scan_plan.hpp"
 
 namespace tankrig::app {
 

@@ -4,7 +4,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "rig/config/rig_config.hpp"
-#include "rig/executive/scan.hpp"
+#include "rig/scan/scan.hpp"
 #include "rig/session/session_writer.hpp"
 
 namespace tankrig::app {

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "core/config_node.hpp"
-#include "rig/executive/real_time_settings.hpp"
+#include "rig/platform/real_time_settings.hpp"
 
 namespace tankrig {
 

@@ -9,8 +9,8 @@
 #include "core/arm_model.hpp"
 #include "core/camera_model.hpp"
 #include "core/config_node.hpp"
-#include "rig/executive/scan_settings.hpp"
-#include "rig/executive/trigger_settings.hpp"
+#include "rig/plan/scan_settings.hpp"
+#include "rig/plan/trigger_settings.hpp"
 #include "rig/session/session.hpp"
 
 namespace tankrig {

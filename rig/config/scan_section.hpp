@@ -4,7 +4,7 @@
 #include <string>
 
 #include "core/config_node.hpp"
-#include "rig/executive/scan_settings.hpp"
+#include "rig/plan/scan_settings.hpp"
 
 namespace tankrig {
 

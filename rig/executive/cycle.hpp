@@ -11,7 +11,7 @@
 #include "rig/executive/cycle_grid.hpp"
 #include "rig/executive/cycle_times.hpp"
 #include "rig/executive/executive.hpp"
-#include "rig/executive/real_time.hpp"
+#include "rig/platform/real_time.hpp"
 
 namespace tankrig {
 

@@ -11,7 +11,7 @@
 #include "rig/executive/cycle_listener.hpp"
 #include "rig/executive/cycle_record.hpp"
 #include "rig/executive/joint_follower.hpp"
-#include "rig/executive/scan_plan.hpp"
+#include "rig/plan/scan_plan.hpp"
 #include "rig/safety/guarded_outputs.hpp"
 #include "rig/safety/joint_monitor.hpp"
 #include "rig/safety/laser_watch.hpp"

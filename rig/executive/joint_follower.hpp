@@ -2,7 +2,7 @@
 #pragma once
 
 #include "drivers/arm/arm.hpp"
-#include "rig/executive/scan_plan.hpp"
+#include "rig/plan/scan_plan.hpp"
 
 namespace tankrig {
 

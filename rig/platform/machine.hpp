@@ -7,8 +7,8 @@
 #include <map>
 
 #include "core/histogram.hpp"
-#include "rig/executive/real_time.hpp"
 #include "rig/platform/finding.hpp"
+#include "rig/platform/real_time.hpp"
 
 namespace tankrig {
 

@@ -5,7 +5,7 @@
 
 #include "calibration/time_offset/time_offset.hpp"
 #include "reconstruction/stripe/stripe_detector.hpp"
-#include "rig/executive/scan.hpp"
+#include "rig/scan/scan.hpp"
 #include "sim_backends/mock/mock_camera.hpp"
 #include "tests/world/render_scene.hpp"
 

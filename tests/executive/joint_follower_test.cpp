@@ -7,8 +7,8 @@
 #include <cstdio>
 
 #include "drivers/arm/backlash_arm.hpp"
-#include "rig/executive/operator_plan.hpp"
-#include "rig/executive/plan_csv.hpp"
+#include "rig/plan/operator_plan.hpp"
+#include "rig/plan/plan_csv.hpp"
 #include "tests/executive/mock_rig.hpp"
 
 namespace tankrig::testing_support {

@@ -3,7 +3,7 @@
 
 #include <memory>
 
-#include "rig/executive/scan.hpp"
+#include "rig/scan/scan.hpp"
 #include "sim_backends/mock/mock_camera.hpp"
 #include "tests/executive/recording_sink.hpp"
 

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "rig/executive/scan_sink.hpp"
+#include "rig/capture/scan_sink.hpp"
 
 namespace tankrig::testing_support {
 

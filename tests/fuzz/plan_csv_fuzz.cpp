@@ -1,6 +1,6 @@
 // plan.csv: the plan that a session's replay reads back.
 #include "core/input_error.hpp"
-#include "rig/executive/plan_csv.hpp"
+#include "rig/plan/plan_csv.hpp"
 #include "tests/fuzz/scratch_file.hpp"
 
 using namespace tankrig;

@@ -12,7 +12,7 @@
 #include "core/clock.hpp"
 #include "core/input_error.hpp"
 #include "core/locked_memory.hpp"
-#include "rig/executive/real_time.hpp"
+#include "rig/platform/real_time.hpp"
 
 namespace tankrig {
 namespace {

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <random>
 
-#include "rig/executive/beam_view.hpp"
-#include "rig/executive/scan.hpp"
+#include "rig/capture/beam_view.hpp"
+#include "rig/scan/scan.hpp"
 #include "sim_backends/mock/mock_camera.hpp"
 #include "sim_backends/world/tank_world.hpp"
 #include "tests/executive/recording_sink.hpp"

@@ -6,8 +6,8 @@
 
 #include "core/input_error.hpp"
 #include "rig/executive/executive.hpp"
-#include "rig/executive/light_check.hpp"
-#include "rig/executive/operator_plan.hpp"
+#include "rig/plan/light_check.hpp"
+#include "rig/plan/operator_plan.hpp"
 #include "tests/executive/fakes.hpp"
 
 namespace tankrig {

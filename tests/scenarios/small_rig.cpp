@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "core/input_error.hpp"
-#include "rig/executive/scan_log.hpp"
+#include "rig/scan/scan_log.hpp"
 #include "rig/session/session_writer.hpp"
 #include "sim_backends/faults/faulty_arm.hpp"
 #include "sim_backends/faults/faulty_camera.hpp"

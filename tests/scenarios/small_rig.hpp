@@ -5,7 +5,7 @@
 #include <map>
 #include <string>
 
-#include "rig/executive/scan.hpp"
+#include "rig/scan/scan.hpp"
 #include "sim_backends/faults/fault_plan.hpp"
 #include "tests/scenarios/call_tape.hpp"
 

@@ -8,7 +8,7 @@
 #include "drivers/can/open_can.hpp"
 #include "drivers/laser/relay_laser.hpp"
 #include "drivers/lux/open_lux_meter.hpp"
-#include "rig/executive/scan_log.hpp"
+#include "rig/scan/scan_log.hpp"
 #include "rig/session/session_writer.hpp"
 #include "sim_backends/faults/picture_faults.hpp"
 

@@ -5,7 +5,7 @@
 #include <mutex>
 #include <set>
 
-#include "rig/executive/plan_csv.hpp"
+#include "rig/plan/plan_csv.hpp"
 #include "tests/camera/gige_rig.hpp"
 #include "tests/executive/mock_rig.hpp"
 

@@ -1,4 +1,4 @@
-#include "rig/executive/trigger_thread.hpp"
+#include "rig/capture/trigger_thread.hpp"
 
 #include <gtest/gtest.h>
 

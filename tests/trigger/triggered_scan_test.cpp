@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "rig/executive/plan_csv.hpp"
+#include "rig/plan/plan_csv.hpp"
 #include "tests/executive/mock_rig.hpp"
 
 namespace tankrig {

@@ -1,0 +1,80 @@
+#include "rig/capture/beam_watch.hpp"
+
+namespace tankrig {
+namespace {
+
+// Triples of profiles in a line (StripeSign). Over the simulated rigs, light 0 to 1, noise 0 to 0.1, or 2000 particles
+// per cubic metre: a stripe in view has 29 or more, a picture without one 9 or less, which the arm's own edges make.
+constexpr int kPresent = 16, kAbsent = 12;
+constexpr double kLeastContrast = 0.5;    // of a stray beam, relative to the newest stripe
+constexpr std::size_t kMostWaiting = 64;  // frames
+
+}  // namespace
+
+void BeamWatch::add_camera(StripeInView in_view) {
+  cameras_.emplace_back();
+  cameras_.back().in_view = std::move(in_view);
+}
+
+void BeamWatch::add(const CycleRecord& record) {
+  if (record.laser_commanded != commanded_ || record.laser_emitting != emitting_) switched_ = record.stamp;
+  commanded_ = record.laser_commanded;
+  emitting_ = record.laser_emitting;
+  was_lit_ = was_lit_ || emitting_;
+}
+
+void BeamWatch::add(int camera, const Frame& frame) {
+  if (!settings_.verify) return;
+  if (waiting_.size() == kMostWaiting) waiting_.pop_front();
+  waiting_.push_back(
+      {camera, frame.stamp - frame.exposure / 2, frame.stamp, frame.stamp + frame.exposure / 2, frame.image});
+}
+
+BeamVerdict BeamWatch::judge() {
+  while (!waiting_.empty() && verdict_ == BeamVerdict::kNone) {
+    const Waiting& frame = waiting_.front();
+    const auto light = laser_.during(frame.begin, frame.end);
+    if (light == LaserTimeline::Light::kNotYetKnown) break;
+    const bool settled = !switched_ || frame.begin - *switched_ >= settle_ || *switched_ - frame.end >= settle_;
+    PerCamera& camera = cameras_[static_cast<std::size_t>(frame.camera)];
+    if (settled && light == LaserTimeline::Light::kOn) judge_lit(camera, frame);
+    if (settled && light == LaserTimeline::Light::kOff) judge_dark(camera, frame);
+    waiting_.pop_front();
+  }
+  return verdict_;
+}
+
+void BeamWatch::judge_lit(PerCamera& camera, const Waiting& frame) {
+  const auto sign = look_for_stripe(frame.image, camera.dark.mean());
+  if (!sign) return;
+  const auto joints = joints_.interpolate(frame.middle);
+  const bool expected = camera.in_view && joints.ok() && camera.in_view(joints.value().q);
+  if (sign->triples >= kPresent) camera.lit_contrast = sign->contrast;
+  if (!expected) return;
+  ++lit_;
+  lit_seen_ += sign->triples >= kPresent;
+  camera.missing = sign->triples < kAbsent ? camera.missing + 1 : 0;
+  if (camera.missing >= settings_.frames) verdict_ = BeamVerdict::kMissing;
+}
+
+void BeamWatch::judge_dark(PerCamera& camera, const Waiting& frame) {
+  if (camera.dark.count() < settings_.dark_frames) {
+    if (!was_lit_) camera.dark.add(frame.image);
+    return;
+  }
+  const auto sign = look_for_stripe(frame.image, camera.dark.mean());
+  if (!sign) return;
+  const bool seen = sign->triples >= kPresent && sign->contrast >= kLeastContrast * camera.lit_contrast;
+  ++dark_;
+  dark_clear_ += !seen;
+  camera.stray = seen ? camera.stray + 1 : 0;
+  if (camera.stray >= settings_.frames) verdict_ = BeamVerdict::kStray;
+}
+
+std::string BeamWatch::summary() const {
+  const auto text = [](int n) { return std::to_string(n); };
+  return "beam seen in " + text(lit_seen_) + " of " + text(lit_) + " lit frames, not seen in " + text(dark_clear_) +
+         " of " + text(dark_) + " dark ones";
+}
+
+}  // namespace tankrig

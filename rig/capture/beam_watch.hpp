@@ -1,0 +1,71 @@
+// The cameras' word on the laser: its stripe is there when the device says on, and not there when it says off.
+#pragma once
+
+#include <deque>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "drivers/camera/camera.hpp"
+#include "rig/capture/laser_timeline.hpp"
+#include "rig/executive/cycle_record.hpp"
+#include "rig/safety/beam_check.hpp"
+#include "rig/safety/laser_interlock.hpp"
+#include "rig/safety/safety_settings.hpp"
+#include "rig/sync/joint_history.hpp"
+
+namespace tankrig {
+
+/// Whether a camera should see the stripe with the arm in this posture. Empty: unknown, its absence says nothing.
+using StripeInView = std::function<bool(const JointVector& q)>;
+
+/// What a camera sees in the dark is learnt from its first frames before any light. From then on every frame testifies,
+/// except around a switching. `frames` contradictions of one camera in a row are a verdict, which stays.
+/// Threads: one, the supervisor's.  RT: never.
+class BeamWatch {
+ public:
+  /// `settle`: so long before and after a switching no frame testifies. `laser` and `joints` outlive it.
+  BeamWatch(const BeamSettings& settings, Duration settle, const LaserTimeline& laser, const JointHistory& joints)
+      : settings_(settings), settle_(settle), laser_(laser), joints_(joints) {}
+
+  /// Its number is the count of those before.
+  void add_camera(StripeInView in_view);
+  /// In order of their stamps.
+  void add(const CycleRecord& record);
+  void add(int camera, const Frame& frame);
+
+  /// Judges the frames whose light is known by now.
+  BeamVerdict judge();
+
+  /// "beam seen in 200 of 200 lit frames, not seen in 24 of 24 dark ones"
+  std::string summary() const;
+
+ private:
+  struct PerCamera {
+    StripeInView in_view;
+    DarkReference dark;
+    double lit_contrast = 0;     // of the newest stripe seen with the laser on
+    int missing = 0, stray = 0;  // in a row
+  };
+  struct Waiting {
+    int camera;
+    Stamp begin, middle, end;
+    cv::Mat image;
+  };
+
+  void judge_lit(PerCamera& camera, const Waiting& frame);
+  void judge_dark(PerCamera& camera, const Waiting& frame);
+
+  const BeamSettings settings_;
+  const Duration settle_;
+  const LaserTimeline& laser_;
+  const JointHistory& joints_;
+  std::vector<PerCamera> cameras_;
+  std::deque<Waiting> waiting_;
+  std::optional<Stamp> switched_;  // newest switching, commanded or told
+  bool commanded_ = false, emitting_ = false, was_lit_ = false;
+  BeamVerdict verdict_ = BeamVerdict::kNone;
+  int lit_ = 0, lit_seen_ = 0, dark_ = 0, dark_clear_ = 0;
+};
+
+}  // namespace tankrig

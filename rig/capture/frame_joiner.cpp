@@ -1,0 +1,158 @@
+#include "rig/capture/frame_joiner.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+
+namespace tankrig {
+namespace {
+
+/// The least value that a share of the values does not exceed.
+template <class T>
+T quantile(std::vector<T> values, double share) {
+  if (values.empty()) return {};
+  const auto rank = static_cast<std::size_t>(std::ceil(share * static_cast<double>(values.size())));
+  const auto nth = values.begin() + static_cast<std::ptrdiff_t>(std::max<std::size_t>(rank, 1) - 1);
+  std::nth_element(values.begin(), nth, values.end());
+  return *nth;
+}
+
+}  // namespace
+
+FrameJoiner::FrameJoiner(const ScanPlan& plan, const ScanSettings& settings, const JointHistory& joints,
+                         const LaserTimeline& laser, ScanSink& sink)
+    : plan_(plan), settings_(settings), joints_(joints), laser_(laser), sink_(sink) {}
+
+int FrameJoiner::add_camera(const std::string& name, RecordWhen record) {
+  PerCamera camera;
+  camera.name = name;
+  camera.record = record;
+  camera.per_segment.assign(plan_.segments().size(), 0);
+  cameras_.push_back(std::move(camera));
+  return static_cast<int>(cameras_.size()) - 1;
+}
+
+bool FrameJoiner::records(const PerCamera& camera, const Segment& segment) const {
+  if (segment.phase == Phase::kMove) return false;
+  const bool dark = segment.phase != Phase::kSweep;
+  return camera.record == RecordWhen::kAll || dark == (camera.record == RecordWhen::kDark);
+}
+
+bool FrameJoiner::wanted(int camera, Stamp begin, Stamp end) const {
+  if (!plan_zero_) return false;
+  const double from = seconds(begin - *plan_zero_), to = seconds(end - *plan_zero_);
+  return std::any_of(plan_.segments().begin(), plan_.segments().end(), [&](const Segment& s) {
+    return records(cameras_[static_cast<std::size_t>(camera)], s) && from < s.record_end && to > s.record_begin;
+  });
+}
+
+/// The segment whose recorded part holds the whole exposure, if the camera records it.
+const Segment* FrameJoiner::segment_of(const PerCamera& camera, const Frame& frame) const {
+  if (!plan_zero_) return nullptr;
+  const double middle = seconds(frame.stamp - *plan_zero_), half = 0.5 * seconds(frame.exposure);
+  for (const Segment& s : plan_.segments())
+    if (records(camera, s) && middle - half >= s.record_begin && middle + half <= s.record_end) return &s;
+  return nullptr;
+}
+
+void FrameJoiner::add(int number, Frame frame) {
+  PerCamera& camera = cameras_[static_cast<std::size_t>(number)];
+  if (camera.has_sequence && frame.sequence > camera.next_sequence)
+    not_used(camera, "lost", frame.stamp, frame.sequence - camera.next_sequence);
+  camera.has_sequence = true;
+  camera.next_sequence = frame.sequence + 1;
+  const Segment* segment = segment_of(camera, frame);
+  if (!segment) {
+    not_used(camera, "not_recorded", frame.stamp);
+    return;
+  }
+  const std::size_t i = static_cast<std::size_t>(segment - plan_.segments().data());
+  if (segment->phase != Phase::kSweep && camera.per_segment[i] >= settings_.dark_frames) {
+    not_used(camera, "not_recorded", frame.stamp);
+    return;
+  }
+  ++camera.per_segment[i];
+  waiting_.push_back({number, std::move(frame)});
+}
+
+void FrameJoiner::drain() {
+  while (!waiting_.empty() && try_join(waiting_.front())) waiting_.pop_front();
+}
+
+void FrameJoiner::finish() {
+  drain();
+  for (const Waiting& w : waiting_)
+    not_used(cameras_[static_cast<std::size_t>(w.camera)], "joints_after", w.frame.stamp);
+  waiting_.clear();
+}
+
+/// True once the frame is recorded or counted; false while its joints are still to come.
+bool FrameJoiner::try_join(const Waiting& waiting) {
+  PerCamera& camera = cameras_[static_cast<std::size_t>(waiting.camera)];
+  const Frame& frame = waiting.frame;
+  const auto light = laser_.during(frame.stamp - frame.exposure / 2, frame.stamp + frame.exposure / 2);
+  const auto joints = joints_.interpolate(frame.stamp);
+  if (light == LaserTimeline::Light::kNotYetKnown) return false;
+  if (!joints.ok()) {
+    if (joints.error().code == ErrorCode::kNotReady) return false;
+    not_used(camera, joints.error().code == ErrorCode::kOutOfRange ? "joints_before" : "joint_gap", frame.stamp);
+    return true;
+  }
+  if (light == LaserTimeline::Light::kMixed) {
+    not_used(camera, "laser_switching", frame.stamp);
+    return true;
+  }
+  const Segment& segment = *segment_of(camera, frame);
+  const bool on = light == LaserTimeline::Light::kOn;
+  const bool wrong = segment.phase == Phase::kSweep ? !on && !settings_.laser_pairs : on;
+  if (wrong) {
+    not_used(camera, "laser_wrong", frame.stamp);
+    return true;
+  }
+
+  FrameRecord record;
+  record.camera = camera.name;
+  record.sequence = frame.sequence;
+  record.stamp = frame.stamp;
+  record.exposure = frame.exposure;
+  record.phase = segment.phase;
+  record.pass = segment.pass;
+  record.laser_on = on;
+  record.q = joints.value().q;
+  record.sync_residual = joints.value().residual;
+  if (settings_.target)
+    record.sync_on_target =
+        seconds(record.sync_residual) * speed_on_target(*settings_.target, joints.value().q, joints.value().velocity);
+  if (!passes_gate(camera, record)) return true;
+  record.index = camera.index++;
+  residuals_.push_back(record.sync_residual);
+  residuals_on_target_.push_back(record.sync_on_target);
+  ++counts_[camera.name + ".recorded"];
+  sink_.frame(record, frame.image);
+  return true;
+}
+
+bool FrameJoiner::passes_gate(const PerCamera& camera, const FrameRecord& record) {
+  const double time = seconds(record.sync_residual);
+  const SyncGate& gate = settings_.sync;
+  if (time <= gate.max_residual && record.sync_on_target <= gate.max_residual_on_target) return true;
+  char reason[128];
+  std::snprintf(reason, sizeof reason, ": sync_gate: %.3f ms, %.3f mm on the target, expected at most %g ms and %g mm",
+                1e3 * time, 1e3 * record.sync_on_target, 1e3 * gate.max_residual, 1e3 * gate.max_residual_on_target);
+  ++counts_[camera.name + ".sync_gate"];
+  sink_.event(record.stamp, "drop", camera.name + reason);
+  return false;
+}
+
+Duration FrameJoiner::residual(double share) const { return quantile(residuals_, share); }
+
+double FrameJoiner::residual_on_target(double share) const { return quantile(residuals_on_target_, share); }
+
+void FrameJoiner::not_used(const PerCamera& camera, const char* reason, Stamp when, std::uint64_t count) {
+  counts_[camera.name + "." + reason] += count;
+  if (std::strcmp(reason, "not_recorded") != 0)
+    sink_.event(when, "drop", camera.name + ": " + reason + (count > 1 ? " x " + std::to_string(count) : ""));
+}
+
+}  // namespace tankrig

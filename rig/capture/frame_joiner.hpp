@@ -1,0 +1,87 @@
+// Every frame of a scan: joined to the joints at its mid-exposure and recorded, or counted with the reason why not.
+#pragma once
+
+#include <deque>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "drivers/camera/camera.hpp"
+#include "rig/capture/laser_timeline.hpp"
+#include "rig/capture/scan_sink.hpp"
+#include "rig/plan/scan_plan.hpp"
+#include "rig/sync/joint_history.hpp"
+
+namespace tankrig {
+
+/// Reasons, as counted under "CAMERA.REASON":
+///   lost             the device's count skipped it
+///   not_recorded     taken outside what this camera records, or beyond the dark block's number
+///   joints_before    older than every joint sample kept       joints_after   the scan ended before a joint sample came
+///   joint_gap        the joint samples around it are too far apart
+///   laser_switching  the laser went on or off while it was exposed
+///   laser_wrong      sweep frame without laser, or dark frame with it
+///   sync_gate        its joints are known less well than the rig file allows
+/// Threads: one.  RT: never.
+class FrameJoiner {
+ public:
+  FrameJoiner(const ScanPlan& plan, const ScanSettings& settings, const JointHistory& joints,
+              const LaserTimeline& laser, ScanSink& sink);
+
+  /// Frames stamped before this or never started are not recorded.
+  void start(Stamp plan_zero) { plan_zero_ = plan_zero; }
+  /// Registers a camera; returns its number. Its frames are stamped on the joints' clock.
+  int add_camera(const std::string& name, RecordWhen record);
+  /// The camera was (re)started: its next sequence number is no gap.
+  void restarted(int camera) { cameras_[static_cast<std::size_t>(camera)].has_sequence = false; }
+  /// Is this camera's frame, exposed somewhere in [begin, end], of interest?
+  bool wanted(int camera, Stamp begin, Stamp end) const;
+
+  void add(int camera, Frame frame);
+  /// Records or counts the frames whose joints are known by now, in order of arrival.
+  void drain();
+  /// Counts what still waits for joints that will not come.
+  void finish();
+
+  /// Frames not used, by reason; also "CAMERA.recorded".
+  const std::map<std::string, std::uint64_t>& counts() const { return counts_; }
+  /// The sync residual that this share of the recorded frames does not exceed; 1: none does.
+  Duration residual(double share) const;
+  /// Likewise of the residual on the target [m].
+  double residual_on_target(double share) const;
+
+ private:
+  struct PerCamera {
+    std::string name;
+    RecordWhen record = RecordWhen::kAll;
+    bool has_sequence = false;
+    std::uint64_t next_sequence = 0;
+    int index = 0;
+    std::vector<int> per_segment;
+  };
+  struct Waiting {
+    int camera;
+    Frame frame;
+  };
+
+  bool records(const PerCamera& camera, const Segment& segment) const;
+  const Segment* segment_of(const PerCamera& camera, const Frame& frame) const;
+  bool try_join(const Waiting& waiting);
+  bool passes_gate(const PerCamera& camera, const FrameRecord& record);
+  void not_used(const PerCamera& camera, const char* reason, Stamp when, std::uint64_t count = 1);
+
+  const ScanPlan& plan_;
+  const ScanSettings settings_;
+  const JointHistory& joints_;
+  const LaserTimeline& laser_;
+  ScanSink& sink_;
+  std::optional<Stamp> plan_zero_;
+  std::vector<PerCamera> cameras_;
+  std::deque<Waiting> waiting_;
+  std::map<std::string, std::uint64_t> counts_;
+  std::vector<Duration> residuals_;
+  std::vector<double> residuals_on_target_;
+};
+
+}  // namespace tankrig

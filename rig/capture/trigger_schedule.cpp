@@ -1,0 +1,82 @@
+#include "rig/capture/trigger_schedule.hpp"
+
+#include <cmath>
+
+namespace tankrig {
+namespace {
+
+constexpr double kMoving = 0.2;  // of the sweep's velocity: below it the elbow stands, and no crossing can be foretold
+
+}  // namespace
+
+TriggerSchedule::TriggerSchedule(const ScanPlan& plan, const ScanSettings& settings, const TriggerSettings& trigger,
+                                 RecordWhen record, double period)
+    : plan_(plan),
+      trigger_(trigger),
+      record_(record),
+      period_(period),
+      cycle_period_(1 / settings.cycle_hz),
+      from_(settings.sweep_from),
+      side_(settings.sweep_to > settings.sweep_from ? 1 : -1),
+      passes_(settings.passes),
+      delay_ns_(trigger.delay.value_or(Duration{0}).count()) {}
+
+bool TriggerSchedule::recorded_at(double plan_time) const noexcept {
+  const Segment& s = plan_.segments()[plan_.segment_at(plan_time)];
+  if (s.phase == Phase::kMove || plan_time < s.record_begin || plan_time > s.record_end) return false;
+  return record_ == RecordWhen::kAll || (s.phase == Phase::kSweep) == (record_ == RecordWhen::kSweep);
+}
+
+std::optional<TriggerRequest> TriggerSchedule::next(const CycleRecord& record) noexcept {
+  if (record.has_joints) joints_ = record.joints;
+  if (record.state != ExecutiveState::kRunning) return std::nullopt;
+  const Segment& segment = plan_.segments()[plan_.segment_at(record.plan_time + delay())];
+  if (trigger_.mode == TriggerMode::kPosition && segment.phase == Phase::kSweep) return next_angle(record, segment);
+  return next_time(record);
+}
+
+std::optional<TriggerRequest> TriggerSchedule::next_time(const CycleRecord& record) noexcept {
+  const double soonest = record.plan_time + delay();
+  const auto due = static_cast<std::int64_t>(std::ceil(soonest / period_ - 1e-9));
+  const std::int64_t n = std::max(due, last_period_ + 1);
+  const double middle = static_cast<double>(n) * period_;
+  if (middle - delay() >= record.plan_time + cycle_period_) return std::nullopt;
+  const bool follows = recorded_at(static_cast<double>(last_period_) * period_);
+  if (follows && n > last_period_ + 1)
+    skipped_.fetch_add(static_cast<std::uint64_t>(n - last_period_ - 1), std::memory_order_relaxed);
+  last_period_ = n;
+  if (!recorded_at(middle)) return std::nullopt;
+  const Stamp when = record.stamp + from_seconds(middle - record.plan_time);
+  return TriggerRequest{when - from_seconds(delay()), when, std::numeric_limits<double>::quiet_NaN()};
+}
+
+std::optional<TriggerRequest> TriggerSchedule::next_angle(const CycleRecord& record, const Segment& sweep) noexcept {
+  const auto number = static_cast<std::uint32_t>(&sweep - plan_.segments().data());
+  if (number != sweep_) last_angle_.reset();
+  sweep_ = number;
+  const double way = sweep.motion.to()[kElbow] - sweep.motion.from()[kElbow];
+  const double planned = plan_.at(record.plan_time).velocity[kElbow];
+  if (!joints_ || !(joints_->velocity[kElbow] * way > 0) ||
+      std::abs(joints_->velocity[kElbow]) < kMoving * std::abs(planned))
+    return std::nullopt;
+
+  // Angles counted in spacings from this pass's grid, growing along its way.
+  const double direction = way > 0 ? 1 : -1;
+  const double origin = from_ + side_ * trigger_.spacing * sweep.pass / passes_;
+  const double q = direction * (joints_->q[kElbow] - origin) / trigger_.spacing;
+  const double speed = direction * joints_->velocity[kElbow] / trigger_.spacing;  // spacings per second
+  const double soonest = seconds(record.stamp - joints_->stamp) + delay();        // after the sample
+  const auto due = static_cast<std::int64_t>(std::ceil(q + speed * soonest));
+  const std::int64_t n = last_angle_ ? std::max(due, *last_angle_ + 1) : due;
+  const double after = (static_cast<double>(n) - q) / speed;  // of the sample
+  if (after - soonest >= cycle_period_) return std::nullopt;
+  if (last_angle_ && n > *last_angle_ + 1)
+    skipped_.fetch_add(static_cast<std::uint64_t>(n - *last_angle_ - 1), std::memory_order_relaxed);
+  last_angle_ = n;
+  const Stamp when = joints_->stamp + from_seconds(after);
+  if (!recorded_at(record.plan_time + seconds(when - record.stamp))) return std::nullopt;
+  return TriggerRequest{when - from_seconds(delay()), when,
+                        origin + direction * static_cast<double>(n) * trigger_.spacing};
+}
+
+}  // namespace tankrig

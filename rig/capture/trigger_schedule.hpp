@@ -1,0 +1,63 @@
+// When a triggered camera is to expose: at the elbow's next angle, or at the next whole period of the plan.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <limits>
+#include <optional>
+
+#include "rig/executive/cycle_record.hpp"
+#include "rig/plan/scan_plan.hpp"
+#include "rig/plan/trigger_settings.hpp"
+
+namespace tankrig {
+
+/// One exposure asked for.
+struct TriggerRequest {
+  Stamp fire_at{};                                          ///< when trigger() is to be called
+  Stamp middle{};                                           ///< when mid-exposure then is
+  double angle = std::numeric_limits<double>::quiet_NaN();  ///< of the elbow at `middle` [rad]; none at equal times
+};
+
+/// Of one camera. Mid-exposure falls on the angle or the time; trigger() is called earlier by the camera's delay.
+///   kSoftware  mid-exposures at whole periods of plan time
+///   kPosition  in sweeps at sweep_from + (n + pass / passes) * spacing, n whole, in either direction: the crossing is
+///              predicted from the newest joint sample and its velocity; in dark blocks at whole periods
+/// Only where the camera records, and only while the executive runs its plan.
+/// Threads: next() in the cycle's thread, everything else from any.  RT: all are safe.
+class TriggerSchedule {
+ public:
+  /// `period` of frames at equal times [s].
+  TriggerSchedule(const ScanPlan& plan, const ScanSettings& settings, const TriggerSettings& trigger, RecordWhen record,
+                  double period);
+
+  /// What is to be fired before the next cycle, if anything. At most one: a camera is slower than the cycle.
+  std::optional<TriggerRequest> next(const CycleRecord& record) noexcept;
+
+  void set_delay(Duration delay) noexcept { delay_ns_.store(delay.count(), std::memory_order_relaxed); }
+  /// Angles and times that had passed before they could be asked for.
+  std::uint64_t skipped() const noexcept { return skipped_.load(std::memory_order_relaxed); }
+
+ private:
+  std::optional<TriggerRequest> next_time(const CycleRecord& record) noexcept;
+  std::optional<TriggerRequest> next_angle(const CycleRecord& record, const Segment& sweep) noexcept;
+  bool recorded_at(double plan_time) const noexcept;
+  double delay() const noexcept { return seconds(Duration{delay_ns_.load(std::memory_order_relaxed)}); }
+
+  const ScanPlan& plan_;
+  const TriggerSettings trigger_;
+  const RecordWhen record_;
+  const double period_, cycle_period_;
+  const double from_, side_;  // the grid's angle 0, and the way from it to the sweep's end
+  const int passes_;
+  std::atomic<std::int64_t> delay_ns_;
+  std::atomic<std::uint64_t> skipped_{0};
+
+  // The cycle's own.
+  std::optional<JointState> joints_;  // newest
+  std::int64_t last_period_ = std::numeric_limits<std::int64_t>::min();
+  std::uint32_t sweep_ = std::numeric_limits<std::uint32_t>::max();  // segment that last_angle_ belongs to
+  std::optional<std::int64_t> last_angle_;
+};
+
+}  // namespace tankrig

@@ -1,0 +1,83 @@
+#include "rig/capture/trigger_thread.hpp"
+
+#include <cerrno>
+
+#include "core/thread_priority.hpp"
+
+namespace tankrig {
+namespace {
+
+constexpr std::size_t kToldLater = 1024;  // fired triggers that wait for the supervisor
+constexpr int kPriority = 45;             // below the cycle's, above everything that moves pictures
+
+}  // namespace
+
+TriggerThread::TriggerThread(Camera& camera, Clock& clock)
+    : camera_(camera), clock_(clock), requests_(kWaiting), fired_(kToldLater) {
+  sem_init(&news_, 0, 0);
+}
+
+TriggerThread::~TriggerThread() {
+  ending_.store(true, std::memory_order_relaxed);
+  sem_post(&news_);
+  if (thread_.joinable()) thread_.join();
+  sem_destroy(&news_);
+}
+
+bool TriggerThread::request(const TriggerRequest& request) noexcept {
+  if (!requests_.try_push(request)) return false;
+  if (!clock_.real_time()) return true;
+  life_.expect(request.fire_at);
+  sem_post(&news_);
+  return true;
+}
+
+void TriggerThread::begin() {
+  if (clock_.real_time() && !thread_.joinable()) thread_ = std::thread([this] { run(); });
+}
+
+void TriggerThread::run() {
+  keep_time("tankrig-trigger", kPriority);
+  try {
+    while (true) {
+      while (sem_wait(&news_) != 0 && errno == EINTR) {
+      }
+      if (ending_.load(std::memory_order_relaxed)) return;
+      TriggerRequest request;
+      if (!requests_.try_pop(request)) continue;
+      clock_.sleep_until(request.fire_at);
+      fire(request);
+    }
+  } catch (...) {
+    life_.end();
+  }
+}
+
+std::optional<Stamp> TriggerThread::due() noexcept {
+  TriggerRequest request;
+  if (!next_ && requests_.try_pop(request)) next_ = request;
+  return next_ ? std::optional(next_->fire_at) : std::nullopt;
+}
+
+void TriggerThread::fire_due() noexcept {
+  if (!due()) return;
+  clock_.sleep_until(next_->fire_at);
+  try {
+    fire(*next_);
+  } catch (...) {
+    life_.end();
+  }
+  next_.reset();
+}
+
+void TriggerThread::fire(const TriggerRequest& request) {
+  FiredTrigger fired{request, clock_.now(), false, {}};
+  life_.give(fired.fired);
+  const Status done = camera_.trigger();
+  life_.rest();
+  fired.accepted = done.ok();
+  if (!done.ok()) fired.error = done.error();
+  (void)fired_.try_push(fired);  // full only if nobody has asked for the last thousand
+}
+
+}  // namespace tankrig

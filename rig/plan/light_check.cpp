@@ -1,0 +1,53 @@
+#include "rig/plan/light_check.hpp"
+
+#include <algorithm>
+#include <cstdio>
+
+#include "core/input_error.hpp"
+
+namespace tankrig {
+namespace {
+
+constexpr double kRounding = 1e-9;
+
+/// Longest run of segments that `in` holds for, from the first one's begin to the last one's end; runs with less than
+/// `gap` between them are one.
+template <class In>
+double longest(const ScanPlan& plan, double gap, In in) {
+  double most = 0, begin = 0, end = -1;
+  for (const Segment& s : plan.segments()) {
+    if (!in(s)) continue;
+    if (end < 0 || s.begin - end > gap + kRounding) begin = s.begin;
+    end = s.end();
+    most = std::max(most, end - begin);
+  }
+  return most;
+}
+
+[[noreturn]] void refuse(const char* key, double found, double needed, const char* what) {
+  char line[160];
+  std::snprintf(line, sizeof line, "scan: safety: %s: found %g, expected at least the %.1f s of the plan's %s", key,
+                found, needed, what);
+  throw InputError(line);
+}
+
+}  // namespace
+
+std::optional<double> first_light(const ScanPlan& plan) {
+  for (const Segment& s : plan.segments())
+    if (s.laser) return s.begin;
+  return std::nullopt;
+}
+
+void check_light(const ScanPlan& plan, const SafetySettings& settings) {
+  const double lit = longest(plan, settings.indicator_delay, [](const Segment& s) { return s.laser; });
+  if (lit > settings.maximum_on + kRounding)
+    refuse("maximum_on_s", settings.maximum_on, lit, "longest stretch of light");
+  const double held = longest(plan, 0, [](const Segment& s) { return s.hold; });
+  if (held > settings.hold_limit + kRounding) refuse("hold_limit_s", settings.hold_limit, held, "light at rest");
+  for (const Segment& s : plan.segments())
+    if (s.hold && s.motion.from() != s.motion.to())
+      throw InputError("scan: found motion in \"" + s.name + "\", expected none where light is held at rest");
+}
+
+}  // namespace tankrig

@@ -1,0 +1,63 @@
+#include "rig/plan/operator_plan.hpp"
+
+#include <cmath>
+#include <cstdio>
+
+#include "core/input_error.hpp"
+
+namespace tankrig {
+namespace {
+
+void require_positive(const char* setting, double value) {
+  if (value > 0 && std::isfinite(value)) return;
+  char line[96];
+  std::snprintf(line, sizeof line, "%s: found %g, expected a positive number", setting, value);
+  throw InputError(line);
+}
+
+/// Appends a stretch without motion.
+Segment& hold(std::vector<Segment>& segments, const ScanSettings& s, const JointVector& q, const std::string& name,
+              double duration) {
+  Segment segment;
+  segment.name = name;
+  segment.begin = segments.empty() ? 0 : segments.back().end();
+  segment.duration = duration;
+  segment.motion = JointMove(q, q, s.move_limits());
+  segment.record_begin = segment.record_end = segment.begin;
+  segments.push_back(std::move(segment));
+  return segments.back();
+}
+
+void record(Segment& segment, Phase phase) {
+  segment.phase = phase;
+  segment.record_end = segment.end();
+}
+
+}  // namespace
+
+ScanPlan make_move_plan(const ScanSettings& s, const JointVector& now, const JointVector& to, const std::string& name) {
+  require_positive("move_velocity", s.move_velocity);
+  require_positive("move_acceleration", s.move_acceleration);
+  require_positive("move_jerk", s.move_jerk);
+  Segment segment;
+  segment.name = name;
+  segment.motion = JointMove(now, to, s.move_limits());
+  segment.duration = segment.motion.duration() + s.settle;
+  return ScanPlan({segment});
+}
+
+ScanPlan make_lit_hold_plan(const ScanSettings& s, const JointVector& now, double lit_s) {
+  require_positive("frame_period", s.frame_period);
+  require_positive("seconds", lit_s);
+  std::vector<Segment> segments;
+  if (s.dark_frames > 0)
+    record(hold(segments, s, now, "dark frames", (s.dark_frames + 1) * s.frame_period), Phase::kDarkBefore);
+  Segment& warm_up = hold(segments, s, now, "laser warm-up", s.laser_warm_up + s.frame_period);
+  warm_up.laser = warm_up.hold = true;
+  Segment& lit = hold(segments, s, now, "laser on", lit_s);
+  lit.laser = lit.hold = true;
+  record(lit, Phase::kSweep);
+  return ScanPlan(std::move(segments));
+}
+
+}  // namespace tankrig

@@ -1,0 +1,85 @@
+// A scan from power-on to parked: drives the cycle, feeds the cameras' frames and the joints to the session.
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/clock.hpp"
+#include "drivers/arm/arm.hpp"
+#include "drivers/camera/camera.hpp"
+#include "drivers/laser/laser.hpp"
+#include "rig/capture/beam_watch.hpp"
+#include "rig/capture/scan_sink.hpp"
+#include "rig/executive/cycle_times.hpp"
+#include "rig/executive/safe_end.hpp"
+#include "rig/plan/scan_plan.hpp"
+#include "rig/plan/trigger_settings.hpp"
+#include "rig/platform/real_time.hpp"
+
+namespace tankrig {
+
+struct ScanCamera {
+  Camera* camera = nullptr;
+  RecordWhen record = RecordWhen::kAll;
+  StripeInView beam_in_view = {};
+  TriggerSettings trigger = {};
+  Duration time_offset = {};  ///< t_camera - t_joints
+};
+
+struct ScanProgress {
+  double fraction = 0;  ///< of the plan's time, [0, 1]
+  Phase phase = Phase::kMove;
+  std::string segment;  ///< its name
+};
+
+/// Everything a scan needs; nothing is owned.
+struct ScanJob {
+  const ScanPlan& plan;
+  const ScanSettings& settings;
+  Clock& clock;
+  Arm& arm;
+  Laser& laser;
+  std::vector<ScanCamera> cameras;  ///< the first that records the sweep sets the plan's frame grid
+  ScanSink& sink;
+  const std::atomic<bool>& stop;           ///< set by Ctrl-C: laser off, then arm stopped, session readable
+  std::function<bool()> interlock_closed;  ///< the laser's interlock as the backend reads it; empty is open
+  std::function<void(const ScanProgress&)> progress = {};  ///< ten times per second of the plan
+  OutputsLeft left{};                                      ///< set however run_scan ends, also by an exception
+};
+
+struct ScanResult {
+  std::string status;  ///< "complete" or "stopped: REASON", as in SessionInfo::status
+  double simulated_s = 0;
+  std::map<std::string, std::uint64_t>
+      counts;                      ///< "CAMERA.REASON", "CAMERA.recorded", "cycle.overruns", "cycle.records_dropped"
+  double max_following_error = 0;  ///< [rad]
+  Duration worst_residual{}, residual_p99{};  ///< of the recorded frames
+  Statistics sync;                            ///< "sync.residual_p50_ms" to "sync.residual_max_mm", and triggers
+  OutputsLeft left;                           ///< confirmed after the end
+  std::optional<CycleTimes> times;            ///< in real time only
+  RealTimeGrant granted;                      ///< likewise
+
+  bool complete() const { return status == "complete"; }
+};
+
+/// Reads joints until the arm has told its posture once: what a plan starts from.
+/// Errors: InputError after `timeout`, or with a failure of the driver other than silence.
+JointVector read_posture(Arm& arm, Clock& clock, Duration timeout);
+
+/// What run_scan refuses before anything moves.
+/// Errors: InputError if the laser warms up longer than the plan waits, or its interlock is open.
+void check_laser_ready(const ScanSettings& settings, const Laser& laser, bool interlock_closed);
+
+/// Runs the plan. One that uses no laser never arms it and does not mind its interlock. Under a VirtualClock
+/// single-threaded and bit-reproducible; under a MonotonicClock in real time. However it ends - plan done, stop asked
+/// for, fault, exception of the sink - the laser is commanded off first, then the arm to rest, again in every cycle
+/// until both are confirmed or rest_timeout has passed. Errors: check_laser_ready's, in real time check_real_time's;
+/// rethrows what the sink or the progress callback throws, after an event if the sink still takes one. A failing device
+/// is no exception but a status.
+ScanResult run_scan(ScanJob& job);
+
+}  // namespace tankrig
