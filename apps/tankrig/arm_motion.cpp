@@ -13,6 +13,7 @@
 #include "apps/tankrig/stop.hpp"
 #include "core/input_error.hpp"
 #include "rig/plan/operator_plan.hpp"
+#include "rig/scan/before_start.hpp"
 #include "rig/scan/scan.hpp"
 #include "rig/scan/scan_log.hpp"
 

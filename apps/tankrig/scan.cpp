@@ -12,8 +12,8 @@
 #include "apps/tankrig/dry_run.hpp"
 #include "apps/tankrig/output.hpp"
 #include "apps/tankrig/pictures.hpp"
-#include "apps/tankrig/played_faults.hpp"
 #include "apps/tankrig/progress.hpp"
+#include "apps/tankrig/recording.hpp"
 #include "apps/tankrig/rig_files.hpp"
 #include "apps/tankrig/scores.hpp"
 #include "apps/tankrig/stop.hpp"
@@ -21,43 +21,14 @@
 #include "apps/tankrig/timing.hpp"
 #include "core/input_error.hpp"
 #include "core/utc.hpp"
-#include "rig/capture/beam_view.hpp"
 #include "rig/plan/light_check.hpp"
-#include "rig/plan/plan_csv.hpp"
+#include "rig/scan/before_start.hpp"
 #include "rig/session/checksums.hpp"
-#include "rig/session/session_writer.hpp"
-#include "rig/session/sha256.hpp"
 
 namespace fs = std::filesystem;
 
 namespace tankrig::app {
 namespace {
-
-/// The session as the scan's sink.
-class SessionSink final : public ScanSink {
- public:
-  SessionSink(SessionWriter& writer, PlayedFaults& faults, Progress& progress)
-      : writer_(writer), faults_(faults), progress_(progress) {}
-  void joints(const JointState& state) override {
-    faults_.write(false);
-    writer_.joints(state);
-  }
-  void frame(const FrameRecord& record, const cv::Mat& image) override {
-    faults_.write(true);
-    writer_.frame(record, image);
-  }
-  /// A fault is told at once: what follows may take seconds.
-  void event(Stamp when, std::string_view kind, const std::string& text) override {
-    if (kind == "fault") progress_.warn(text);
-    if (kind == "phase") faults_.enter_phase(text, when);
-    writer_.event(when, kind, text);
-  }
-
- private:
-  SessionWriter& writer_;
-  PlayedFaults& faults_;
-  Progress& progress_;
-};
 
 /// sessions/RIG-20170503T091244Z, numbered if there is one already.
 fs::path default_session(const std::string& rig) {
@@ -67,121 +38,6 @@ fs::path default_session(const std::string& rig) {
   fs::path path = base;
   for (int n = 2; fs::exists(path); ++n) path = base.string() + "-" + std::to_string(n);
   return path;
-}
-
-void check_lux(const std::string& lux) {
-  if (lux == "auto") return;
-  std::size_t used = 0;
-  double value = -1;
-  try {
-    value = std::stod(lux, &used);
-  } catch (const std::exception&) {
-    used = std::string::npos;
-  }
-  if (used != lux.size() || !std::isfinite(value) || value < 0)
-    throw InputError("--lux: found '" + lux + "', expected auto or a number of at least 0");
-}
-
-double read_lux(Backend& backend) {
-  const auto reading = backend.lux_meter().read(std::chrono::seconds(2));
-  if (!reading)
-    throw InputError(std::string("lux meter: ") + reading.error().where + ": " + to_string(reading.error().code) +
-                     ", expected a reading (or give --lux VALUE)");
-  return reading.value().lux;
-}
-
-SessionInfo session_info_of(const ScanOptions& options, const RigConfig& rig, Backend& backend, const fs::path& path) {
-  SessionInfo info;
-  info.name = path.filename().string();
-  info.kind = "scan";
-  info.operator_name = options.operator_name;
-  info.notes = options.notes;
-  info.software = TANKRIG_VERSION;
-  info.noise = backend.noise();
-  info.seed = options.seed;
-  if (backend.world()) info.light = backend.world()->light();
-  rig.describe(info);
-  info.clock_begin = read_clock_pair(backend.clock());
-  return info;
-}
-
-/// Moves the arm and records the session. `left`: how laser and arm were left; nothing if they were not touched.
-/// Errors: what the disk refuses.
-ScanResult record(const ScanOptions& options, const RigConfig& rig, const ScanPlan& plan, Backend& backend,
-                  const fs::path& path, Progress& progress, std::optional<OutputsLeft>& left) {
-  SessionInfo info = session_info_of(options, rig, backend, path);
-  const bool meter = options.lux == "auto" && rig.read_lux;
-  if (meter || options.lux != "auto") {
-    info.lux_source = meter ? "meter" : "hand";
-    info.lux_before = meter ? read_lux(backend) : std::stod(options.lux);
-  }
-  const std::string mesh = rig.object.mesh.filename().string();
-  const std::string rig_file = resolved_rig_yaml(rig, mesh);
-  info.rig_hash = sha256_of_text(rig_file);
-  SessionWriterOptions writer_options;
-  writer_options.wait_when_full = !backend.clock().real_time();
-  SessionWriter writer(path, std::move(info), writer_options);
-  writer.add_file(rig.object.mesh, mesh);
-  writer.add_text("rig.yaml", rig_file);
-  writer.add_text("plan.csv", plan_csv(plan));
-
-  fs::create_directory(path / "cameras");
-  for (const RigCamera& camera : rig.cameras)
-    write_camera_file(path / "cameras" / (camera.name + ".yaml"), camera.model, camera.name);
-
-  backend.record_wire(path);
-  PlayedFaults faults(backend, writer, options.faults);
-  SessionSink sink(writer, faults, progress);
-  std::vector<ScanCamera> cameras;
-  const std::vector<Camera*> devices = backend.cameras();
-  for (std::size_t i = 0; i < devices.size(); ++i)
-    cameras.push_back({devices[i], rig.cameras[i].record, stripe_in_view(rig, rig.cameras[i]), rig.cameras[i].trigger,
-                       rig.cameras[i].time_offset});
-  ScanJob job{plan,
-              rig.scan,
-              backend.clock(),
-              backend.arm(),
-              backend.laser(),
-              cameras,
-              sink,
-              StopOnSignal::requested(),
-              [&] { return faults.round(); },
-              [&](const ScanProgress& p) { progress.update("scan: " + p.segment, p.fraction); }};
-  ScanResult result;
-  try {
-    result = run_scan(job);
-  } catch (const std::exception& e) {
-    left = job.left;
-    backend.end_wire_record();
-    try {
-      writer.close(std::string("stopped: ") + e.what());
-    } catch (const std::exception&) {  // the disk, most likely: told already
-    }
-    throw;
-  }
-  left = result.left;
-  for (const std::string& fault : faults.never_began()) {
-    progress.warn("faults: " + fault + ": never began");
-    writer.event(backend.clock().now(), "injected", fault + " never began");
-  }
-  if (meter && result.complete()) try {
-      writer.info().lux_after = read_lux(backend);
-    } catch (const InputError& e) {
-      progress.warn(e.what());
-      writer.event(backend.clock().now(), "fault", e.what());
-    }
-  writer.info().simulated_s = result.simulated_s;
-  keep_timing(writer, rig, result);
-  if (backend.clock().real_time()) writer.info().clock_end = read_clock_pair(backend.clock());
-  writer.info().counts.insert(result.counts.begin(), result.counts.end());
-  backend.end_wire_record();
-  for (const Statistic& s : backend.statistics()) writer.info().devices[s.name] = s.value;
-  for (const Statistic& s : result.sync) writer.info().devices[s.name] = s.value;
-  const std::atomic<bool>* stop = StopOnSignal::requested() ? nullptr : &StopOnSignal::requested();
-  writer.close(result.status, {[&](double fraction) { progress.update("writing pictures", fraction); }, stop});
-  write_checksums(path);
-  for (const auto& [name, count] : writer.info().counts) result.counts[name] = count;
-  return result;
 }
 
 int stopped(const fs::path& path, const std::string& why, const std::optional<OutputsLeft>& left, Progress& progress) {
@@ -257,7 +113,7 @@ int scan(const ScanOptions& options) {
   ScanResult result;
   std::optional<OutputsLeft> left;
   try {
-    result = record(options, rig, plan, *backend, path, progress, left);
+    result = record_scan(options, rig, plan, *backend, path, progress, left);
     stops.reset();
   } catch (const std::exception& e) {
     if (!left && !fs::exists(path / "session.yaml")) throw;

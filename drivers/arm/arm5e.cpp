@@ -93,7 +93,7 @@ Result<std::optional<JointState>> Arm5e::try_read() noexcept {
   if (now - std::exchange(listened_, now) > settings_.silence_timeout / 2) heard_.everything(now);
   auto news = drain(now);
   if (keeper_.joinable() && keeper_life_.missing(now) && !line_lost_)
-    news = Error{ErrorCode::kInternal, 0, now, "arm: its thread is dead"};
+    news = Error{ErrorCode::kInternal, 0, now, "arm: its thread is dead or stuck"};
   const Duration unwritten{now.ns - written_ns_.load()};
   if (driven_ && unwritten > settings_.watchdog) {
     add(watchdog_stops_);

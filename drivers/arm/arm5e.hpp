@@ -38,7 +38,7 @@ class Arm5e final : public Arm {
   Arm5e(const Arm5e&) = delete;
   Arm5e& operator=(const Arm5e&) = delete;
 
-  /// Errors: kTimeout (silent, or frozen though it is driven), kDisconnected, kInternal (its thread is dead), the
+  /// Errors: kTimeout (silent, or frozen though it is driven), kDisconnected, kInternal (its thread is dead or stuck), the
   /// faults above, each "arm: ...". Silence counts from when somebody listens: nobody did while the program prepared.
   Result<std::optional<JointState>> try_read() noexcept override;
   /// Errors: kNotReady "arm: not homed" or "arm: bus-off", kOutOfRange, kDisconnected, the fault that is kept.

@@ -326,7 +326,7 @@ Result<std::optional<Frame>> AravisCamera::try_grab() {
     }
   }
   if (m.keeper_life.missing(m.clock.now()))
-    return Error{ErrorCode::kInternal, 0, m.clock.now(), "camera: its thread is dead"};
+    return Error{ErrorCode::kInternal, 0, m.clock.now(), "camera: its thread is dead or stuck"};
   if (!link) return gone(m.clock.now());
   if (link->control_lost()) {
     m.poke(true);

@@ -15,7 +15,7 @@ namespace {
 
 Stamp now() noexcept { return MonotonicClock{}.now(); }
 
-Error thread_dead(Stamp when) noexcept { return {ErrorCode::kInternal, 0, when, "laser relay: its thread is dead"}; }
+Error thread_dead(Stamp when) noexcept { return {ErrorCode::kInternal, 0, when, "laser relay: its thread is dead or stuck"}; }
 
 std::string hex(std::uint8_t byte) {
   char text[8];

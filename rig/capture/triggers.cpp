@@ -53,7 +53,7 @@ std::string Triggers::collect() {
   std::string dead;
   for (const auto& one : cameras_) {
     collect(*one);
-    if (dead.empty() && one->thread.dead()) dead = "camera " + one->name + ": its trigger thread is dead";
+    if (dead.empty() && one->thread.dead()) dead = "camera " + one->name + ": its trigger thread is dead or stuck";
   }
   return dead;
 }

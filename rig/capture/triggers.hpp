@@ -31,7 +31,7 @@ class Triggers final : public CycleListener {
   void cycle(const CycleRecord& record) noexcept override;
   /// Under a virtual clock: fires what is due before the next cycle.
   void turn() noexcept;
-  /// Takes over what was fired since. What is wrong where a camera's thread is dead, else nothing.
+  /// Takes over what was fired since. What is wrong where a camera's thread is dead or stuck, else nothing.
   std::string collect();
   /// Since when the triggers of this camera have brought no frame, if it leaves several unanswered.
   std::optional<Stamp> unanswered_since(int number) const;

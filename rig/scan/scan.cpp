@@ -4,16 +4,15 @@
 #include <cmath>
 #include <cstdio>
 #include <optional>
-#include <type_traits>
 
 #include "core/input_error.hpp"
-#include "rig/capture/beam_watch.hpp"
 #include "rig/capture/frame_joiner.hpp"
-#include "rig/capture/triggers.hpp"
 #include "rig/executive/cycle.hpp"
 #include "rig/executive/executive.hpp"
 #include "rig/plan/light_check.hpp"
 #include "rig/plan/plan_csv.hpp"
+#include "rig/scan/before_start.hpp"
+#include "rig/scan/camera_feeds.hpp"
 #include "rig/scan/scan_log.hpp"
 
 namespace tankrig {
@@ -23,26 +22,9 @@ using namespace std::chrono_literals;
 
 constexpr std::size_t kJointSamples = 4096;  // kept for frames still to be joined
 constexpr Duration kFirstFrameTimeout = 3s;  // of the camera that sets the frame grid
-constexpr double kSilentPeriods = 5;         // of a slow camera
-constexpr int kFramesPerRound = 4;           // of each camera
 constexpr Duration kProgressPeriod = 100ms;
 constexpr Duration kBeamSettles = 300ms;  // around a switching: projectors glow, contacts are read back late
 constexpr double kCyclesToArm = 2;        // until the safety step has seen the switch
-constexpr char kInterlockOpen[] = "laser interlock: found open, expected closed";
-
-/// However a scan is left, its cameras are stopped.
-class CamerasStopped {
- public:
-  explicit CamerasStopped(ScanJob& job) : job_(job) {}
-  CamerasStopped(const CamerasStopped&) = delete;
-  CamerasStopped& operator=(const CamerasStopped&) = delete;
-  ~CamerasStopped() {
-    for (ScanCamera& c : job_.cameras) c.camera->stop();
-  }
-
- private:
-  ScanJob& job_;
-};
 
 class ScanRun {
  public:
@@ -54,23 +36,12 @@ class ScanRun {
         joiner_(job.plan, job.settings, joints_, laser_, job.sink),
         triggers_(job.plan, job.settings, job.clock, job.sink),
         beam_(job.settings.safety.beam, job.settings.laser_pairs ? Duration{0} : kBeamSettles, laser_, joints_),
+        feeds_(job.cameras, job.settings, job.clock, joiner_, triggers_, beam_, feed_events()),
         end_(job.settings.safety),
         log_(job.plan, job.sink),
         cycle_(executive_, job.clock, from_seconds(1.0 / job.settings.cycle_hz), job.settings.real_time) {
     executive_.stop_also_on(job_.stop);
-    for (const ScanCamera& c : job_.cameras) beam_.add_camera(c.beam_in_view);
-    for (const ScanCamera& c : job_.cameras)
-      feeds_.push_back({c.camera,
-                        joiner_.add_camera(c.camera->info().name, c.record),
-                        c.record,
-                        c.time_offset,
-                        c.trigger.mode != TriggerMode::kFree,
-                        false,
-                        {},
-                        false});
     executive_.set_listener(&triggers_);
-    for (std::size_t i = 0; i < feeds_.size(); ++i)
-      triggers_.add_camera(feeds_[i].number, *feeds_[i].camera, feeds_[i].record, job_.cameras[i].trigger);
   }
 
   ScanResult run() {
@@ -95,22 +66,13 @@ class ScanRun {
   }
 
  private:
-  struct Feed {
-    Camera* camera;
-    int number;
-    RecordWhen record;
-    Duration time_offset;  // taken off the stamp of every frame
-    bool triggered;
-    bool running;
-    Stamp news;     // it was started, or its newest frame arrived
-    bool delivers;  // has done so since it was started
-  };
-
-  /// The free-running camera whose frames the passes are interleaved on, if any.
-  Feed* grid_camera() {
-    const auto sweeps = [](const Feed& f) { return f.record != RecordWhen::kDark; };
-    const auto it = std::find_if(feeds_.begin(), feeds_.end(), sweeps);
-    return it == feeds_.end() || it->triggered ? nullptr : &*it;
+  /// A device may take its time to start; the supervisor is well meanwhile.
+  CameraFeedEvents feed_events() {
+    return {[this] { executive_.heartbeat(job_.clock.now()); },
+            [this](Stamp frame) {
+              if (!plan_zero_) start_plan(on_frame_grid(frame));
+            },
+            [this](const std::string& what, bool thread) { thread ? thread_died(what) : device_failed(what); }};
   }
 
   void start() {
@@ -118,10 +80,7 @@ class ScanRun {
     triggers_.begin();
     cycle_.begin();
     take_turn();
-    if (Feed* feed = grid_camera())
-      start_camera(*feed);
-    else
-      start_plan(job_.clock.now() + from_seconds(job_.settings.frame_period));
+    if (!feeds_.start_grid_camera()) start_plan(job_.clock.now() + from_seconds(job_.settings.frame_period));
     executive_.heartbeat(job_.clock.now());
     executive_.set_armed(job_.plan.uses_laser());  // last: an edge while anything is missing is lost
   }
@@ -143,12 +102,10 @@ class ScanRun {
   /// so a camera or a disk that holds a round up for longer than heartbeat_timeout costs the beam in the next cycle.
   void supervise() {
     read_interlock();
-    if (plan_zero_) schedule_cameras();
-    for (Feed& feed : feeds_)
-      if (feed.running) grab(feed);
+    if (plan_zero_) feeds_.schedule(end_.ended());
+    feeds_.grab();
     if (const std::string dead = triggers_.collect(); !dead.empty()) thread_died(dead);
-    for (Feed& feed : feeds_)
-      if (feed.running) check_silence(feed);
+    if (!end_.ended()) feeds_.check_silence();
     joiner_.drain();
     executive_.set_beam(beam_.judge());
     report_progress();
@@ -187,76 +144,9 @@ class ScanRun {
     }
     laser_.add(record);
     beam_.add(record);
-    log_.add(record, record.fault == Fault::kHeartbeat ? held_up_ : failure_);
+    log_.add(record, record.fault == Fault::kHeartbeat ? feeds_.held_up() : failure_);
     max_following_error_ = std::max(max_following_error_, record.following_error);
     last_ = record;
-  }
-
-  void schedule_cameras() {
-    const Duration lead = from_seconds(job_.settings.camera_lead);
-    const Stamp now = job_.clock.now();
-    for (Feed& feed : feeds_) {
-      const bool wanted = !end_.ended() && joiner_.wanted(feed.number, now - lead, now + lead);
-      if (wanted && !feed.running) start_camera(feed);
-      if (!wanted && feed.running) {
-        ask(feed, [&] { return feed.camera->stop(), true; });
-        feed.running = false;
-      }
-    }
-  }
-
-  /// A device may take its time to start; the supervisor is well meanwhile.
-  void start_camera(Feed& feed) {
-    joiner_.restarted(feed.number);
-    executive_.heartbeat(job_.clock.now());
-    const Status started = ask(feed, [&] { return feed.camera->start(); });
-    feed.running = started.ok();
-    feed.news = job_.clock.now();
-    feed.delivers = false;
-    if (!started.ok()) camera_failed(feed, started.error());
-  }
-
-  /// What is asked of a camera's driver; one that holds the supervisor up is told of where its heartbeat is late.
-  template <class Call>
-  std::invoke_result_t<Call> ask(const Feed& feed, Call call) {
-    const Stamp before = job_.clock.now();
-    auto answer = call();
-    const double took = seconds(job_.clock.now() - before);
-    if (took > job_.settings.heartbeat_timeout) {
-      char line[64];
-      std::snprintf(line, sizeof line, ": held the supervisor up for %.0f ms", 1e3 * took);
-      held_up_ = "camera " + feed.camera->info().name + line;
-    }
-    return answer;
-  }
-
-  /// A camera that takes longer for a frame than it takes to come must not keep the loop.
-  void grab(Feed& feed) {
-    const Stamp begin = job_.clock.now();
-    const auto late = [&] { return seconds(job_.clock.now() - begin) > job_.settings.heartbeat_timeout; };
-    for (int frames = 0; frames < kFramesPerRound && !late(); ++frames) {
-      auto news = ask(feed, [&] { return feed.camera->try_grab(); });
-      if (!news.ok()) return camera_failed(feed, news.error());
-      if (!news.value()) return;
-      feed.news = job_.clock.now();
-      feed.delivers = true;
-      news.value()->stamp = news.value()->stamp - feed.time_offset;
-      if (!plan_zero_) start_plan(on_frame_grid(news.value()->stamp));
-      triggers_.add_frame(feed.number, *news.value());
-      beam_.add(feed.number, *news.value());
-      joiner_.add(feed.number, std::move(*news.value()));
-    }
-  }
-
-  /// A camera that delivers nothing though its driver finds nothing wrong; a triggered one, though it is triggered.
-  void check_silence(const Feed& feed) {
-    const auto since = feed.triggered ? triggers_.unanswered_since(feed.number) : std::optional(feed.news);
-    const double usual = std::max(job_.settings.safety.camera_timeout, kSilentPeriods / feed.camera->info().rate_hz);
-    const double patience = feed.delivers ? usual : std::max(usual, seconds(kFirstFrameTimeout));
-    if (!since || seconds(job_.clock.now() - *since) <= patience || end_.ended()) return;
-    char line[48];
-    std::snprintf(line, sizeof line, ": no frame for %.1f s", patience);
-    device_failed("camera " + feed.camera->info().name + line);
   }
 
   /// A whole number of frame periods after `frame`, and a period ahead of now.
@@ -287,12 +177,6 @@ class ScanRun {
   void device_failed(const std::string& what) {
     if (failure_.empty()) failure_ = what;
     executive_.request_stop();
-  }
-
-  void camera_failed(const Feed& feed, const Error& error) {
-    const std::string what = "camera " + feed.camera->info().name + ": " + describe(error);
-    if (error.code == ErrorCode::kInternal) return thread_died(what);
-    device_failed(what);
   }
 
   void thread_died(const std::string& what) {
@@ -329,11 +213,7 @@ class ScanRun {
     r.status = status();
     r.simulated_s = seconds(job_.clock.now() - begin_);
     r.counts = joiner_.counts();
-    for (const Feed& feed : feeds_) {
-      const CameraCounters c = feed.camera->counters();
-      if (c.incomplete > 0) r.counts[feed.camera->info().name + ".incomplete"] = c.incomplete;
-      if (c.overrun > 0) r.counts[feed.camera->info().name + ".overrun"] = c.overrun;
-    }
+    r.counts.merge(feeds_.counts());
     r.counts["cycle.overruns"] = cycle_.overruns();
     r.counts["cycle.records_dropped"] = executive_.records_dropped();
     if (cycle_.overruns() > 0)
@@ -361,15 +241,14 @@ class ScanRun {
   LaserTimeline laser_;
   FrameJoiner joiner_;
   Triggers triggers_;
-  std::vector<Feed> feeds_;
   BeamWatch beam_;
+  CameraFeeds feeds_;
   SafeEnd end_;
   ScanLog log_;
   CycleRecord last_;
   std::optional<Stamp> plan_zero_;
   Stamp round_began_{};
   std::string failure_;  // why the supervisor wants an end
-  std::string held_up_;  // what it waited for too long, last
   Stamp next_progress_{};
   double max_following_error_ = 0;
   Cycle cycle_;  // last: its thread ends before what it steps is gone
@@ -377,35 +256,10 @@ class ScanRun {
 
 }  // namespace
 
-JointVector read_posture(Arm& arm, Clock& clock, Duration timeout) {
-  const Stamp deadline = clock.now() + timeout;
-  while (true) {
-    const auto news = arm.try_read();
-    const bool late = clock.now() >= deadline;
-    if (!news.ok() && (late || news.error().code != ErrorCode::kTimeout)) throw InputError(describe(news.error()));
-    if (news.ok() && news.value()) return news.value()->q;
-    if (late)
-      throw InputError("arm: found no joint state, expected one within " + std::to_string(seconds(timeout)) + " s");
-    clock.sleep_until(clock.now() + arm.exchange_period());
-  }
-}
-
-void check_laser_ready(const ScanSettings& settings, const Laser& laser, bool interlock_closed) {
-  const double warm_up = seconds(laser.warm_up());
-  if (warm_up > settings.laser_warm_up + 1e-9) {
-    char line[128];
-    std::snprintf(line, sizeof line, "scan: laser_warm_up: found %g s, expected at least the laser's own %g s",
-                  settings.laser_warm_up, warm_up);
-    throw InputError(line);
-  }
-  if (!interlock_closed) throw InputError(std::string("scan: ") + kInterlockOpen);
-}
-
 ScanResult run_scan(ScanJob& job) {
   if (job.clock.real_time()) check_real_time(job.settings.real_time);
   if (job.plan.uses_laser()) check_laser_ready(job.settings, job.laser, job.interlock_closed && job.interlock_closed());
   check_light(job.plan, job.settings.safety);
-  const CamerasStopped guard(job);
   ScanRun run(job);
   return run.run();
 }

@@ -10,25 +10,15 @@
 
 #include "core/clock.hpp"
 #include "drivers/arm/arm.hpp"
-#include "drivers/camera/camera.hpp"
 #include "drivers/laser/laser.hpp"
-#include "rig/capture/beam_watch.hpp"
 #include "rig/capture/scan_sink.hpp"
 #include "rig/executive/cycle_times.hpp"
 #include "rig/executive/safe_end.hpp"
 #include "rig/plan/scan_plan.hpp"
-#include "rig/plan/trigger_settings.hpp"
 #include "rig/platform/real_time.hpp"
+#include "rig/scan/camera_feeds.hpp"
 
 namespace tankrig {
-
-struct ScanCamera {
-  Camera* camera = nullptr;
-  RecordWhen record = RecordWhen::kAll;
-  StripeInView beam_in_view = {};
-  TriggerSettings trigger = {};
-  Duration time_offset = {};  ///< t_camera - t_joints
-};
 
 struct ScanProgress {
   double fraction = 0;  ///< of the plan's time, [0, 1]
@@ -65,14 +55,6 @@ struct ScanResult {
 
   bool complete() const { return status == "complete"; }
 };
-
-/// Reads joints until the arm has told its posture once: what a plan starts from.
-/// Errors: InputError after `timeout`, or with a failure of the driver other than silence.
-JointVector read_posture(Arm& arm, Clock& clock, Duration timeout);
-
-/// What run_scan refuses before anything moves.
-/// Errors: InputError if the laser warms up longer than the plan waits, or its interlock is open.
-void check_laser_ready(const ScanSettings& settings, const Laser& laser, bool interlock_closed);
 
 /// Runs the plan. One that uses no laser never arms it and does not mind its interlock. Under a VirtualClock
 /// single-threaded and bit-reproducible; under a MonotonicClock in real time. However it ends - plan done, stop asked

@@ -256,7 +256,7 @@ TEST_P(ArmFaultsOn, AThreadOfItsOwnThatHangsIsTold) {
     ASSERT_TRUE(held.found());
     const Error error = bench.error();
     EXPECT_EQ(error.code, ErrorCode::kInternal);
-    EXPECT_STREQ(error.where, "arm: its thread is dead");
+    EXPECT_STREQ(error.where, "arm: its thread is dead or stuck");
   }
   EXPECT_TRUE(bench.until([&] { return bench.arm->try_read().ok(); })) << "it goes round again";
 }

@@ -5,6 +5,7 @@
 
 #include "calibration/time_offset/time_offset.hpp"
 #include "reconstruction/stripe/stripe_detector.hpp"
+#include "rig/scan/before_start.hpp"
 #include "rig/scan/scan.hpp"
 #include "sim_backends/mock/mock_camera.hpp"
 #include "tests/world/render_scene.hpp"

@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "rig/scan/before_start.hpp"
 #include "rig/scan/scan.hpp"
 #include "sim_backends/mock/mock_camera.hpp"
 #include "tests/executive/recording_sink.hpp"

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "rig/capture/beam_view.hpp"
+#include "rig/scan/before_start.hpp"
 #include "rig/scan/scan.hpp"
 #include "sim_backends/mock/mock_camera.hpp"
 #include "sim_backends/world/tank_world.hpp"

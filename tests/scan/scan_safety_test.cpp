@@ -143,7 +143,7 @@ class MuteCamera final : public Camera {
   Status start() override { return camera_.start(); }
   Result<std::optional<Frame>> try_grab() override {
     if (slow.count() > 0) clock_.sleep_until(clock_.now() + slow);
-    if (broken) return Error{ErrorCode::kInternal, 0, clock_.now(), "camera: its thread is dead"};
+    if (broken) return Error{ErrorCode::kInternal, 0, clock_.now(), "camera: its thread is dead or stuck"};
     auto news = camera_.try_grab();
     if (mute) return std::optional<Frame>{};
     return news;
@@ -225,13 +225,13 @@ TEST(ScanSafety, FaultsWhereACamerasThreadDiesAndNamesIt) {
   MuteRig dead, triggered;
   const ScanResult result = dead.run([](MuteCamera& c) { c.broken = true; });
   EXPECT_NE(result.status.find("thread died"), std::string::npos) << result.status;
-  EXPECT_NE(result.status.find("camera mono: camera: its thread is dead"), std::string::npos) << result.status;
+  EXPECT_NE(result.status.find("camera mono: camera: its thread is dead or stuck"), std::string::npos) << result.status;
   EXPECT_LT(dead.ended_after(), 0.02);
 
   triggered.trigger = {TriggerMode::kPosition, 4e-3, std::nullopt};
   const ScanResult other = triggered.run([](MuteCamera& c) { c.breaks_triggered = true; });
   EXPECT_NE(other.status.find("thread died"), std::string::npos) << other.status;
-  EXPECT_NE(other.status.find("camera mono: its trigger thread is dead"), std::string::npos) << other.status;
+  EXPECT_NE(other.status.find("camera mono: its trigger thread is dead or stuck"), std::string::npos) << other.status;
   EXPECT_LT(triggered.ended_after(), 0.1);
   EXPECT_TRUE(other.left.safe());
 }

@@ -5,6 +5,7 @@
 #include <map>
 #include <string>
 
+#include "rig/scan/before_start.hpp"
 #include "rig/scan/scan.hpp"
 #include "sim_backends/faults/fault_plan.hpp"
 #include "tests/scenarios/call_tape.hpp"

@@ -1,0 +1,33 @@
+#include "rig/scan/before_start.hpp"
+
+#include <cstdio>
+
+#include "core/input_error.hpp"
+
+namespace tankrig {
+
+JointVector read_posture(Arm& arm, Clock& clock, Duration timeout) {
+  const Stamp deadline = clock.now() + timeout;
+  while (true) {
+    const auto news = arm.try_read();
+    const bool late = clock.now() >= deadline;
+    if (!news.ok() && (late || news.error().code != ErrorCode::kTimeout)) throw InputError(describe(news.error()));
+    if (news.ok() && news.value()) return news.value()->q;
+    if (late)
+      throw InputError("arm: found no joint state, expected one within " + std::to_string(seconds(timeout)) + " s");
+    clock.sleep_until(clock.now() + arm.exchange_period());
+  }
+}
+
+void check_laser_ready(const ScanSettings& settings, const Laser& laser, bool interlock_closed) {
+  const double warm_up = seconds(laser.warm_up());
+  if (warm_up > settings.laser_warm_up + 1e-9) {
+    char line[128];
+    std::snprintf(line, sizeof line, "scan: laser_warm_up: found %g s, expected at least the laser's own %g s",
+                  settings.laser_warm_up, warm_up);
+    throw InputError(line);
+  }
+  if (!interlock_closed) throw InputError(std::string("scan: ") + kInterlockOpen);
+}
+
+}  // namespace tankrig

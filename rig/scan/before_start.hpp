@@ -1,0 +1,21 @@
+// What must be known of arm and laser before a plan is made and before it starts.
+#pragma once
+
+#include "core/clock.hpp"
+#include "drivers/arm/arm.hpp"
+#include "drivers/laser/laser.hpp"
+#include "rig/plan/scan_settings.hpp"
+
+namespace tankrig {
+
+inline constexpr char kInterlockOpen[] = "laser interlock: found open, expected closed";
+
+/// Reads joints until the arm has told its posture once: what a plan starts from.
+/// Errors: InputError after `timeout`, or with a failure of the driver other than silence.
+JointVector read_posture(Arm& arm, Clock& clock, Duration timeout);
+
+/// What run_scan refuses before anything moves.
+/// Errors: InputError if the laser warms up longer than the plan waits, or its interlock is open.
+void check_laser_ready(const ScanSettings& settings, const Laser& laser, bool interlock_closed);
+
+}  // namespace tankrig
