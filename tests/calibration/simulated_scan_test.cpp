@@ -1,6 +1,7 @@
 // The time offset from whole simulated scans: mock devices, rendered pictures, the laser method's own detector.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdio>
 
 #include "calibration/time_offset/time_offset.hpp"
@@ -34,7 +35,7 @@ class StripeSink final : public ScanSink {
 };
 
 /// A short sweep there and back over the box in a small picture.
-TimeOffsetSolution offset_of_scan(Duration injected, Duration in_rig_file = {}) {
+TimeOffsetSolution offset_of_scan(Duration injected, Duration in_rig_file = {}, std::uint64_t seed = 1) {
   sim::Scene scene = sim::testing::small_scene();
   scene.ambient_lux = 0;
   scene.lamps.clear();
@@ -43,7 +44,7 @@ TimeOffsetSolution offset_of_scan(Duration injected, Duration in_rig_file = {}) 
   const CameraModel model = scene.cameras[0].model;
   const int channels = scene.cameras[0].channels;
   const Transform eMl = scene.laser.eMl;
-  const sim::TankWorld world = sim::TankWorld::from_scene(std::move(scene), {});
+  const sim::TankWorld world = sim::TankWorld::from_scene(std::move(scene), {.seed = seed});
 
   ScanSettings s;
   s.park << 0, 0.12, 1.6, 0, 0.1;
@@ -94,6 +95,26 @@ TEST_P(InjectedOffset, IsRecoveredToHalfAMillisecond) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Milliseconds, InjectedOffset, testing::Values(0, 5, 20, 40, 60));
+
+/// A sigma is a promise about scans nobody has seen: other noise, other offsets.
+TEST(OffsetSigma, IsTheSizeOfTheErrorOverManyScans) {
+  constexpr int kScans = 8;
+  double sum = 0;
+  for (int i = 0; i < kScans; ++i) {
+    const double injected = 1e-3 * (i * 7 % 61);
+    const std::uint64_t seed = 1000 + static_cast<std::uint64_t>(i);
+    const TimeOffsetSolution s = offset_of_scan(from_seconds(injected), {}, seed);
+    const double error = s.offset - injected;
+    std::printf("seed %d, injected %2.0f ms: off by %.3f ms, sigma %.3f ms\n", static_cast<int>(seed), 1e3 * injected,
+                1e3 * error, 1e3 * s.sigma);
+    EXPECT_NEAR(error, 0, 0.5e-3);
+    sum += std::pow(error / s.sigma, 2);
+  }
+  const double rms = std::sqrt(sum / kScans);
+  std::printf("errors are %.2f sigma (rms)\n", rms);
+  EXPECT_GT(rms, 0.5);
+  EXPECT_LT(rms, 2.5);
+}
 
 TEST(RigFileOffset, LeavesNoneToFind) { EXPECT_NEAR(offset_of_scan(40ms, 40ms).offset, 0, 0.5e-3); }
 
