@@ -30,6 +30,7 @@ class MotionSink final : public ScanSink {
   void frame(const FrameRecord&, const cv::Mat&) override {}
   void event(Stamp, std::string_view kind, const std::string& text) override {
     if (kind == "fault" || kind == "overrun") progress_.warn("arm: " + text);
+    if (kind == kRealTimeEvent) progress_.warn("real time " + text);
   }
   const JointVector& q() const { return q_; }
 

@@ -131,9 +131,9 @@ class LitSink final : public ScanSink {
       output_.add_background(image);
   }
   void event(Stamp, std::string_view kind, const std::string& text) override {
-    if (kind != "fault") return;
+    if (kind != "fault" && kind != kRealTimeEvent) return;
     output_.finish_line();
-    progress_.warn("preview: " + text);
+    progress_.warn((kind == "fault" ? "preview: " : "real time ") + text);
   }
 
  private:

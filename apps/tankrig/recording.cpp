@@ -35,6 +35,7 @@ class SessionSink final : public ScanSink {
   /// A fault is told at once: what follows may take seconds.
   void event(Stamp when, std::string_view kind, const std::string& text) override {
     if (kind == "fault") progress_.warn(text);
+    if (kind == kRealTimeEvent) progress_.warn("real time " + text);
     if (kind == "phase") faults_.enter_phase(text, when);
     writer_.event(when, kind, text);
   }

@@ -103,9 +103,7 @@ int scan(const ScanOptions& options) {
   if (fs::exists(path)) throw InputError(path, "exists already, expected a new session directory");
   check_laser_ready(rig.scan, backend->laser(), backend->interlock_closed());
   auto stops = std::make_unique<RigStops>(*backend, progress);
-  if (backend->clock().real_time())
-    if (const std::string missing = check_real_time(rig.scan.real_time); !missing.empty())
-      progress.warn("real time " + missing);
+  if (backend->clock().real_time()) check_real_time(rig.scan.real_time);  // refused before there is a session
   if (StopOnSignal::requested()) {
     progress.warn("scan stopped before anything moved");
     return kPartial;

@@ -257,7 +257,9 @@ class ScanRun {
 }  // namespace
 
 ScanResult run_scan(ScanJob& job) {
-  if (job.clock.real_time()) check_real_time(job.settings.real_time);
+  if (job.clock.real_time())
+    if (const std::string missing = check_real_time(job.settings.real_time); !missing.empty())
+      job.sink.event(job.clock.now(), kRealTimeEvent, missing);
   if (job.plan.uses_laser()) check_laser_ready(job.settings, job.laser, job.interlock_closed && job.interlock_closed());
   check_light(job.plan, job.settings.safety);
   ScanRun run(job);

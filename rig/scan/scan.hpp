@@ -20,6 +20,9 @@
 
 namespace tankrig {
 
+/// Kind of the event that tells what the system refuses the cycle, where the rig file goes without it.
+inline constexpr char kRealTimeEvent[] = "real_time";
+
 struct ScanProgress {
   double fraction = 0;  ///< of the plan's time, [0, 1]
   Phase phase = Phase::kMove;

@@ -51,6 +51,16 @@ TEST(RealTimeScan, IsRefusedBeforeAnythingMovesWhereTheSystemDoesNotGrantWhatItR
   EXPECT_TRUE(rig.sink.events.empty());
 }
 
+TEST(RealTimeScan, TellsWhatTheSystemDoesNotGrantWhereItGoesWithoutIt) {
+  ShortRig rig;
+  rig.s.real_time.cpu = 1023;
+  rig.stop = true;
+  rig.run();
+  ASSERT_FALSE(rig.sink.events.empty());
+  EXPECT_EQ(rig.sink.events[0].kind, kRealTimeEvent);
+  EXPECT_NE(rig.sink.events[0].text.find("processor 1023"), std::string::npos) << rig.sink.events[0].text;
+}
+
 /// A mock camera whose device takes its time to start, as real ones do.
 class SlowStarter final : public Camera {
  public:
