@@ -7,7 +7,6 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 #include <numbers>
-#include <stop_token>
 
 #include "apps/tankrig/arm_motion.hpp"
 #include "apps/tankrig/confirm.hpp"
@@ -49,9 +48,7 @@ bool came_to_rest(Arm& arm, Clock& clock, Duration timeout) {
 }
 
 HomingResult home(Arm5e& arm, Clock& clock, Progress& progress) {
-  std::stop_source stop;
-  return home_axes(arm, clock, stop.get_token(), [&](const HomingProgress& p) {
-    if (StopOnSignal::requested()) stop.request_stop();
+  return home_axes(arm, clock, &StopOnSignal::requested(), [&](const HomingProgress& p) {
     const bool done = p.phase == HomingProgress::Phase::kDone;
     progress.update(std::string("arm: home ") + kJointNames[p.joint],
                     (static_cast<int>(p.joint) + (done ? 1.0 : 0.5)) / kJoints);

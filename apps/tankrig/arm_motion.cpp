@@ -87,7 +87,7 @@ void make_laser_dark(Backend& backend, const ScanSettings& settings) {
   Clock& clock = backend.clock();
   const Stamp deadline = clock.now() + from_seconds(settings.safety.rest_timeout);
   while (true) {
-    const Status off = laser.set(false);
+    const Status off = laser.off();
     const auto state = laser.state();
     if (off.ok() && state.ok() && !state.value().powered && !state.value().emitting) return;
     if (clock.now() >= deadline) {
@@ -102,7 +102,7 @@ void make_laser_dark(Backend& backend, const ScanSettings& settings) {
 
 JointVector homed_posture(Backend& backend, const std::string& rig) {
   const JointVector q = read_posture(backend.arm(), backend.clock(), std::chrono::seconds(2));
-  const auto rest = backend.arm().write_velocity(JointVector::Zero());
+  const Status rest = backend.arm().rest();
   if (!q.allFinite() || (!rest.ok() && rest.error().code == ErrorCode::kNotReady))
     throw InputError("arm: not homed: it does not know its joints yet: tankrig arm home --rig " + rig);
   return q;

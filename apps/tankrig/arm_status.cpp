@@ -57,7 +57,7 @@ ArmReport listen(Arm& arm, Clock& clock) {
   if (report.states == 0)
     throw InputError(report.failure.empty() ? "arm: found no joint state, expected one within 2 s" : report.failure);
   report.listened = clock.now() - begin;
-  const auto rest = arm.write_velocity(JointVector::Zero());
+  const Status rest = arm.rest();
   if (!rest.ok()) {
     report.refusal = describe(rest.error());
     report.refused_as_not_homed = rest.error().code == ErrorCode::kNotReady;

@@ -192,7 +192,7 @@ ScanResult lit_preview(const CameraPreviewOptions& options, const RigConfig& rig
   try {
     return run_scan(job);
   } catch (const InputError& e) {
-    throw InputError(std::string(e.what()) + "; " + to_string(job.left));
+    throw InputError(std::string(e.what()) + "; " + to_string(job.result.left));
   }
 }
 

@@ -47,6 +47,8 @@ int expected_frames(const RigConfig& rig, const RigCamera& camera, const ScanPla
   int frames = 0;
   if (camera.record != RecordWhen::kSweep)
     frames += plan.expected_frames(RecordWhen::kDark, period, rig.scan.dark_frames);
+  if (camera.record != RecordWhen::kDark && camera.trigger.mode == TriggerMode::kPosition)
+    frames += rig.scan.passes;  // a pass has an angle more than spacings
   if (camera.record != RecordWhen::kDark)
     frames += plan.expected_frames(RecordWhen::kSweep, in_sweep, rig.scan.dark_frames);
   return frames;

@@ -58,7 +58,7 @@ pid_t start(const std::vector<std::string>& command) {
   posix_spawnattr_t attributes;
   sigset_t ordinary;
   sigemptyset(&ordinary);
-  sigaddset(&ordinary, SIGPIPE);
+  for (const int signal : {SIGPIPE, SIGXFSZ}) sigaddset(&ordinary, signal);
   ::posix_spawnattr_init(&attributes);
   ::posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGDEF);
   ::posix_spawnattr_setsigdefault(&attributes, &ordinary);

@@ -120,7 +120,8 @@ void add_init(CLI::App& app, InitOptions& o) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  std::signal(SIGPIPE, SIG_IGN);  // a closed terminal or pager must not end a program that has an arm to stop
+  // A closed terminal or pager, or a file that may not grow, must not end a program that has an arm to stop.
+  for (const int signal : {SIGPIPE, SIGXFSZ}) std::signal(signal, SIG_IGN);
   CLI::App app{"tankrig: laser-stripe and stereo reconstruction in a water tank, on the real rig and in simulation"};
   app.require_subcommand(1);
   app.set_version_flag("--version", TANKRIG_VERSION);
@@ -180,9 +181,7 @@ int main(int argc, char** argv) {
     return session_info(info_options);
   };
   try {
-    const int code = run();
-    flush_output();
-    return code;
+    return flush_output(run());
   } catch (const std::filesystem::filesystem_error& e) {
     std::fprintf(stderr, "tankrig: %s: %s\n", e.path1().c_str(), e.code().message().c_str());
     return kFailure;

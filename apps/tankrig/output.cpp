@@ -5,16 +5,17 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
-#include "core/input_error.hpp"
+#include "apps/tankrig/commands.hpp"
 
 namespace tankrig::app {
 
 void print_json(const nlohmann::ordered_json& document) { std::printf("%s\n", document.dump(2).c_str()); }
 
-void flush_output() {
+int flush_output(int code) {
   const bool failed_before = std::ferror(stdout) != 0;
-  if (std::fflush(stdout) != 0 || failed_before)
-    throw InputError(std::string("standard output cannot be written: ") + std::strerror(errno));
+  if (std::fflush(stdout) == 0 && !failed_before) return code;
+  std::fprintf(stderr, "tankrig: standard output cannot be written: %s\n", std::strerror(errno));
+  return code == kOk ? kFailure : code;
 }
 
 }  // namespace tankrig::app

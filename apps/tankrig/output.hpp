@@ -8,7 +8,8 @@ namespace tankrig::app {
 /// One JSON document, indented.
 void print_json(const nlohmann::ordered_json& document);
 
-/// Call once, last.  Errors: InputError if anything printed did not reach standard output (disk full, pipe closed).
-void flush_output();
+/// Call once, last, with the program's exit code; returns it. What did not reach standard output (disk full, pipe or
+/// terminal closed) makes a failure of kOk; another code says more than that.
+int flush_output(int code);
 
 }  // namespace tankrig::app

@@ -69,6 +69,27 @@ SessionInfo session_info_of(const ScanOptions& options, const RigConfig& rig, Ba
   return info;
 }
 
+/// What was counted and measured, however the scan ended.
+void keep_figures(SessionWriter& writer, const RigConfig& rig, Backend& backend, const ScanResult& result) {
+  SessionInfo& info = writer.info();
+  info.simulated_s = result.simulated_s;
+  if (backend.clock().real_time()) info.clock_end = read_clock_pair(backend.clock());
+  info.counts.insert(result.counts.begin(), result.counts.end());
+  backend.end_wire_record();
+  for (const Statistic& s : backend.statistics()) info.devices[s.name] = s.value;
+  for (const Statistic& s : result.sync) info.devices[s.name] = s.value;
+  keep_timing(writer, rig, result);
+}
+
+/// Where the disk, most likely, has been told of as what failed.
+template <class Keep>
+void as_far_as_possible(Keep keep) noexcept {
+  try {
+    keep();
+  } catch (const std::exception&) {
+  }
+}
+
 }  // namespace
 
 void check_lux(const std::string& lux) {
@@ -124,16 +145,13 @@ ScanResult record_scan(const ScanOptions& options, const RigConfig& rig, const S
               StopOnSignal::requested(),
               [&] { return faults.round(); },
               [&](const ScanProgress& p) { progress.update("scan: " + p.segment, p.fraction); }};
-  ScanResult result;
+  ScanResult& result = job.result;
   try {
-    result = run_scan(job);
-  } catch (const std::exception& e) {
-    left = job.left;
-    backend.end_wire_record();
-    try {
-      writer.close(std::string("stopped: ") + e.what());
-    } catch (const std::exception&) {  // the disk, most likely: told already
-    }
+    run_scan(job);
+  } catch (const std::exception&) {
+    left = result.left;
+    as_far_as_possible([&] { keep_figures(writer, rig, backend, result); });
+    as_far_as_possible([&] { writer.close(result.status); });
     throw;
   }
   left = result.left;
@@ -147,13 +165,7 @@ ScanResult record_scan(const ScanOptions& options, const RigConfig& rig, const S
       progress.warn(e.what());
       writer.event(backend.clock().now(), "fault", e.what());
     }
-  writer.info().simulated_s = result.simulated_s;
-  keep_timing(writer, rig, result);
-  if (backend.clock().real_time()) writer.info().clock_end = read_clock_pair(backend.clock());
-  writer.info().counts.insert(result.counts.begin(), result.counts.end());
-  backend.end_wire_record();
-  for (const Statistic& s : backend.statistics()) writer.info().devices[s.name] = s.value;
-  for (const Statistic& s : result.sync) writer.info().devices[s.name] = s.value;
+  keep_figures(writer, rig, backend, result);
   const std::atomic<bool>* stop = StopOnSignal::requested() ? nullptr : &StopOnSignal::requested();
   writer.close(result.status, {[&](double fraction) { progress.update("writing pictures", fraction); }, stop});
   write_checksums(path);

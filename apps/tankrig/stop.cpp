@@ -11,30 +11,30 @@ std::atomic<bool> stop_requested{false};
 std::atomic<int> times_asked{0};
 static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<int>::is_always_lock_free);  // set by a handler
 
-/// Asked twice in a row is asked once: the end takes its time. The third time the program is left to its fate.
+/// Asked twice in a row is asked once: the end takes its time.
 constexpr int kImpatient = 3;
 
 extern "C" void request_stop(int signal) {
   stop_requested.store(true);
-  if (times_asked.fetch_add(1) + 1 < kImpatient) return;
-  StopKey::restore();
-  std::signal(signal, SIG_DFL);
+  if (signal == SIGTTIN || signal == SIGTTOU || emergency_declared()) return;
+  if (times_asked.fetch_add(1) + 1 >= kImpatient) end_safely(signal);
 }
 
-// A program that is suspended supervises nothing: that too is a stop.
-constexpr int kSignals[] = {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGTSTP};
+/// A program that is suspended supervises nothing: that too is a stop.
+constexpr int kSignals[] = {SIGHUP,  SIGINT, SIGQUIT,   SIGTERM, SIGALRM, SIGUSR1, SIGUSR2, SIGPOLL,
+                            SIGPROF, SIGPWR, SIGVTALRM, SIGXCPU, SIGTSTP, SIGTTIN, SIGTTOU, SIGSTKFLT};
+
+void for_every_signal(void (*handler)(int)) {
+  struct sigaction action {};
+  action.sa_handler = handler;
+  for (const int signal : kSignals) sigaction(signal, &action, nullptr);
+  for (int signal = SIGRTMIN; signal <= SIGRTMAX; ++signal) sigaction(signal, &action, nullptr);
+}
 
 }  // namespace
 
-StopOnSignal::StopOnSignal() {
-  struct sigaction action {};
-  action.sa_handler = request_stop;
-  for (int signal : kSignals) sigaction(signal, &action, nullptr);
-}
-
-StopOnSignal::~StopOnSignal() {
-  for (int signal : kSignals) std::signal(signal, SIG_DFL);
-}
+StopOnSignal::StopOnSignal() { for_every_signal(request_stop); }
+StopOnSignal::~StopOnSignal() { for_every_signal(SIG_DFL); }
 
 const std::atomic<bool>& StopOnSignal::requested() { return stop_requested; }
 

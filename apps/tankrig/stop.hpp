@@ -1,4 +1,4 @@
-// Ctrl-C, Ctrl-Z, a polite kill, a closed terminal and the stop key as a request to stop.
+// Ctrl-C, Ctrl-Z, any kill that can be caught, a closed terminal and the stop key as a request to stop.
 #pragma once
 
 #include <atomic>
@@ -10,7 +10,11 @@
 
 namespace tankrig::app {
 
-/// While it lives, such a signal sets requested(); the third one ends the program whatever it is doing.  One at a time.
+/// While it lives, every signal that would end or suspend the program sets requested(). Left are: those of a crash
+/// (EmergencyStop), SIGPIPE and SIGXFSZ (ignored: the write fails), and those nobody can catch: SIGKILL, SIGSTOP, and
+/// 32 and 33, which the C library keeps to itself. The third signal, of whatever kind, ends the program at once: laser
+/// off and arm at rest by EmergencyStop where devices are in use, then death of that signal. SIGTTIN and SIGTTOU do not
+/// count: a terminal sends them by itself.  One at a time.
 class StopOnSignal {
  public:
   StopOnSignal();

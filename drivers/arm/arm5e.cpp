@@ -41,6 +41,7 @@ Arm5e::Arm5e(const Arm5eSettings& settings, const ArmModel& model, std::unique_p
       model_(model),
       clock_(clock),
       period_(from_seconds(1 / settings.exchange_rate_hz)),
+      rest_(limited({})),
       bus_load_(carrier_load(settings).load),
       link_(std::move(link)),
       schedule_(settings.carrier == ArmCarrier::kCan ? settings.fast_joint : std::nullopt),
@@ -276,6 +277,12 @@ Status Arm5e::stop() noexcept {
   return sent;
 }
 
+/// Past whoever is inside, who may be dead.
+void Arm5e::last_resort() noexcept {
+  dying_ = true;
+  link_->send_regardless(rest_);
+}
+
 void Arm5e::rest() noexcept {
   demands_.fill({});
   driven_ = false;
@@ -297,14 +304,17 @@ void Arm5e::set_demand(const std::array<double, kJoints>& ticks_per_s, Stamp now
 }
 
 /// Sends what is due: the gains first, then the newest demands, at the exchange rate; `at_once` only rest may be sent.
-/// An unanswered request is given up after its time, altered where that means nothing, and sent again.
+/// An unanswered request is given up after its time, altered where that means nothing, and sent again. If nobody has
+/// listened since it was sent, its answer may well lie there unread: that is not a time-out.
 Status Arm5e::pump(Stamp now, bool at_once) noexcept {
   if (link_->outstanding() > 0 && now >= deadline_) {
     link_->give_up();
-    add(timeouts_);
-    add(mute_retries_);
-    wobble_ = !wobble_;
-    if (!gains_answered_) gains_next_ = !gains_last_;
+    if (listened_ > sent_at_) {
+      add(timeouts_);
+      add(mute_retries_);
+      wobble_ = !wobble_;
+      if (!gains_answered_) gains_next_ = !gains_last_;
+    }
     next_send_ = now;
   }
   if (!at_once) {
@@ -330,19 +340,25 @@ Status Arm5e::pump(Stamp now, bool at_once) noexcept {
     stop_sent_ = rest && (exchange.whole() || stop_sent_);
     if (!at_once) schedule_.advance();
   }
+  sent_at_ = now;
   deadline_ = now + link_->exchange_time() + settings_.reply_timeout;
   next_send_ = next_send_ + period_;
   if (next_send_ <= now) next_send_ = now + period_;
   return {};
 }
 
-Status Arm5e::send(const ArmExchange& exchange, Stamp now) noexcept {
-  ArmDemands demands = demands_;
+ArmDemands Arm5e::limited(ArmDemands demands) const noexcept {
   for (DemandSlot& demand : demands) {
     demand.speed_limit = settings_.speed_limit;
     demand.current_limit = settings_.current_limit;
   }
   demands[kJawOpening].current_limit = settings_.jaw_current_limit;
+  return demands;
+}
+
+Status Arm5e::send(const ArmExchange& exchange, Stamp now) noexcept {
+  if (dying_) return link_->try_send(rest_, exchange, now);
+  ArmDemands demands = limited(demands_);
   if (wobble_) demands[kJawRotate].speed_limit ^= 1U;
   return link_->try_send(demands, exchange, now);
 }
@@ -412,6 +428,7 @@ void Arm5e::keep() try {
     if (driven_ && now.ns - written_ns_.load() > settings_.watchdog.count()) {
       add(watchdog_stops_);
       (void)stop();
+      if (driven_) link_->send_regardless(rest_);  // the cycle hangs inside
     }
     if (!line_lost_ || !enter()) continue;
     if (link_->reopen().ok()) {

@@ -28,8 +28,8 @@ namespace tankrig {
 ///
 /// Threads: the cycle's; stop() and statistics() any. Whoever is inside holds a flag that nobody waits for: a stop()
 /// that finds it taken leaves its wish behind, and the holder sends it before it goes. A thread of its own, where the
-/// clock is real, stops an arm that gets no set-points (also when the cycle hangs) and opens a line that came back.
-/// RT: try_read, write_velocity, write_ticks, stop, clear_faults.
+/// clock is real, stops an arm that gets no set-points (also when the cycle hangs, and past it where it hangs inside)
+/// and opens a line that came back. RT: try_read, write_velocity, write_ticks, stop, clear_faults.
 class Arm5e final : public Arm {
  public:
   /// `clock` outlives the arm.
@@ -38,13 +38,15 @@ class Arm5e final : public Arm {
   Arm5e(const Arm5e&) = delete;
   Arm5e& operator=(const Arm5e&) = delete;
 
-  /// Errors: kTimeout (silent, or frozen though it is driven), kDisconnected, kInternal (its thread is dead or stuck), the
-  /// faults above, each "arm: ...". Silence counts from when somebody listens: nobody did while the program prepared.
+  /// Errors: kTimeout (silent, or frozen though it is driven), kDisconnected, kInternal (its thread is dead or stuck),
+  /// the faults above, each "arm: ...". Silence counts from when somebody listens: nobody did while the program
+  /// prepared.
   Result<std::optional<JointState>> try_read() noexcept override;
   /// Errors: kNotReady "arm: not homed" or "arm: bus-off", kOutOfRange, kDisconnected, the fault that is kept.
   Result<JointVector> write_velocity(const JointVector& velocity) noexcept override;
   /// Sends at once, then at the exchange rate. Ok also when another thread is inside: that one sends it.
   Status stop() noexcept override;
+  void last_resort() noexcept override;
   Duration exchange_period() const noexcept override { return period_; }
   Statistics statistics() const override;
 
@@ -82,6 +84,7 @@ class Arm5e final : public Arm {
   void lose() noexcept;
   Status pump(Stamp now, bool at_once) noexcept;
   Status send(const ArmExchange& exchange, Stamp now) noexcept;
+  ArmDemands limited(ArmDemands demands) const noexcept;
   void rest() noexcept;
   void set_demand(const std::array<double, kJoints>& ticks_per_s, Stamp now) noexcept;
   void publish() noexcept;
@@ -91,6 +94,7 @@ class Arm5e final : public Arm {
   const ArmModel model_;
   const Clock& clock_;
   const Duration period_;
+  const ArmDemands rest_;
   const double bus_load_;
 
   std::atomic_flag inside_ = ATOMIC_FLAG_INIT;  // guards what follows, up to the atomics
@@ -106,10 +110,10 @@ class Arm5e final : public Arm {
   bool wobble_ = false;     ///< which of two equivalent frames is sent
   bool stop_sent_ = false;  ///< every joint's newest demand on the wire is rest
   bool connected_ = true, was_silent_ = false;
-  Stamp next_send_{}, deadline_{}, changed_at_{}, listened_{};
+  Stamp next_send_{}, sent_at_{}, deadline_{}, changed_at_{}, listened_{};
   ArmFaults faults_;
 
-  std::atomic<bool> homed_{false}, stop_wanted_{false}, driven_{false}, line_lost_{false};
+  std::atomic<bool> homed_{false}, stop_wanted_{false}, driven_{false}, line_lost_{false}, dying_{false};
   std::atomic<std::int64_t> written_ns_{0};  ///< newest set-point
   Count exchanges_{0}, timeouts_{0}, mute_retries_{0}, stale_{0}, jumps_rejected_{0}, jumps_{0}, watchdog_stops_{0},
       over_currents_{0}, water_alarms_{0}, disconnects_{0};

@@ -34,7 +34,7 @@ struct ArmLinkCounters {
 };
 
 /// One request is on its way at a time; a stop may overtake.
-/// Threads: one at a time.  RT: all but reopen().
+/// Threads: one at a time, except where said.  RT: all but reopen().
 class ArmLink {
  public:
   virtual ~ArmLink() = default;
@@ -44,6 +44,10 @@ class ArmLink {
   /// counted), kDisconnected.
   virtual Status try_send(const ArmDemands& demands, const ArmExchange& exchange, Stamp now) noexcept = 0;
   virtual Status try_send(const PidSlot& gains, Stamp now) noexcept = 0;
+
+  /// Puts whole demands on the wire, whatever state it is in and another thread is doing with it. They may fall into
+  /// the middle of that one's request: once more, and they are understood.  Threads: any.  Async-signal-safe.
+  virtual void send_regardless(const ArmDemands& demands) const noexcept = 0;
 
   /// Next whole answer that has come; nothing if none.  Errors: kDisconnected and what the carrier says.
   virtual Result<std::optional<ArmAnswer>> try_receive(Stamp now) noexcept = 0;

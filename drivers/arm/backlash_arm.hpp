@@ -19,9 +19,10 @@ class BacklashArm final : public Arm {
 
   Result<std::optional<JointState>> try_read() noexcept override;
   Result<JointVector> write_velocity(const JointVector& velocity) noexcept override {
-    return arm_.write_velocity(velocity);
+    return Arm::write_velocity(arm_, velocity);
   }
   Status stop() noexcept override { return arm_.stop(); }
+  void last_resort() noexcept override { arm_.last_resort(); }
   Status clear_faults() noexcept override { return arm_.clear_faults(); }
   Duration exchange_period() const noexcept override { return arm_.exchange_period(); }
   Statistics statistics() const override { return arm_.statistics(); }

@@ -111,6 +111,10 @@ Status CanArmLink::try_send(const PidSlot& gains, Stamp) noexcept {
   return send_all(frames, {});
 }
 
+void CanArmLink::send_regardless(const ArmDemands& demands) const noexcept {
+  for (std::size_t j = 0; j < kJoints; ++j) bus_->send_regardless({ids_.demand[j], 8, encode(demands[j]), {}});
+}
+
 Status CanArmLink::send_all(std::span<const CanFrame> frames, const ArmExchange& exchange) noexcept {
   for (const CanFrame& frame : frames) {
     const Status sent = bus_->try_send(frame);

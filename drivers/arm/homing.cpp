@@ -19,12 +19,12 @@ constexpr std::array<int, kJoints> kRest{};
 /// One homing run: the arm exchanged with every few milliseconds, and the reasons to end it.
 class Run {
  public:
-  Run(Arm5e& arm, Clock& clock, const std::stop_token& stop, const HomingCallback& progress)
+  Run(Arm5e& arm, Clock& clock, const std::atomic<bool>* stop, const HomingCallback& progress)
       : arm_(arm), clock_(clock), stop_(stop), progress_(progress) {}
 
   /// Sends the demand and waits a step; the newest readings, or why it cannot go on.
   Result<bool> step(const std::array<int, kJoints>& ticks_per_s) {
-    if (stop_.stop_requested()) return Error{ErrorCode::kRefused, 0, clock_.now(), "arm: homing interrupted"};
+    if (stop_ && *stop_) return Error{ErrorCode::kRefused, 0, clock_.now(), "arm: homing interrupted"};
     const Status written = arm_.write_ticks(ticks_per_s);
     if (!written.ok()) return written.error();
     clock_.sleep_until(clock_.now() + kStep);
@@ -88,7 +88,7 @@ class Run {
  private:
   Arm5e& arm_;
   Clock& clock_;
-  const std::stop_token& stop_;
+  const std::atomic<bool>* stop_;
   const HomingCallback& progress_;
   Stamp shown_{};
 };
@@ -140,7 +140,7 @@ std::string HomingResult::message() const {
   return error ? std::string(kJointNames[static_cast<std::size_t>(failed)]) + ": " + error->where : "homed";
 }
 
-HomingResult home_axes(Arm5e& arm, Clock& clock, std::stop_token stop, const HomingCallback& progress) {
+HomingResult home_axes(Arm5e& arm, Clock& clock, const std::atomic<bool>* stop, const HomingCallback& progress) {
   const struct Rest {
     Arm5e& arm;
     ~Rest() { (void)arm.stop(); }

@@ -2,9 +2,9 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <functional>
 #include <optional>
-#include <stop_token>
 #include <string>
 
 #include "core/clock.hpp"
@@ -41,8 +41,9 @@ struct HomingResult {
 };
 
 /// Drives slew, shoulder, elbow, jaw rotation and jaw opening, one after the other, as the arm's settings say, and
-/// gives the arm its new zero if all went well. Whatever ends it, the arm has been told to rest. Threads: takes the
-/// place of the cycle.  RT: never.
-HomingResult home_axes(Arm5e& arm, Clock& clock, std::stop_token stop = {}, const HomingCallback& progress = {});
+/// gives the arm its new zero if all went well. `stop` is looked at in every step of a few milliseconds. Whatever ends
+/// it, the arm has been told to rest. Threads: takes the place of the cycle.  RT: never.
+HomingResult home_axes(Arm5e& arm, Clock& clock, const std::atomic<bool>* stop = nullptr,
+                       const HomingCallback& progress = {});
 
 }  // namespace tankrig

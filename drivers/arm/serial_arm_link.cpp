@@ -3,6 +3,16 @@
 #include <algorithm>
 
 namespace tankrig {
+namespace {
+
+SerialContent content_of(const ArmDemands& demands) noexcept {
+  SerialContent content;
+  for (std::size_t j = 0; j < kJoints; ++j)
+    content.slots[j] = {static_cast<std::uint8_t>(HostSlot::kDemand), encode(demands[j])};
+  return content;
+}
+
+}  // namespace
 
 Duration serial_frame_time(const SerialSettings& settings) noexcept {
   const std::int64_t bits = 1 + settings.data_bits + (settings.parity == 'N' ? 0 : 1) + settings.stop_bits;
@@ -13,10 +23,11 @@ SerialArmLink::SerialArmLink(SerialPort port, Duration encoder_latency)
     : port_(std::move(port)), frame_time_(serial_frame_time(port_.settings())), encoder_latency_(encoder_latency) {}
 
 Status SerialArmLink::try_send(const ArmDemands& demands, const ArmExchange&, Stamp now) noexcept {
-  SerialContent content;
-  for (std::size_t j = 0; j < kJoints; ++j)
-    content.slots[j] = {static_cast<std::uint8_t>(HostSlot::kDemand), encode(demands[j])};
-  return send(content, now);
+  return send(content_of(demands), now);
+}
+
+void SerialArmLink::send_regardless(const ArmDemands& demands) const noexcept {
+  port_.write_regardless(encode(content_of(demands)));
 }
 
 Status SerialArmLink::try_send(const PidSlot& gains, Stamp now) noexcept {

@@ -65,9 +65,8 @@ std::vector<AravisDevice> find_aravis_devices();
 /// last cv::Mat on it is gone; other formats are converted once.
 ///
 /// Losses: an incomplete frame (packets missing, or smaller than promised) is counted and not given out; a frame number
-/// never seen is lost, or overrun if all buffers were waiting for their reader. Numbers count from the first frame
-/// after start(); the very first exposure or two may go uncounted, because Aravis sizes its socket's buffer at the
-/// first packet.
+/// never seen is lost, or overrun if all buffers were waiting for their reader. Numbers count from the first frame seen
+/// after start(): what was lost before it is not counted.
 ///
 /// A camera that vanishes is kDisconnected at every try_grab until it is back; it is searched for, opened and started
 /// again by the camera's thread, and `sequence` goes on. A free-running camera without frames for `stall_periods` is

@@ -162,9 +162,11 @@ void AravisLink::open_stream() {
     g_object_set(stream_.get(), "packet-resend",
                  settings_.packet_resend ? ARV_GV_STREAM_PACKET_RESEND_ALWAYS : ARV_GV_STREAM_PACKET_RESEND_NEVER,
                  nullptr);
-    if (!plan.packet)
+    if (!plan.packet) {
       g_object_set(stream_.get(), "socket-buffer", ARV_GV_STREAM_SOCKET_BUFFER_FIXED, "socket-buffer-size",
                    plan.buffer_bytes, nullptr);
+      enlarge_receive_buffer(arv_gv_stream_get_port(ARV_GV_STREAM(stream_.get())), plan.buffer_bytes);
+    }
   }
 }
 

@@ -1,10 +1,13 @@
 #include "drivers/camera/aravis_socket.hpp"
 
 #include <linux/if_packet.h>
+#include <netinet/in.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstdlib>
+#include <filesystem>
 
 #include "core/input_error.hpp"
 
@@ -12,6 +15,17 @@ namespace tankrig {
 namespace {
 
 constexpr std::size_t kLeastBuffer = 1 << 20, kMostBuffer = 1 << 30;
+
+/// Of a datagram socket on IPv4; 0: it is something else.
+std::uint16_t port_of(int fd) {
+  int type = 0;
+  socklen_t size = sizeof type;
+  if (::getsockopt(fd, SOL_SOCKET, SO_TYPE, &type, &size) != 0 || type != SOCK_DGRAM) return 0;
+  sockaddr_in at{};
+  size = sizeof at;
+  if (::getsockname(fd, reinterpret_cast<sockaddr*>(&at), &size) != 0 || at.sin_family != AF_INET) return 0;
+  return ntohs(at.sin_port);
+}
 
 }  // namespace
 
@@ -51,6 +65,21 @@ SocketPlan plan_socket(const std::string& camera, AravisSettings::Socket wanted,
   return refuse("two frames need a socket buffer of " + std::to_string(needed) + " bytes, the system allows " +
                 std::to_string(limits.buffer_bytes) + ": sysctl -w net.core.rmem_max=" + std::to_string(needed) +
                 (limits.packet_sockets ? ", or use socket packet" : ", or run with CAP_NET_RAW"));
+}
+
+bool enlarge_receive_buffer(std::uint16_t port, int bytes) {
+  std::error_code none;
+  bool found = false;
+  for (const auto& entry : std::filesystem::directory_iterator("/proc/self/fd", none)) {
+    const int fd = std::atoi(entry.path().filename().c_str());
+    if (port == 0 || port_of(fd) != port) continue;
+    found = true;
+    int has = 0;
+    socklen_t size = sizeof has;
+    if (::getsockopt(fd, SOL_SOCKET, SO_RCVBUF, &has, &size) == 0 && has / 2 < bytes)  // the kernel reports it doubled
+      ::setsockopt(fd, SOL_SOCKET, SO_RCVBUF, &bytes, sizeof bytes);
+  }
+  return found;
 }
 
 }  // namespace tankrig

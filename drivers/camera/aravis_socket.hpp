@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <string>
 
 #include "drivers/camera/aravis_camera.hpp"
@@ -26,5 +27,10 @@ struct SocketPlan {
 /// cures it.
 SocketPlan plan_socket(const std::string& camera, AravisSettings::Socket wanted, std::size_t frame_bytes,
                        const SocketLimits& limits);
+
+/// Gives this process's datagram socket that listens at `port` a receive buffer of at least `bytes`, or what the system
+/// allows. Aravis does so only when a stream's first packet is there, when the rest of its frame may be lost already,
+/// and keeps the socket to itself. False if there is none.
+bool enlarge_receive_buffer(std::uint16_t port, int bytes);
 
 }  // namespace tankrig

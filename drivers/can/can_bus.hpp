@@ -33,13 +33,16 @@ struct CanCounters {
 /// Names as in the session's events.csv: "can_sent", "can_received", ..., and "can_state" (order of CanState).
 Statistics statistics_of(const CanCounters& counters, CanState state);
 
-/// Threads: one (the cycle's); state() and counters() any.
+/// Threads: one (the cycle's), except where said; state() and counters() any.
 class CanBus {
  public:
   virtual ~CanBus() = default;
   /// kRefused with os_errno ENOBUFS when the queue is full: an ordinary outcome, counted.  RT: safe.
   /// Errors: kDisconnected (interface down or gone), kNotReady (bus-off: handed on, but hardly sent), kOutOfRange.
   virtual Status try_send(const CanFrame& frame) noexcept = 0;
+  /// Sends, whatever state the bus is in and another thread is doing with it; uncounted.
+  /// Threads: any.  Async-signal-safe.
+  virtual void send_regardless(const CanFrame& frame) noexcept = 0;
   /// Next received frame; nothing if none waits.  RT: safe.
   /// Errors: kDisconnected with os_errno ENETDOWN or ENODEV for as long as the interface is down or gone.
   virtual Result<std::optional<CanFrame>> try_receive() noexcept = 0;

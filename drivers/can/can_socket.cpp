@@ -14,6 +14,14 @@ namespace {
 constexpr const char* kSend = "can: send";
 constexpr const char* kReceive = "can: receive";
 
+bool put(int descriptor, const CanFrame& frame) noexcept {
+  can_frame raw{};
+  raw.can_id = frame.id;
+  raw.can_dlc = frame.length;
+  std::copy_n(frame.data.begin(), frame.length, raw.data);
+  return ::send(descriptor, &raw, sizeof raw, MSG_DONTWAIT | MSG_NOSIGNAL) >= 0;
+}
+
 }  // namespace
 
 CanSocket::CanSocket(CanCarrier carrier, const CanSettings& settings, const Clock& clock)
@@ -29,11 +37,7 @@ Status CanSocket::try_send(const CanFrame& frame) noexcept {
     return Error{ErrorCode::kOutOfRange, 0, clock_.now(), "can: send: id above 0x7FF or more than 8 bytes"};
   if (away()) look_again();
   if (away()) return missing(kSend);
-  can_frame raw{};
-  raw.can_id = frame.id;
-  raw.can_dlc = frame.length;
-  std::copy_n(frame.data.begin(), frame.length, raw.data);
-  if (::send(carrier_.descriptor(), &raw, sizeof raw, MSG_DONTWAIT | MSG_NOSIGNAL) < 0) {
+  if (!put(carrier_.descriptor(), frame)) {
     const int error = errno;
     if (error != ENOBUFS && error != EAGAIN) return lost(error, kSend);
     add(send_buffer_full_);
@@ -46,6 +50,8 @@ Status CanSocket::try_send(const CanFrame& frame) noexcept {
   add(sent_);
   return {};
 }
+
+void CanSocket::send_regardless(const CanFrame& frame) noexcept { put(carrier_.descriptor(), frame); }
 
 Result<std::optional<CanFrame>> CanSocket::try_receive() noexcept {
   if (away()) look_again();

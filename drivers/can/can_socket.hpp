@@ -22,6 +22,7 @@ class CanSocket final : public CanBus {
   CanSocket(CanCarrier carrier, const CanSettings& settings, const Clock& clock);
 
   Status try_send(const CanFrame& frame) noexcept override;
+  void send_regardless(const CanFrame& frame) noexcept override;
   /// Passes over at most kLook frames that are not for this node; then nothing, though more may wait.
   Result<std::optional<CanFrame>> try_receive() noexcept override;
   CanState state() const noexcept override { return state_.load(std::memory_order_relaxed); }

@@ -3,7 +3,7 @@
 
 #include <unistd.h>
 
-#include <utility>
+#include <atomic>
 
 namespace tankrig {
 
@@ -12,24 +12,24 @@ class OwnedDescriptor {
   OwnedDescriptor() = default;
   explicit OwnedDescriptor(int fd) : fd_(fd) {}
   ~OwnedDescriptor() { reset(); }
-  OwnedDescriptor(OwnedDescriptor&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
+  OwnedDescriptor(OwnedDescriptor&& other) noexcept : fd_(other.fd_.exchange(-1)) {}
   OwnedDescriptor& operator=(OwnedDescriptor&& other) noexcept {
     if (this != &other) {
       reset();
-      fd_ = std::exchange(other.fd_, -1);
+      fd_ = other.fd_.exchange(-1);
     }
     return *this;
   }
 
-  int get() const noexcept { return fd_; }
-  explicit operator bool() const noexcept { return fd_ >= 0; }
+  /// Threads: any.
+  int get() const noexcept { return fd_.load(std::memory_order_relaxed); }
+  explicit operator bool() const noexcept { return get() >= 0; }
   void reset() noexcept {
-    if (fd_ >= 0) ::close(fd_);
-    fd_ = -1;
+    if (const int fd = fd_.exchange(-1); fd >= 0) ::close(fd);
   }
 
  private:
-  int fd_ = -1;
+  std::atomic<int> fd_{-1};
 };
 
 }  // namespace tankrig

@@ -16,16 +16,30 @@ struct LaserState {
   std::optional<bool> interlock_closed{};  ///< the interlock's loop, where the device reads it
 };
 
-/// Threads: set(false) from any thread; the rest from one.
+class GuardedOutputs;
+
+/// Anybody may switch it off; on is for the safety step's outputs alone: rig/safety.
+/// Threads: off() from any thread; the rest from one.
 class Laser {
  public:
   virtual ~Laser() = default;
-  /// Off takes effect at once; on emits after warm_up().  RT: safe (queued to the device's thread), never blocks.
-  virtual Status set(bool on) noexcept = 0;
+  /// Takes effect at once.  RT: safe (queued to the device's thread), never blocks.
+  Status off() noexcept { return set(false); }
   virtual Result<LaserState> state() noexcept = 0;
   virtual Duration warm_up() const noexcept = 0;
+  /// The program is dying: off, whatever its threads are doing; it will not go on again. Call it again and
+  /// again: a single byte may be lost in one that a dead thread left half-sent.
+  /// Threads: any, also in the middle of any other call.  Async-signal-safe; never blocks.
+  virtual void last_resort() noexcept { [[maybe_unused]] const Status dark = set(false); }
   /// Threads: any, never the cycle's.
   virtual Statistics statistics() const { return {}; }
+
+ protected:
+  friend GuardedOutputs;
+  /// On emits after warm_up(); the rest as off().
+  virtual Status set(bool on) noexcept = 0;
+  /// For a laser that stands before another.
+  static Status set(Laser& behind, bool on) noexcept { return behind.set(on); }
 };
 
 }  // namespace tankrig

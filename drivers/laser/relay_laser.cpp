@@ -15,7 +15,9 @@ namespace {
 
 Stamp now() noexcept { return MonotonicClock{}.now(); }
 
-Error thread_dead(Stamp when) noexcept { return {ErrorCode::kInternal, 0, when, "laser relay: its thread is dead or stuck"}; }
+Error thread_dead(Stamp when) noexcept {
+  return {ErrorCode::kInternal, 0, when, "laser relay: its thread is dead or stuck"};
+}
 
 std::string hex(std::uint8_t byte) {
   char text[8];
@@ -86,6 +88,11 @@ Status RelayLaser::set(bool on) noexcept {
   } while (!command_.compare_exchange_weak(before, static_cast<std::uint8_t>(before | kOn)));
   wake();
   return {};
+}
+
+void RelayLaser::last_resort() noexcept {
+  dying_ = true;
+  port_.write_regardless({&settings_.protocol.off_byte, 1});
 }
 
 Result<LaserState> RelayLaser::state() noexcept {

@@ -57,6 +57,7 @@ class RelayLaser final : public Laser {
   Status set(bool on) noexcept override;
   Result<LaserState> state() noexcept override;
   Duration warm_up() const noexcept override { return settings_.warm_up; }
+  void last_resort() noexcept override;
   Statistics statistics() const override;
 
   /// The interlock's loop as last read back; nothing without a status query, and while the relay is not to be trusted.
@@ -102,7 +103,7 @@ class RelayLaser final : public Laser {
   // Between the threads.
   static constexpr std::uint8_t kOn = 1, kReady = 2;
   std::atomic<std::uint8_t> command_{0};
-  std::atomic<bool> stop_{false};
+  std::atomic<bool> stop_{false}, dying_{false};
   enum class Loop : std::uint8_t { kUnknown, kOpen, kClosed };
   std::atomic<Loop> loop_{Loop::kUnknown};
   std::atomic<std::int64_t> last_call_ns_{0};

@@ -38,7 +38,7 @@ void RelayLaser::step() {
     reconnect();
     return;
   }
-  bool on = (command_.load() & kOn) != 0;
+  bool on = (command_.load() & kOn) != 0 && !dying_;
   if (on && settings_.caller_timeout.count() > 0 &&
       t - Stamp{last_call_ns_.load(std::memory_order_relaxed)} > settings_.caller_timeout) {
     command_.fetch_and(static_cast<std::uint8_t>(~kOn));

@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cerrno>
 #include <cstring>
 #include <optional>
@@ -97,14 +98,14 @@ std::string why_not_opened(const std::string& device, int error) {
 
 struct SerialPort::Impl {
   SerialSettings settings;
-  int fd = -1;  // locked, non-blocking
+  std::atomic<int> fd{-1};  // locked, non-blocking; read by write_regardless() from anywhere
 
   ~Impl() { close(); }
 
   void close() noexcept {
     if (fd < 0) return;
     ::ioctl(fd, TIOCNXCL);
-    ::close(std::exchange(fd, -1));
+    ::close(fd.exchange(-1));
   }
 
   Error lost(int os_errno, const char* where) noexcept {
@@ -207,6 +208,10 @@ Result<std::size_t> SerialPort::try_write(std::span<const std::uint8_t> bytes) n
   if (n >= 0) return static_cast<std::size_t>(n);
   if (errno == EAGAIN || errno == EINTR) return std::size_t{0};
   return impl_->lost(errno, kWhere);
+}
+
+void SerialPort::write_regardless(std::span<const std::uint8_t> bytes) const noexcept {
+  [[maybe_unused]] const ssize_t written = ::write(impl_->fd, bytes.data(), bytes.size());
 }
 
 Status SerialPort::discard_input() noexcept {

@@ -20,7 +20,8 @@ struct SerialSettings {
 };
 
 /// Opened for itself alone: a second open of the same line is refused.
-/// Threads: one.  RT: try_read, try_write, discard_input are safe; open, reopen and wait_readable never.
+/// Threads: one, except where said.  RT: try_read, try_write, discard_input are safe; open, reopen and wait_readable
+/// never.
 class SerialPort {
  public:
   /// Errors: InputError that says what to do: no such device, no permission (which group), in use, not a terminal, baud
@@ -34,6 +35,9 @@ class SerialPort {
   Result<std::size_t> try_read(std::span<std::uint8_t> into) noexcept;
   /// Bytes taken, fewer than given when the line's buffer is full.  Errors: kDisconnected.
   Result<std::size_t> try_write(std::span<const std::uint8_t> bytes) noexcept;
+  /// Writes what the line takes, whatever state it is in and another thread is doing with it: bytes may fall into the
+  /// middle of that one's.  Threads: any.  Async-signal-safe.
+  void write_regardless(std::span<const std::uint8_t> bytes) const noexcept;
   /// Forgets what has been received and not read.
   Status discard_input() noexcept;
   /// Waits until bytes can be read.  Errors: kTimeout, kDisconnected.

@@ -35,6 +35,7 @@ BeamVerdict BeamWatch::judge() {
     const Waiting& frame = waiting_.front();
     const auto light = laser_.during(frame.begin, frame.end);
     if (light == LaserTimeline::Light::kNotYetKnown) break;
+    if (light == LaserTimeline::Light::kOn && !joints_known(frame)) break;
     const bool settled = !switched_ || frame.begin - *switched_ >= settle_ || *switched_ - frame.end >= settle_;
     PerCamera& camera = cameras_[static_cast<std::size_t>(frame.camera)];
     if (settled && light == LaserTimeline::Light::kOn) judge_lit(camera, frame);
@@ -42,6 +43,12 @@ BeamVerdict BeamWatch::judge() {
     waiting_.pop_front();
   }
   return verdict_;
+}
+
+/// Or will never be.
+bool BeamWatch::joints_known(const Waiting& frame) const {
+  const auto joints = joints_.interpolate(frame.middle);
+  return joints.ok() || joints.error().code != ErrorCode::kNotReady;
 }
 
 void BeamWatch::judge_lit(PerCamera& camera, const Waiting& frame) {

@@ -34,7 +34,7 @@ class BeamWatch {
   void add(const CycleRecord& record);
   void add(int camera, const Frame& frame);
 
-  /// Judges the frames whose light is known by now.
+  /// Judges the frames whose light is known by now, and of lit ones the joints.
   BeamVerdict judge();
 
   /// "beam seen in 200 of 200 lit frames, not seen in 24 of 24 dark ones"
@@ -53,6 +53,7 @@ class BeamWatch {
     cv::Mat image;
   };
 
+  bool joints_known(const Waiting& frame) const;
   void judge_lit(PerCamera& camera, const Waiting& frame);
   void judge_dark(PerCamera& camera, const Waiting& frame);
 

@@ -24,10 +24,11 @@ FrameJoiner::FrameJoiner(const ScanPlan& plan, const ScanSettings& settings, con
                          const LaserTimeline& laser, ScanSink& sink)
     : plan_(plan), settings_(settings), joints_(joints), laser_(laser), sink_(sink) {}
 
-int FrameJoiner::add_camera(const std::string& name, RecordWhen record) {
+int FrameJoiner::add_camera(const std::string& name, RecordWhen record, bool at_angles) {
   PerCamera camera;
   camera.name = name;
   camera.record = record;
+  camera.at_angles = at_angles;
   camera.per_segment.assign(plan_.segments().size(), 0);
   cameras_.push_back(std::move(camera));
   return static_cast<int>(cameras_.size()) - 1;
@@ -47,12 +48,16 @@ bool FrameJoiner::wanted(int camera, Stamp begin, Stamp end) const {
   });
 }
 
-/// The segment whose recorded part holds the whole exposure, if the camera records it.
+/// The segment whose recorded part holds the exposure, if the camera records it.
 const Segment* FrameJoiner::segment_of(const PerCamera& camera, const Frame& frame) const {
   if (!plan_zero_) return nullptr;
   const double middle = seconds(frame.stamp - *plan_zero_), half = 0.5 * seconds(frame.exposure);
+  const auto holds = [&](const Segment& s) {
+    if (camera.at_angles && s.phase == Phase::kSweep) return middle >= s.begin && middle < s.end();
+    return middle - half >= s.record_begin && middle + half <= s.record_end;
+  };
   for (const Segment& s : plan_.segments())
-    if (records(camera, s) && middle - half >= s.record_begin && middle + half <= s.record_end) return &s;
+    if (records(camera, s) && holds(s)) return &s;
   return nullptr;
 }
 

@@ -31,8 +31,10 @@ class FrameJoiner {
 
   /// Frames stamped before this or never started are not recorded.
   void start(Stamp plan_zero) { plan_zero_ = plan_zero; }
-  /// Registers a camera; returns its number. Its frames are stamped on the joints' clock.
-  int add_camera(const std::string& name, RecordWhen record);
+  /// Registers a camera; returns its number. Its frames are stamped on the joints' clock. `at_angles`: in sweeps it
+  /// exposes only at angles of the recorded part, so that every frame of a sweep belongs to it; at the first and the
+  /// last angle half of the exposure lies outside.
+  int add_camera(const std::string& name, RecordWhen record, bool at_angles = false);
   /// The camera was (re)started: its next sequence number is no gap.
   void restarted(int camera) { cameras_[static_cast<std::size_t>(camera)].has_sequence = false; }
   /// Is this camera's frame, exposed somewhere in [begin, end], of interest?
@@ -55,6 +57,7 @@ class FrameJoiner {
   struct PerCamera {
     std::string name;
     RecordWhen record = RecordWhen::kAll;
+    bool at_angles = false;
     bool has_sequence = false;
     std::uint64_t next_sequence = 0;
     int index = 0;

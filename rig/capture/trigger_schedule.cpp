@@ -1,11 +1,14 @@
 #include "rig/capture/trigger_schedule.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace tankrig {
 namespace {
 
 constexpr double kMoving = 0.2;  // of the sweep's velocity: below it the elbow stands, and no crossing can be foretold
+constexpr double kOnTheEdge = 1e-6;  // of a spacing: the sweep's own ends are angles of it
 
 }  // namespace
 
@@ -17,6 +20,7 @@ TriggerSchedule::TriggerSchedule(const ScanPlan& plan, const ScanSettings& setti
       period_(period),
       cycle_period_(1 / settings.cycle_hz),
       from_(settings.sweep_from),
+      to_(settings.sweep_to),
       side_(settings.sweep_to > settings.sweep_from ? 1 : -1),
       passes_(settings.passes),
       delay_ns_(trigger.delay.value_or(Duration{0}).count()) {}
@@ -51,30 +55,34 @@ std::optional<TriggerRequest> TriggerSchedule::next_time(const CycleRecord& reco
 }
 
 std::optional<TriggerRequest> TriggerSchedule::next_angle(const CycleRecord& record, const Segment& sweep) noexcept {
-  const auto number = static_cast<std::uint32_t>(&sweep - plan_.segments().data());
-  if (number != sweep_) last_angle_.reset();
-  sweep_ = number;
   const double way = sweep.motion.to()[kElbow] - sweep.motion.from()[kElbow];
   const double planned = plan_.at(record.plan_time).velocity[kElbow];
-  if (!joints_ || !(joints_->velocity[kElbow] * way > 0) ||
+  if (record_ == RecordWhen::kDark || !joints_ || !(joints_->velocity[kElbow] * way > 0) ||
       std::abs(joints_->velocity[kElbow]) < kMoving * std::abs(planned))
     return std::nullopt;
 
   // Angles counted in spacings from this pass's grid, growing along its way.
   const double direction = way > 0 ? 1 : -1;
   const double origin = from_ + side_ * trigger_.spacing * sweep.pass / passes_;
-  const double q = direction * (joints_->q[kElbow] - origin) / trigger_.spacing;
+  const auto counted = [&](double angle) { return direction * (angle - origin) / trigger_.spacing; };
+  const auto first = static_cast<std::int64_t>(std::ceil(std::min(counted(from_), counted(to_)) - kOnTheEdge));
+  const auto last = static_cast<std::int64_t>(std::floor(std::max(counted(from_), counted(to_)) + kOnTheEdge));
+  const auto number = static_cast<std::uint32_t>(&sweep - plan_.segments().data());
+  if (std::exchange(sweep_, number) != number) next_angle_ = first;
+  if (next_angle_ > last) return std::nullopt;
+
+  const double q = counted(joints_->q[kElbow]);
   const double speed = direction * joints_->velocity[kElbow] / trigger_.spacing;  // spacings per second
   const double soonest = seconds(record.stamp - joints_->stamp) + delay();        // after the sample
-  const auto due = static_cast<std::int64_t>(std::ceil(q + speed * soonest));
-  const std::int64_t n = last_angle_ ? std::max(due, *last_angle_ + 1) : due;
+  // An angle that was not due by the last sample and is passed by this one comes late by less than a cycle.
+  const double due = q + speed * (soonest - cycle_period_);
+  const std::int64_t n = std::max(static_cast<std::int64_t>(std::ceil(due)), next_angle_);
   const double after = (static_cast<double>(n) - q) / speed;  // of the sample
   if (after - soonest >= cycle_period_) return std::nullopt;
-  if (last_angle_ && n > *last_angle_ + 1)
-    skipped_.fetch_add(static_cast<std::uint64_t>(n - *last_angle_ - 1), std::memory_order_relaxed);
-  last_angle_ = n;
+  skipped_.fetch_add(static_cast<std::uint64_t>(std::min(n, last + 1) - next_angle_), std::memory_order_relaxed);
+  next_angle_ = n + 1;
+  if (n > last) return std::nullopt;
   const Stamp when = joints_->stamp + from_seconds(after);
-  if (!recorded_at(record.plan_time + seconds(when - record.stamp))) return std::nullopt;
   return TriggerRequest{when - from_seconds(delay()), when,
                         origin + direction * static_cast<double>(n) * trigger_.spacing};
 }

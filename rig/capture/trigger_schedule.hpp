@@ -21,8 +21,9 @@ struct TriggerRequest {
 
 /// Of one camera. Mid-exposure falls on the angle or the time; trigger() is called earlier by the camera's delay.
 ///   kSoftware  mid-exposures at whole periods of plan time
-///   kPosition  in sweeps at sweep_from + (n + pass / passes) * spacing, n whole, in either direction: the crossing is
-///              predicted from the newest joint sample and its velocity; in dark blocks at whole periods
+///   kPosition  in sweeps at sweep_from + (n + pass / passes) * spacing, n whole, in either direction, from sweep_from
+///              to sweep_to, both included: the crossing is predicted from the newest joint sample and its velocity; in
+///              dark blocks at whole periods
 /// Only where the camera records, and only while the executive runs its plan.
 /// Threads: next() in the cycle's thread, everything else from any.  RT: all are safe.
 class TriggerSchedule {
@@ -35,7 +36,7 @@ class TriggerSchedule {
   std::optional<TriggerRequest> next(const CycleRecord& record) noexcept;
 
   void set_delay(Duration delay) noexcept { delay_ns_.store(delay.count(), std::memory_order_relaxed); }
-  /// Angles and times that had passed before they could be asked for.
+  /// Angles and times of the recorded part that had passed before they could be asked for.
   std::uint64_t skipped() const noexcept { return skipped_.load(std::memory_order_relaxed); }
 
  private:
@@ -48,7 +49,7 @@ class TriggerSchedule {
   const TriggerSettings trigger_;
   const RecordWhen record_;
   const double period_, cycle_period_;
-  const double from_, side_;  // the grid's angle 0, and the way from it to the sweep's end
+  const double from_, to_, side_;  // the grid's angle 0, the sweep's end, and the way to it
   const int passes_;
   std::atomic<std::int64_t> delay_ns_;
   std::atomic<std::uint64_t> skipped_{0};
@@ -56,8 +57,8 @@ class TriggerSchedule {
   // The cycle's own.
   std::optional<JointState> joints_;  // newest
   std::int64_t last_period_ = std::numeric_limits<std::int64_t>::min();
-  std::uint32_t sweep_ = std::numeric_limits<std::uint32_t>::max();  // segment that last_angle_ belongs to
-  std::optional<std::int64_t> last_angle_;
+  std::uint32_t sweep_ = std::numeric_limits<std::uint32_t>::max();  // segment of next_angle_
+  std::int64_t next_angle_ = 0;                                      // of that segment
 };
 
 }  // namespace tankrig

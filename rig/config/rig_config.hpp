@@ -57,7 +57,7 @@ struct RigObstacles {
 
 /// What a motion may do beyond the joint limits of the arm model.
 struct RigMotionLimits {
-  double angle_margin = 0;        ///< kept from every joint limit [rad]
+  double angle_margin = 0.05;     ///< kept from every joint limit: the laboratory's [rad]
   double max_velocity = 1.0;      ///< any joint [rad/s]
   double max_ticks_per_s = 2000;  ///< any actuator
 };

@@ -190,13 +190,12 @@ bool Executive::laser_request(const CycleRecord& record, const Segment& segment)
   return static_cast<std::int64_t>(std::floor(record.plan_time / settings_.frame_period + 0.5)) % 2 == 0;
 }
 
-/// Set-points towards the plan; rest where there is nothing to follow, or where they are refused.
+/// Set-points towards the plan; rest where there is nothing to follow. What the monitor refuses is a fault.
 JointVector Executive::follow(const CycleRecord& record) noexcept {
   if (state_ != ExecutiveState::kRunning || !joints_) return JointVector::Zero();
   const JointVector velocity = follower_.step(*plan_, record.plan_time, record.stamp - joints_->stamp, *joints_);
-  const auto refused = monitor_.check_set_point(velocity, *joints_);
-  raise(refused, record.stamp);
-  return refused ? JointVector::Zero() : velocity;
+  raise(monitor_.check_set_point(velocity, *joints_), record.stamp);
+  return velocity;
 }
 
 void Executive::act(CycleRecord& record, const InterlockOutputs& allowed) noexcept {
@@ -205,18 +204,22 @@ void Executive::act(CycleRecord& record, const InterlockOutputs& allowed) noexce
     make_safe(record);
     return;
   }
+  if (allowed.motion) record.desired = follow(record);
+  if (!raised_) write_outputs(record);
+  if (raised_) {
+    state_ = ExecutiveState::kFault;
+    make_safe(record);
+  }
+}
+
+void Executive::write_outputs(CycleRecord& record) noexcept {
   if (const Status done = guard_.switch_laser(); !done.ok())
     raise(Fault::kLaser, {done.error().code, done.error().os_errno, record.stamp, done.error().where});
-  if (allowed.motion) record.desired = follow(record);
   const auto applied = guard_.move(record.desired);
   if (applied.ok())
     record.applied = applied.value();
   else
     raise(fault_of(applied.error().code, Fault::kArmWrite), applied.error());
-  if (raised_) {
-    state_ = ExecutiveState::kFault;
-    make_safe(record);
-  }
 }
 
 /// Laser off first, then the arm; again in every cycle, because a command may fail or be lost.

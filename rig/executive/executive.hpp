@@ -86,6 +86,7 @@ class Executive {
   void take_plan(const ScanPlan* plan) noexcept;
   void act(CycleRecord& record, const InterlockOutputs& allowed) noexcept;
   void recover() noexcept;
+  void write_outputs(CycleRecord& record) noexcept;
   void make_safe(CycleRecord& record) noexcept;
   void raise(Fault fault, const Error& error = {}) noexcept;
   void raise(const JointMonitor::Answer& violation, Stamp now) noexcept;

@@ -74,10 +74,28 @@ std::optional<Finding> not_usable(const std::string& what, const fs::path& file,
 
 }  // namespace
 
-Finding can_finding(const fs::path& root, const CanNeed& need, const std::optional<CanLink>& link) {
+std::optional<CanTraffic> can_traffic(const fs::path& root, const std::string& interface, Stamp now) {
+  const fs::path counts = root / "sys/class/net" / interface / "statistics";
+  if (!fs::exists(counts)) return std::nullopt;
+  const auto count = [&](const char* name) { return std::strtoull(first_line(counts / name).c_str(), nullptr, 10); };
+  return CanTraffic{now, count("rx_packets") + count("tx_packets"), count("rx_bytes") + count("tx_bytes")};
+}
+
+double bus_load(const CanTraffic& from, const CanTraffic& to, int bitrate) noexcept {
+  constexpr double kFrameBits = 47, kStuffing = 1.1;  // ISO 11898-1, with the space between frames
+  const double bits =
+      kFrameBits * static_cast<double>(to.frames - from.frames) + 8 * static_cast<double>(to.bytes - from.bytes);
+  return kStuffing * bits / (bitrate * seconds(to.when - from.when));
+}
+
+Finding can_finding(const fs::path& root, const CanNeed& need, const std::optional<CanLink>& link,
+                    std::optional<double> others) {
   const std::string what = "CAN " + need.interface;
-  char load[64];
-  std::snprintf(load, sizeof load, "load %.0f %%", 100 * need.load);
+  char load[80];
+  int length = std::snprintf(load, sizeof load, "load %.0f %%", 100 * need.load);
+  if (others)
+    std::snprintf(load + length, sizeof load - static_cast<std::size_t>(length), ", and %.0f %% there now",
+                  100 * *others);
   if (need.interface.starts_with("unix:")) return {"CAN", Verdict::kGood, std::string("emulated, ") + load};
   const fs::path net = root / "sys/class/net" / need.interface;
   const std::string up =
@@ -97,6 +115,12 @@ Finding can_finding(const fs::path& root, const CanNeed& need, const std::option
   const int frames = std::atoi(queue.c_str());
   if (need.load > kLargestCarrierLoad)
     return refused(what, Verdict::kBad, f.measured, "a lower devices.arm.can.exchange_rate_hz");
+  if (need.load + others.value_or(0) > kLargestCarrierLoad) {
+    f.verdict = Verdict::kBad;
+    f.cure = "silence who else sends there (candump " + need.interface + " shows them), or lower " +
+             "devices.arm.can.exchange_rate_hz";
+    return f;
+  }
   if (frames < 2 * need.frames_at_once) {
     f.verdict = Verdict::kUsable;
     f.cure = "ip link set " + need.interface + " txqueuelen 100: a full queue refuses set-points";

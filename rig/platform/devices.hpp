@@ -3,10 +3,12 @@
 // Functions of a root folder read /proc, /sys and /dev below it: "/", or a copy in a test.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
 
+#include "core/time.hpp"
 #include "drivers/can/can_link.hpp"
 #include "rig/platform/finding.hpp"
 
@@ -20,8 +22,23 @@ struct CanNeed {
   int frames_at_once = 5;  ///< that the queue must hold
 };
 
+/// What has crossed an interface since it came up, both ways, as the kernel counts it.
+struct CanTraffic {
+  Stamp when{};
+  std::uint64_t frames = 0, bytes = 0;
+};
+
+/// Nothing if there is no such interface.
+std::optional<CanTraffic> can_traffic(const std::filesystem::path& root, const std::string& interface, Stamp now);
+
+/// Share of the bus's time that was taken between the two, [0, 1]: frames with 11-bit identifiers, a stuff bit for
+/// every ten bits.
+double bus_load(const CanTraffic& from, const CanTraffic& to, int bitrate) noexcept;
+
 /// `link`: what the kernel tells of the interface, read_can_link(); nothing for what is not a controller.
-Finding can_finding(const std::filesystem::path& root, const CanNeed& need, const std::optional<CanLink>& link);
+/// `others`: bus_load() while this program sent nothing; nothing if it was not measured.
+Finding can_finding(const std::filesystem::path& root, const CanNeed& need, const std::optional<CanLink>& link,
+                    std::optional<double> others = {});
 
 /// `what`: "laser", "arm", ...; `device`: an absolute path. Good if this user may read and write it and nobody has it.
 Finding serial_finding(const std::filesystem::path& root, const std::string& what, const std::string& device);

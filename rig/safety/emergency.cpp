@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <cerrno>
 #include <csignal>
 #include <exception>
 
@@ -12,7 +13,7 @@
 namespace tankrig {
 namespace {
 
-constexpr int kCrashes[] = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT};
+constexpr int kCrashes[] = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGSYS, SIGTRAP};
 constexpr Duration kPeriod = std::chrono::milliseconds{20};
 constexpr unsigned kGiveUp = 1;  // [s]
 
@@ -28,22 +29,23 @@ void make_safe() noexcept {
   }
   std::signal(SIGALRM, SIG_DFL);
   ::alarm(kGiveUp);
-  for (Duration passed{0}; passed < EmergencyStop::kLasts; passed += kPeriod) {
-    if (Laser* laser = laser_of_last_resort) [[maybe_unused]]
-      const Status dark = laser->set(false);
-    if (Arm* arm = arm_of_last_resort) [[maybe_unused]]
-      const Status rest = arm->stop();
+  sigset_t give_up;
+  ::sigemptyset(&give_up);
+  ::sigaddset(&give_up, SIGALRM);
+  ::pthread_sigmask(SIG_UNBLOCK, &give_up, nullptr);  // whoever started the program may have left it blocked
+  Laser* const laser = laser_of_last_resort;
+  Arm* const arm = arm_of_last_resort;
+  for (Duration passed{0}; (laser || arm) && passed < EmergencyStop::kLasts; passed += kPeriod) {
+    if (laser) laser->last_resort();
+    if (arm) arm->last_resort();
     timespec left{0, kPeriod.count()};
-    ::nanosleep(&left, nullptr);
+    while (::nanosleep(&left, &left) != 0 && errno == EINTR) {
+    }
   }
   StopKey::restore();
 }
 
-extern "C" void die_of(int signal) {
-  make_safe();
-  std::signal(signal, SIG_DFL);
-  std::raise(signal);
-}
+extern "C" void die_of(int signal) { end_safely(signal); }
 
 [[noreturn]] void die_of_terminate() {
   make_safe();
@@ -66,6 +68,13 @@ EmergencyStop::~EmergencyStop() {
   std::set_terminate(terminate_before);
   laser_of_last_resort = nullptr;
   arm_of_last_resort = nullptr;
+}
+
+void end_safely(int signal) noexcept {
+  make_safe();
+  const int last = signal == SIGTSTP ? SIGTERM : signal;
+  std::signal(last, SIG_DFL);
+  std::raise(last);
 }
 
 bool emergency_declared() noexcept { return declared.load(std::memory_order_relaxed); }

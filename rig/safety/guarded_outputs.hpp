@@ -14,8 +14,8 @@ InterlockLimits interlock_limits(const SafetySettings& settings) noexcept;
 
 /// Runs the safety step and acts on it. What a step allows is allowed once: without a new step neither light nor motion
 /// is commanded again; none is in a program that is dying. Off, stop and rest are always allowed. The end of its life
-/// switches the laser off, then stops the arm. Nothing else in rig/ or apps/ may switch a laser on or move an arm;
-/// tests/architecture reads every source for it. Threads: one, the cycle's; construction and end in another.  RT: all
+/// switches the laser off, then stops the arm. The interfaces let nobody else switch a laser on or
+/// move an arm. Threads: one, the cycle's; construction and end in another.  RT: all
 /// but construction and end.
 class GuardedOutputs {
  public:

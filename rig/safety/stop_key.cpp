@@ -34,9 +34,10 @@ StopKey::StopKey(int descriptor, std::atomic<bool>& stop) : descriptor_(descript
   by_key.c_cc[VTIME] = 0;
   changed = descriptor;
   (void)::tcsetattr(descriptor, TCSANOW, &by_key);
-  sigset_t all, before;  // signals are for the program's other threads
-  ::sigfillset(&all);
-  ::pthread_sigmask(SIG_SETMASK, &all, &before);
+  sigset_t others, before;  // signals are for the program's other threads, but those of a crash of its own
+  ::sigfillset(&others);
+  for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGSYS, SIGTRAP}) ::sigdelset(&others, signal);
+  ::pthread_sigmask(SIG_SETMASK, &others, &before);
   thread_ = std::thread([this] { run(); });
   ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
 }

@@ -16,7 +16,8 @@ CameraFeeds::CameraFeeds(const std::vector<ScanCamera>& cameras, const ScanSetti
                          FrameJoiner& joiner, Triggers& triggers, BeamWatch& beam, CameraFeedEvents tell)
     : settings_(settings), clock_(clock), joiner_(joiner), triggers_(triggers), beam_(beam), tell_(std::move(tell)) {
   for (const ScanCamera& c : cameras) {
-    const int number = joiner_.add_camera(c.camera->info().name, c.record);
+    const bool at_angles = c.trigger.mode == TriggerMode::kPosition;
+    const int number = joiner_.add_camera(c.camera->info().name, c.record, at_angles);
     beam_.add_camera(c.beam_in_view);
     triggers_.add_camera(number, *c.camera, c.record, c.trigger);
     feeds_.push_back(

@@ -51,8 +51,9 @@ class Replay {
         numbered_(session, sink, counts_),
         joints_(kJointSamples, from_seconds(settings.max_joint_gap)),
         joiner_(recorded.plan, settings, joints_, laser_, numbered_) {
+    constexpr bool kEachInItsSegment = true;  // only recorded frames come
     for (const SessionCamera& camera : session.info.cameras)
-      numbers_[camera.name] = joiner_.add_camera(camera.name, RecordWhen::kAll);
+      numbers_[camera.name] = joiner_.add_camera(camera.name, RecordWhen::kAll, kEachInItsSegment);
     joiner_.start(recorded.plan_zero);
     for (const SessionEvent& event : recorded.events)
       if (event.kind == "laser" && (event.text == kEmitting || event.text == kDark)) edges_.push_back(&event);

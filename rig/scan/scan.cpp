@@ -52,10 +52,11 @@ class ScanRun {
         supervise();
       }
       cycle_.end();
-      job_.left = end_.left();
       triggers_.finish();
       joiner_.finish();
-      return result();
+      take_stock(status());
+      tell_summary();
+      return job_.result;
     } catch (const std::exception& e) {
       leave_safe(e.what());
       throw;
@@ -129,9 +130,10 @@ class ScanRun {
       while (executive_.try_pop(record)) end_.add(record);
     }
     cycle_.end();
-    job_.left = end_.left();
+    const OutputsLeft& left = job_.result.left = end_.left();
     try {
-      job_.sink.event(job_.clock.now(), job_.left.safe() ? "stop" : "fault", why + ("; " + to_string(job_.left)));
+      take_stock(std::string("stopped: ") + why);
+      job_.sink.event(job_.clock.now(), left.safe() ? "stop" : "fault", why + ("; " + to_string(left)));
     } catch (...) {  // the sink is most likely what failed
     }
   }
@@ -193,7 +195,7 @@ class ScanRun {
 
   std::string status() const {
     if (last_.state == ExecutiveState::kDone)
-      return job_.left.safe() ? "complete" : "stopped: laser and arm not confirmed safe after the plan's end";
+      return end_.left().safe() ? "complete" : "stopped: laser and arm not confirmed safe after the plan's end";
     if (last_.state == ExecutiveState::kFault) return "stopped: " + log_.fault();
     return "stopped: " + (failure_.empty() ? "asked for" : failure_);
   }
@@ -208,30 +210,32 @@ class ScanRun {
     return out;
   }
 
-  ScanResult result() {
-    ScanResult r;
-    r.status = status();
+  void take_stock(const std::string& status) {
+    ScanResult& r = job_.result;
+    r.status = status;
     r.simulated_s = seconds(job_.clock.now() - begin_);
     r.counts = joiner_.counts();
     r.counts.merge(feeds_.counts());
+    for (const auto& [reason, count] : triggers_.counts()) r.counts[reason] += count;
     r.counts["cycle.overruns"] = cycle_.overruns();
     r.counts["cycle.records_dropped"] = executive_.records_dropped();
-    if (cycle_.overruns() > 0)
-      job_.sink.event(
-          job_.clock.now(), "overrun",
-          std::to_string(cycle_.overruns()) + " cycles late, " + std::to_string(cycle_.missed_cycles()) + " left out");
     r.times = cycle_.times();
     r.granted = cycle_.granted();
     r.max_following_error = max_following_error_;
     r.worst_residual = joiner_.residual(1);
     r.residual_p99 = joiner_.residual(0.99);
     r.sync = sync_statistics();
-    for (const auto& [reason, count] : triggers_.counts()) r.counts[reason] += count;
-    r.left = job_.left;
-    if (job_.plan.uses_laser() && job_.settings.safety.beam.verify)
-      job_.sink.event(job_.clock.now(), "summary", beam_.summary());
-    log_.summary(job_.clock.now(), r.max_following_error, r.worst_residual, r.left);
-    return r;
+    r.left = end_.left();
+  }
+
+  void tell_summary() {
+    const Stamp now = job_.clock.now();
+    if (cycle_.overruns() > 0)
+      job_.sink.event(
+          now, "overrun",
+          std::to_string(cycle_.overruns()) + " cycles late, " + std::to_string(cycle_.missed_cycles()) + " left out");
+    if (job_.plan.uses_laser() && job_.settings.safety.beam.verify) job_.sink.event(now, "summary", beam_.summary());
+    log_.summary(now, max_following_error_, job_.result.worst_residual, job_.result.left);
   }
 
   ScanJob& job_;

@@ -29,21 +29,6 @@ struct ScanProgress {
   std::string segment;  ///< its name
 };
 
-/// Everything a scan needs; nothing is owned.
-struct ScanJob {
-  const ScanPlan& plan;
-  const ScanSettings& settings;
-  Clock& clock;
-  Arm& arm;
-  Laser& laser;
-  std::vector<ScanCamera> cameras;  ///< the first that records the sweep sets the plan's frame grid
-  ScanSink& sink;
-  const std::atomic<bool>& stop;           ///< set by Ctrl-C: laser off, then arm stopped, session readable
-  std::function<bool()> interlock_closed;  ///< the laser's interlock as the backend reads it; empty is open
-  std::function<void(const ScanProgress&)> progress = {};  ///< ten times per second of the plan
-  OutputsLeft left{};                                      ///< set however run_scan ends, also by an exception
-};
-
 struct ScanResult {
   std::string status;  ///< "complete" or "stopped: REASON", as in SessionInfo::status
   double simulated_s = 0;
@@ -57,6 +42,21 @@ struct ScanResult {
   RealTimeGrant granted;                      ///< likewise
 
   bool complete() const { return status == "complete"; }
+};
+
+/// Everything a scan needs; nothing is owned.
+struct ScanJob {
+  const ScanPlan& plan;
+  const ScanSettings& settings;
+  Clock& clock;
+  Arm& arm;
+  Laser& laser;
+  std::vector<ScanCamera> cameras;  ///< the first that records the sweep sets the plan's frame grid
+  ScanSink& sink;
+  const std::atomic<bool>& stop;           ///< set by Ctrl-C: laser off, then arm stopped, session readable
+  std::function<bool()> interlock_closed;  ///< the laser's interlock as the backend reads it; empty is open
+  std::function<void(const ScanProgress&)> progress = {};  ///< ten times per second of the plan
+  ScanResult result{};  ///< what is known however run_scan ends, also by an exception
 };
 
 /// Runs the plan. One that uses no laser never arms it and does not mind its interlock. Under a VirtualClock

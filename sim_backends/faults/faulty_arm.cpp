@@ -80,8 +80,8 @@ Result<JointVector> FaultyArm::write_velocity(const JointVector& velocity) noexc
   if (active(FaultKind::kWriteError, now)) return Error{ErrorCode::kIo, EIO, now, "arm: write set-points"};
   if (mute(now)) return velocity;
   const FaultSpec* slow = active(FaultKind::kSlow, now);
-  if (!slow) return arm_.write_velocity(velocity);
-  const auto applied = arm_.write_velocity(slow->ratio * velocity);
+  if (!slow) return Arm::write_velocity(arm_, velocity);
+  const auto applied = Arm::write_velocity(arm_, slow->ratio * velocity);
   return applied.ok() ? Result<JointVector>(velocity) : applied;
 }
 

@@ -24,7 +24,7 @@ void FaultyLaser::play(Stamp now) noexcept {
     return;
   }
   if (!mute_since_) mute_since_ = now;
-  if (now - *mute_since_ >= kWatchdog && !active(FaultKind::kStuck, now)) (void)laser_.set(false);
+  if (now - *mute_since_ >= kWatchdog && !active(FaultKind::kStuck, now)) (void)laser_.off();
 }
 
 Status FaultyLaser::set(bool on) noexcept {
@@ -43,7 +43,7 @@ Status FaultyLaser::set(bool on) noexcept {
     return {};
   }
   due_.reset();
-  return laser_.set(on);
+  return Laser::set(laser_, on);
 }
 
 Result<LaserState> FaultyLaser::state() noexcept {

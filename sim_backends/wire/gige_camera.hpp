@@ -16,7 +16,7 @@ namespace tankrig::sim {
 /// Called from the camera's own thread, when the exposure is over. Frames nobody receives are not made.
 using GigePicture = std::function<cv::Mat(std::uint64_t index, Stamp begin, Duration exposure)>;
 
-/// What was exposed, told before the frame is sent. From the camera's own thread.
+/// What was exposed, told before its picture is made. From the camera's own thread.
 using GigeTruth = std::function<void(std::uint64_t index, Stamp begin, Duration exposure)>;
 
 struct GigeCameraSettings {
@@ -25,21 +25,20 @@ struct GigeCameraSettings {
   std::string user_id;                ///< name in the camera's memory, at most 15 characters
   int width = 640, height = 480;      ///< sensor, at most 8192
   std::string pixel_format =
-      "Mono8";                   ///< at power-up: Mono8 | Mono16 | RGB8 | BayerRG8 | BayerGB8 | BayerGR8 | BayerBG8
-  double rate_hz = 25;           ///< at power-up, 0.1 .. 1000
-  double exposure_us = 10000;    ///< at power-up
-  double trigger_poll_hz = 500;  ///< how often an armed camera looks for its software trigger
+      "Mono8";                 ///< at power-up: Mono8 | Mono16 | RGB8 | BayerRG8 | BayerGB8 | BayerGR8 | BayerBG8
+  double rate_hz = 25;         ///< at power-up, 0.1 .. 1000
+  double exposure_us = 10000;  ///< at power-up
   std::int64_t clock_start_ns = 5'000'000'000'000;  ///< its clock at power-up
   double clock_drift_ppm = 0;                       ///< its clock runs fast by this
   bool claims_resend = false;                       ///< says that it resends packets, which it never does
   bool timestamp_latch = true;  ///< answers the timestamp latch; without it the latched value never changes
 };
 
-/// Aravis' fake camera with our pictures, our clock and our faults. The client's region, pixel format, exposure and
-/// rate are obeyed. A frame's device stamp is the start of its exposure. Free-running exposures end on multiples of the
-/// frame period; an exposure the renderer had no time for is skipped, and its number with it. A software trigger starts
-/// one exposure. Frame numbers on the wire begin at 65401, so that their wrap is met after 135 frames. Not answered:
-/// packet resends, test packets, line triggers (its registers take them). Threads: all members from any thread.
+/// A GigE Vision camera with the registers and the description of Aravis' fake one. The client's region, pixel format,
+/// exposure and rate are obeyed; when it exposes is told at GigeExposures. A frame's device stamp is the start of its
+/// exposure. A free-running exposure the renderer had no time for is skipped, and its number with it. Frame numbers on
+/// the wire begin at 65401, so that their wrap is met after 135 frames. Not answered: packet resends, test packets,
+/// line triggers (its registers take them). Threads: all members from any thread.
 class GigeCameraEmulator {
  public:
   /// Errors: InputError if the address is no address of this machine or its GigE Vision port is taken.
@@ -60,8 +59,10 @@ class GigeCameraEmulator {
   void step_clock(Duration by);
 
   std::int64_t device_time(Stamp host) const;
-  std::uint64_t exposures() const;  ///< since power-up of the emulator; all that were made
-  std::uint64_t skipped() const;    ///< exposures whose time passed while a picture was still being made or sent
+  std::uint64_t exposures() const;         ///< since power-up of the emulator; all that were made
+  std::uint64_t sent() const;              ///< of these: whose last packet has left, or was lost
+  std::uint64_t skipped() const;           ///< times of the grid that passed while a picture was still made or sent
+  std::uint64_t triggers_ignored() const;  ///< software triggers that came while it was exposing, or was not armed
   std::uint64_t latches() const;
   /// A register as the client left it, 0 while unplugged.
   std::uint32_t read_register(std::uint32_t address) const;

@@ -51,6 +51,11 @@ std::uint32_t gige_pixel_format(std::string_view name) {
   return 0;
 }
 
+std::size_t gige_bytes(cv::Size size, std::uint32_t format) {
+  const std::size_t bits = format >> 16 & 0xFF;
+  return static_cast<std::size_t>(size.area()) * bits / 8;
+}
+
 void write_gige_pixels(const cv::Mat& picture, cv::Point offset, cv::Size size, std::uint32_t format,
                        std::uint8_t* data) {
   const cv::Mat part = part_of(picture, offset, size);

@@ -1,6 +1,7 @@
 // Pictures as a GigE Vision camera sends them.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <opencv2/core.hpp>
 #include <string>
@@ -11,8 +12,11 @@ namespace tankrig::sim {
 /// The 32-bit pixel format code of the GenICam Pixel Format Naming Convention; 0 for one that is not emulated.
 std::uint32_t gige_pixel_format(std::string_view name);
 
+/// Of a picture of that size, without padding.
+std::size_t gige_bytes(cv::Size size, std::uint32_t format);
+
 /// Writes the part of `picture` that begins at `offset` and has `size`, in the format, without padding. What the
-/// picture lacks is black. `data` holds size.area() pixels of the format.
+/// picture lacks is black. `data` holds gige_bytes().
 void write_gige_pixels(const cv::Mat& picture, cv::Point offset, cv::Size size, std::uint32_t format,
                        std::uint8_t* data);
 

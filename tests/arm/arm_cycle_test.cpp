@@ -1,9 +1,11 @@
 // The arm inside the cycle: nothing is allocated, and faults of its wire reach the executive's record.
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cstdlib>
 #include <functional>
 #include <new>
+#include <thread>
 #include <utility>
 
 #include "drivers/arm/homing.hpp"
@@ -272,11 +274,13 @@ TEST(Homing, EndsWhenTheArmLosesItsSupply) {
 TEST(Homing, EndsWhenAsked) {
   ArmBench bench;
   bench.make(false);
-  std::stop_source stop;
-  int shown = 0;
-  const HomingResult homed = home_axes(*bench.arm, bench.clock, stop.get_token(), [&](const HomingProgress&) {
-    if (++shown == 3) stop.request_stop();
+  std::atomic<bool> stop{false};
+  std::thread operator_who_looks([&] {
+    bench.until([&] { return bench.emulator->first_motion().has_value(); });
+    stop = true;
   });
+  const HomingResult homed = home_axes(*bench.arm, bench.clock, &stop);
+  operator_who_looks.join();
   EXPECT_EQ(homed.message(), "slew: arm: homing interrupted");
   EXPECT_TRUE(bench.until([&] {
     (void)bench.arm->try_read();

@@ -48,6 +48,20 @@ TEST_P(ArmFaultsOn, ASilentArmIsATimeoutAndComesBack) {
   EXPECT_TRUE(bench.arm->homed());
 }
 
+TEST_P(ArmFaultsOn, AnAnswerThatNobodyHasLookedForIsNoTimeout) {
+  ArmBench bench(GetParam());
+  bench.make();
+  bench.state();
+  bench.clock.sleep_until(bench.clock.now() + 2 * bench.arm->exchange_period());  // the next request is due
+  EXPECT_TRUE(bench.arm->write_velocity(elbow(0.1)).ok());
+  const double timeouts = bench.statistic("timeouts");
+  EXPECT_TRUE(bench.arm->stop().ok());
+  bench.clock.sleep_until(bench.clock.now() + 4 * bench.settings.reply_timeout);  // later than any answer
+  EXPECT_TRUE(bench.arm->stop().ok());
+  EXPECT_EQ(bench.statistic("timeouts"), timeouts);
+  expect_states(bench);
+}
+
 TEST_P(ArmFaultsOn, AnArmThatNeverAnswersIsSilentToo) {
   ArmBench bench(GetParam());
   bench.make();

@@ -68,6 +68,25 @@ TEST_F(AravisCameraTest, DeliversRgb8PicturesPixelForPixelAsBgr) {
     EXPECT_EQ(cv::norm(f.image, known_picture(known_index(f), kSize, 3), cv::NORM_INF), 0) << "frame " << f.sequence;
 }
 
+TEST_F(AravisCameraTest, MissesNotEvenTheFirstFrameThoughItIsLargerThanAReceiveBufferUsuallyIs) {
+  const cv::Size large(1280, 960);
+  GigeCameraSettings device = emulated();
+  device.width = large.width;
+  device.height = large.height;
+  device.rate_hz = 10;
+  GigeCameraEmulator emulator(
+      device, [&](std::uint64_t index, Stamp, Duration) { return cv::Mat(large, CV_8UC1, cv::Scalar(1.0 + index)); });
+  AravisSettings settings = driven();
+  settings.info = {"left", large.width, large.height, 1, 10};
+  settings.socket = AravisSettings::Socket::kDatagram;
+  AravisCamera sut(settings);
+  ASSERT_TRUE(sut.start().ok());
+  const std::vector<Frame> frames = grab_frames(sut, 1);
+  ASSERT_EQ(frames.size(), 1u);
+  EXPECT_EQ(frames[0].image.data[0], 1) << "the camera's first exposure";
+  EXPECT_EQ(sut.counters().incomplete, 0u);
+}
+
 /// Error of each frame's stamp against the emulator's truth [ms], sorted, and in sigmas.
 struct StampErrors {
   std::vector<double> ms, normalised;

@@ -45,14 +45,12 @@ inline cv::Mat known_picture(std::uint64_t index, cv::Size size, int channels) {
   return picture;
 }
 
-/// The emulator's index of a frame that shows known_picture(index + `added`). A stream's numbers begin with its first
-/// frame; one or two exposures before that may be lost whole, because Aravis sizes its socket's buffer at the first
-/// packet.
+/// The emulator's index of a frame that shows known_picture(index + `added`), of a camera that was started once: its
+/// numbers begin with its first exposure.
 inline std::uint64_t known_index(const Frame& frame, std::uint64_t added = 0) {
   constexpr std::uint64_t kInverse = 223;  // 31 * 223 = 1 (mod 256)
-  const std::uint64_t before = (frame.image.data[0] * kInverse - frame.sequence - added) & 0xFF;
-  EXPECT_LE(before, 2u) << "frame " << frame.sequence;
-  return frame.sequence + before;
+  EXPECT_EQ((frame.image.data[0] * kInverse - frame.sequence - added) & 0xFF, 0u) << "frame " << frame.sequence;
+  return frame.sequence;
 }
 
 /// What the emulator exposed, by index.

@@ -61,10 +61,10 @@ struct MockRigUnder {
                 progress};
     try {
       const ScanResult result = run_scan(job);
-      left = job.left;
+      left = job.result.left;
       return result;
     } catch (...) {
-      left = job.left;
+      left = job.result.left;
       throw;
     }
   }

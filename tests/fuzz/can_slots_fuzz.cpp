@@ -13,6 +13,7 @@ class ListBus final : public CanBus {
  public:
   explicit ListBus(std::deque<CanFrame>& waiting) : waiting_(waiting) {}
   Status try_send(const CanFrame&) noexcept override { return {}; }
+  void send_regardless(const CanFrame&) noexcept override {}
   Result<std::optional<CanFrame>> try_receive() noexcept override {
     if (waiting_.empty()) return std::optional<CanFrame>{};
     const CanFrame frame = waiting_.front();

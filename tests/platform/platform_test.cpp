@@ -124,6 +124,25 @@ TEST(CanFinding, TellsAbsentDownWrongRateBusOffOverloadedAndAShortQueue) {
   by_hand.restart_ms = 0;
   expect(can_finding(up.root, need, by_hand), Verdict::kUsable, false, "restart-ms 100");
   EXPECT_EQ(can_finding(none.root, {"unix:/x", 1, 0.1}, {}).verdict, Verdict::kGood);
+  const Finding crowded = can_finding(up.root, need, controller(1'000'000), 0.3);
+  expect(crowded, Verdict::kBad, false, "candump can0");
+  EXPECT_EQ(crowded.measured, "1000000 bit/s, queue 100 frames, load 50 %, and 30 % there now");
+  expect(can_finding(up.root, need, controller(1'000'000), 0.1), Verdict::kGood, false, "");
+}
+
+TEST(BusLoad, IsWhatTheKernelsCountsGrowByAgainstTheBitRate) {
+  Machine machine;
+  EXPECT_FALSE(can_traffic(machine.root, "can0", Stamp{}));
+  const std::string counts = "sys/class/net/can0/statistics/";
+  const auto at = [&](const char* rx, const char* rx_bytes, Stamp now) {
+    machine.with(counts + "rx_packets", rx).with(counts + "rx_bytes", rx_bytes);
+    machine.with(counts + "tx_packets", "10").with(counts + "tx_bytes", "80");
+    return can_traffic(machine.root, "can0", now).value();
+  };
+  const CanTraffic before = at("1000", "8000", Stamp{0}), after = at("3000", "24000", Stamp{2'000'000'000});
+  EXPECT_EQ(before.frames, 1010u);
+  EXPECT_EQ(before.bytes, 8080u);
+  EXPECT_NEAR(bus_load(before, after, 1'000'000), 1000 * (47 + 64) * 1.1 / 1e6, 1e-12);
 }
 
 TEST(SerialFinding, TellsAbsentTakenAndFree) {

@@ -79,7 +79,7 @@ class LyingLaser final : public Laser {
   Status set(bool on) noexcept override {
     if (on != on_) since_ = clock_.now();
     on_ = on;
-    return laser_.set(on);
+    return Laser::set(laser_, on);
   }
   Result<LaserState> state() noexcept override {
     const bool emitting = on_ && clock_.now() - since_ >= warm_up();

@@ -13,7 +13,9 @@
 #include <thread>
 
 #include "rig/safety/emergency.hpp"
+#include "rig/safety/guarded_outputs.hpp"
 #include "rig/safety/stop_key.hpp"
+#include "tests/support/named_thread.hpp"
 
 namespace tankrig {
 namespace {
@@ -142,13 +144,103 @@ void die_of(int signal, bool arm_hangs = false) {
 TEST(EmergencyStop, SwitchesOffThenStopsBeforeTheProgramDies) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   EXPECT_EXIT(die_in_a_thread_by_an_exception(), ::testing::KilledBySignal(SIGABRT), "dark rest dark rest ");
-  for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT})
+  for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGSYS, SIGTRAP})
     EXPECT_EXIT(die_of(signal), ::testing::KilledBySignal(signal), "dark rest dark rest ");
+}
+
+void end_by(int signal) {
+  LoudLaser laser;
+  LoudArm arm;
+  const EmergencyStop sut(laser, arm);
+  std::signal(signal, end_safely);
+  std::raise(signal);
+}
+
+TEST(EmergencyStop, MakesSafeBeforeAStopSignalThatMustEndTheProgramNow) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  for (const int signal : {SIGINT, SIGTERM, SIGUSR1, SIGALRM, SIGRTMIN})
+    EXPECT_EXIT(end_by(signal), ::testing::KilledBySignal(signal), "dark rest dark rest ");
+  EXPECT_EXIT(end_by(SIGTSTP), ::testing::KilledBySignal(SIGTERM), "dark rest dark rest ");
+}
+
+/// In the last resort a cycle runs that was lit and moving before.
+class CycleInDeath final : public Arm {
+ public:
+  explicit CycleInDeath(Laser& laser) : laser_(laser) {}
+  Result<std::optional<JointState>> try_read() noexcept override { return std::optional<JointState>{}; }
+  Result<JointVector> write_velocity(const JointVector& v) noexcept override { return v; }
+  Status stop() noexcept override { return {}; }
+  Duration exchange_period() const noexcept override { return 5ms; }
+  void last_resort() noexcept override { turn(); }
+
+  void turn() noexcept {
+    in_.now = in_.now + 1s;
+    const InterlockOutputs& allowed = outputs_.step(in_);
+    in_.arm = in_.laser_request = true;
+    [[maybe_unused]] ssize_t n = allowed.laser ? ::write(2, "light ", 6) : ::write(2, "none ", 5);
+    n = allowed.motion ? ::write(2, "motion ", 7) : ::write(2, "held ", 5);
+  }
+
+ private:
+  Laser& laser_;
+  InterlockInputs in_{.now = {1}, .interlock_closed = true, .heartbeat_fresh = true, .sweeping = true};
+  GuardedOutputs outputs_{*this, laser_, SafetySettings{}};
+};
+
+void die_while_lit_and_moving() {
+  LoudLaser laser;
+  CycleInDeath cycle(laser);
+  const EmergencyStop sut(laser, cycle);
+  for (int i = 0; i < 4; ++i) cycle.turn();
+  std::raise(SIGSEGV);
+}
+
+TEST(EmergencyStop, AllowsNoCycleThatStillRunsLightOrMotion) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  EXPECT_EXIT(die_while_lit_and_moving(), ::testing::KilledBySignal(SIGSEGV),
+              "light motion dark none held dark none held ");
 }
 
 TEST(EmergencyStop, DiesInBoundedTimeWhereADeviceHangs) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   EXPECT_EXIT(die_of(SIGSEGV, true), ::testing::KilledBySignal(SIGALRM), "dark ");
+}
+
+void hang_with_every_signal_blocked() {
+  sigset_t all;
+  ::sigfillset(&all);
+  ::sigdelset(&all, SIGSEGV);
+  ::pthread_sigmask(SIG_SETMASK, &all, nullptr);
+  die_of(SIGSEGV, true);
+}
+
+TEST(EmergencyStop, DiesInBoundedTimeWhateverSignalsAreBlocked) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  EXPECT_EXIT(hang_with_every_signal_blocked(), ::testing::KilledBySignal(SIGALRM), "dark ");
+}
+
+int die_in_the_stop_keys_thread() {
+  ::alarm(20);
+  LoudLaser laser;
+  LoudArm arm;
+  const EmergencyStop sut(laser, arm);
+  std::atomic<bool> stop{false};
+  const StopKey key(STDIN_FILENO, stop);
+  for (int i = 0; i < 2000; ++i) {  // it may only just begin; then this process dies of the signal
+    if (signal_thread(::getpid(), "stop-key", SIGSEGV)) ::pause();
+    std::this_thread::sleep_for(10ms);
+  }
+  return kWrong;
+}
+
+TEST(EmergencyStop, MakesSafeAlsoWhenTheStopKeysOwnThreadCrashes) {
+  std::string words;
+  const int status = on_a_terminal(die_in_the_stop_keys_thread, [&](int terminal) {
+    char byte = 0;
+    while (::read(terminal, &byte, 1) == 1) words += byte;
+  });
+  EXPECT_TRUE(WIFSIGNALED(status) && WTERMSIG(status) == SIGSEGV) << status;
+  EXPECT_TRUE(words.starts_with("dark rest dark rest ")) << words;
 }
 
 TEST(EmergencyStop, LeavesNothingBehind) {

@@ -190,6 +190,35 @@ TEST(FaultReaction, KnowsEveryFaultThereIs) {
   }
 }
 
+/// The refused set-point itself, for one.
+TEST(FaultReaction, WritesNothingInTheCycleInWhichASetPointIsRefused) {
+  const double to_the_limit = settings().limits.angles[kElbow].upper - settings().sweep_from;
+  const struct {
+    JointViolation::Limit kind;
+    double turned, step, gain;
+  } cases[] = {{JointViolation::Limit::kSetPointStep, -0.02, 0.1, 6},
+               {JointViolation::Limit::kRefusal, to_the_limit + 0.03, 0, 0}};
+  for (const auto& c : cases) {
+    SCOPED_TRACE(static_cast<int>(c.kind));
+    ScanSettings s = settings();
+    s.limits.set_point_step = c.step;
+    s.limits.refusal_margin = 0.05;
+    s.limits.velocity = 1e3;
+    s.position_gain = c.gain;
+    s.learning_rate = 0;
+    s.following_error_limit = 10;
+    Bench bench(std::nullopt, s);
+    ASSERT_TRUE(bench.go_sweeping());
+    bench.arm.turned = c.turned * JointVector::Unit(kElbow);
+    bench.cycle();
+    expect_safe(bench, c.kind == JointViolation::Limit::kRefusal ? Fault::kJointLimit : Fault::kJointVelocity);
+    ASSERT_TRUE(bench.last.violation);
+    EXPECT_EQ(bench.last.violation->kind, c.kind);
+    EXPECT_EQ(bench.log.first("velocity"), bench.log.count);
+    EXPECT_EQ(bench.log.first("laser on"), bench.log.count);
+  }
+}
+
 TEST(FaultReaction, EndsLightThatLastsTooLong) {
   ScanSettings s = settings();
   s.safety.maximum_on = 2;

@@ -48,7 +48,7 @@ class TapedArm final : public Arm {
   TapedArm(Arm& arm, CallTape& tape) : arm_(arm), tape_(tape) {}
   Result<std::optional<JointState>> try_read() noexcept override { return taped(Call::kRead, arm_.try_read()); }
   Result<JointVector> write_velocity(const JointVector& v) noexcept override {
-    return taped(Call::kWrite, arm_.write_velocity(v));
+    return taped(Call::kWrite, Arm::write_velocity(arm_, v));
   }
   Status stop() noexcept override { return taped(Call::kStop, arm_.stop()); }
   Status clear_faults() noexcept override { return arm_.clear_faults(); }
@@ -68,7 +68,7 @@ class TapedLaser final : public Laser {
  public:
   TapedLaser(Laser& laser, CallTape& tape) : laser_(laser), tape_(tape) {}
   Status set(bool on) noexcept override {
-    const Status done = laser_.set(on);
+    const Status done = Laser::set(laser_, on);
     tape_.add(on ? Call::kLaserOn : Call::kLaserOff, !done.ok());
     return done;
   }

@@ -11,6 +11,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr ConfigRange kWholeScan{1, 2000};  // cycles
+
 Expected expected_from(const fs::path& file) {
   const ConfigNode node = ConfigNode::load(file);
   Expected e;
@@ -20,8 +22,10 @@ Expected expected_from(const fs::path& file) {
   e.left = node.text_or("left", e.left);
   e.laser_off_cycles = static_cast<std::uint64_t>(node.integer_or("laser_off_cycles", 2, {0, 2}));
   e.arm_stop_cycles = static_cast<std::uint64_t>(node.integer_or("arm_stop_cycles", 1, {0, 1}));
-  if (node.has("laser_off_s")) e.laser_off_s = node.number("laser_off_s");
-  if (node.has("arm_stop_s")) e.arm_stop_s = node.number("arm_stop_s");
+  if (e.status != "complete") {
+    e.fault_to_laser_off_cycles = static_cast<std::uint64_t>(node.integer("fault_to_laser_off_cycles", kWholeScan));
+    e.fault_to_arm_stop_cycles = static_cast<std::uint64_t>(node.integer("fault_to_arm_stop_cycles", kWholeScan));
+  }
   e.beam_left_on = node.flag_or("beam_left_on", false);
   e.lux = node.text_or("lux", "");
   e.frames = node.integer_or("frames", 0);
@@ -44,13 +48,14 @@ void compare_times(const Expected& e, const Outcome& o, std::vector<std::string>
   if (r.arm_cycles > e.arm_stop_cycles)
     say("arm stopped " + std::to_string(r.arm_cycles) + " cycles after the laser, expected at most " +
         std::to_string(e.arm_stop_cycles));
-  const auto late = [&](const char* what, Stamp when, std::optional<double> limit) {
-    if (limit && seconds(when - o.begun) > *limit + 1e-9)
-      say(std::string(what) + " " + std::to_string(seconds(when - o.begun)) + " s after the fault began, expected " +
-          std::to_string(*limit));
+  const auto late = [&](const char* what, Stamp when, std::uint64_t limit) {
+    const double cycles = seconds(when - o.begun) / kCyclePeriod;
+    if (cycles > static_cast<double>(limit) + 1e-6)
+      say(std::string(what) + " " + std::to_string(cycles) + " cycles after the fault began, expected at most " +
+          std::to_string(limit));
   };
-  late("laser off", r.laser_off, e.laser_off_s);
-  late("arm stopped", r.arm_stop, e.arm_stop_s);
+  late("laser off", r.laser_off, e.fault_to_laser_off_cycles);
+  late("arm stopped", r.arm_stop, e.fault_to_arm_stop_cycles);
 }
 
 void compare_session(const Scenario& s, const Outcome& o, const fs::path& path, std::vector<std::string>& wrong) {

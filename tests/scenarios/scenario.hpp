@@ -3,7 +3,6 @@
 
 #include <filesystem>
 #include <map>
-#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -17,11 +16,12 @@ struct Expected {
   std::vector<std::string> tells;  ///< words of messages that must be shown
   std::vector<std::string> not_told;
   std::string left = "laser off, arm at rest";
-  std::uint64_t laser_off_cycles = 2;             ///< from detection, at most
-  std::uint64_t arm_stop_cycles = 1;              ///< from there, at most
-  std::optional<double> laser_off_s, arm_stop_s;  ///< from the fault's begin, at most
-  bool beam_left_on = false;                      ///< the light itself
-  std::string lux;                                ///< words of the reading after the scan
+  std::uint64_t laser_off_cycles = 2;           ///< from detection, at most
+  std::uint64_t arm_stop_cycles = 1;            ///< from there, at most
+  std::uint64_t fault_to_laser_off_cycles = 0;  ///< from the fault's begin, at most; 0: the scan is not stopped
+  std::uint64_t fault_to_arm_stop_cycles = 0;
+  bool beam_left_on = false;  ///< the light itself
+  std::string lux;            ///< words of the reading after the scan
   std::map<std::string, std::pair<std::uint64_t, std::uint64_t>> counts;
   int frames = 0;  ///< at least, in the session that is left
 };

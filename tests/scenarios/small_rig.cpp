@@ -154,7 +154,7 @@ struct Rig {
     } catch (const std::exception& e) {
       out.status = std::string("stopped: ") + e.what();
     }
-    out.left = job.left;
+    out.left = job.result.left;
     const auto lux = lux_meter.read(1s);
     out.lux = lux.ok() ? std::to_string(lux.value().lux) : describe(lux.error());
     if (!lux.ok()) sink.event(clock.now(), "fault", out.lux);

@@ -97,7 +97,7 @@ EmulatedRig::EmulatedRig(const std::filesystem::path& runtime, const sim::FaultP
       sim::relay_emulator_settings_from(devices.child("laser"), nullptr, runtime), laser_);
   lux_ =
       std::make_unique<sim::LuxEmulator>(sim::lux_emulator_settings_from(devices.child("lux_meter"), nullptr, runtime),
-                                         [this] { return sim::spoilt_lux(script_, 60, clock_.now(), last_lux_); });
+                                         [this] { return sim::spoilt_lux(script_, kLux, clock_.now(), last_lux_); });
   sim::GigeCameraSettings gige;
   gige.serial = "EMU-mono";
   gige.width = kWidth;
@@ -155,7 +155,7 @@ Outcome scan_wire(const std::filesystem::path& runtime, const std::string& carri
   } catch (const std::exception& e) {
     out.status = std::string("stopped: ") + e.what();
   }
-  out.left = job.left;
+  out.left = job.result.left;
   const auto lux = lux_meter->read(1s);
   out.lux = lux.ok() ? std::to_string(lux.value().lux) : describe(lux.error());
   if (!lux.ok()) sink.event(clock.now(), "fault", out.lux);

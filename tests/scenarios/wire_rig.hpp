@@ -25,7 +25,8 @@ class EmulatedRig {
  private:
   MonotonicClock clock_;
   sim::FaultScript script_;
-  double last_lux_ = 0;
+  static constexpr double kLux = 60;
+  double last_lux_ = kLux;
   sim::MockLaser laser_;
   std::unique_ptr<sim::PictureFaults> pictures_;
   std::unique_ptr<sim::CanHub> hub_;

@@ -28,6 +28,7 @@ class LogBus final : public CanBus {
     }
   }
   Status try_send(const CanFrame&) noexcept override { return {}; }
+  void send_regardless(const CanFrame&) noexcept override {}
   Result<std::optional<CanFrame>> try_receive() noexcept override {
     if (frames_.empty()) return std::optional<CanFrame>{};
     const CanFrame frame = frames_.front();

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <cstdio>
 #include <mutex>
-#include <set>
+#include <string_view>
 
 #include "rig/plan/plan_csv.hpp"
 #include "tests/camera/gige_rig.hpp"
@@ -15,10 +15,8 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr int kWidth = 160, kHeight = 120;
-constexpr double kPollHz = 2000;
-constexpr double kSpacing = 4e-3;          // rad: 25 a second
-constexpr std::uint64_t kMayGoUnseen = 6;  // the first two exposures of each of three streams (AravisCamera)
-constexpr int kAttempts = 3;               // a busy machine triggers late: how well it can be is asserted
+constexpr double kSpacing = 4e-3;  // rad: 25 a second
+constexpr double kPeriod = 0.04;   // s
 
 double median(std::vector<double> values) {
   std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
@@ -36,7 +34,9 @@ struct WireRig : testing_support::MockRigUnder<MonotonicClock> {
     s.park << 0, 0.12, 1.33, 0, 0.1;
     s.posture = s.park;
     s.sweep_from = 1.35;
-    s.sweep_to = 1.55;
+    s.sweep_to = 1.47;
+    s.sweep_lead_in = 0.1;
+    s.move_velocity = 0.3;
     s.dark_frames = 8;
     s.settle = s.laser_warm_up = s.camera_lead = 0.2;
     mock.laser_warm_up = 100ms;
@@ -48,12 +48,12 @@ struct WireRig : testing_support::MockRigUnder<MonotonicClock> {
     power_on();
   }
 
+  /// One scan with this trigger, and whether every trigger has its fate.
   ScanResult run(const TriggerSettings& trigger) {
     sim::GigeCameraSettings device;
     device.width = kWidth;
     device.height = kHeight;
     device.exposure_us = 3000;
-    device.trigger_poll_hz = kPollHz;
     sim::GigeCameraEmulator emulator(
         device, [](std::uint64_t, Stamp, Duration) { return cv::Mat(kHeight, kWidth, CV_8UC1, cv::Scalar(20)); },
         [this](std::uint64_t, Stamp begin, Duration exposure) {
@@ -72,7 +72,9 @@ struct WireRig : testing_support::MockRigUnder<MonotonicClock> {
     ScanJob job{
         *plan,   s, clock, *arm, *laser, {{&camera, RecordWhen::kAll, {}, trigger}}, sink, stop, interlock_closed,
         progress};
-    return run_scan(job);
+    const ScanResult result = run_scan(job);
+    expect_every_trigger_has_its_fate(result, emulator, camera);
+    return result;
   }
 
   /// What was really exposed in that frame.
@@ -82,23 +84,37 @@ struct WireRig : testing_support::MockRigUnder<MonotonicClock> {
                              [&](const Truth& a, const Truth& b) { return off(a) < off(b); });
   }
 
-  /// Every frame has its trigger, and every trigger its frame, but for a stream's first.
-  bool paired(const ScanResult& result) const {
-    const auto count = [&](const char* reason) {
-      const auto found = result.counts.find(std::string("mono.") + reason);
-      return found == result.counts.end() ? 0 : found->second;
-    };
-    std::printf("triggers lost %d, dropped %d, refused %d; frames without one %d\n",
-                static_cast<int>(count("trigger_lost")), static_cast<int>(count("trigger_dropped")),
-                static_cast<int>(count("trigger_refused")), static_cast<int>(count("untriggered")));
-    const bool stamped = std::all_of(sink.frames.begin(), sink.frames.end(), [&](const FrameRecord& f) {
-      return std::abs(seconds(truth(f).middle - f.stamp)) < 2e-3;
-    });
-    return stamped && count("trigger_dropped") + count("trigger_refused") + count("untriggered") == 0 &&
-           count("trigger_lost") <= kMayGoUnseen;
+  static std::uint64_t count(const ScanResult& result, const char* reason) {
+    const auto found = result.counts.find(std::string("mono.") + reason);
+    return found == result.counts.end() ? 0 : found->second;
   }
 
  private:
+  /// From trigger to command to exposure to frame: what is lost is lost at a station, and counted there. A camera that
+  /// exposes ignores a trigger: two may be that close where the machine is busy.
+  void expect_every_trigger_has_its_fate(const ScanResult& result, const sim::GigeCameraEmulator& emulator,
+                                         const Camera& camera) const {
+    const CameraCounters received = camera.counters();
+    const auto given = std::find_if(result.sync.begin(), result.sync.end(),
+                                    [](const Statistic& one) { return std::string_view(one.name) == "mono.triggers"; });
+    ASSERT_NE(given, result.sync.end());
+    const auto fired = static_cast<std::uint64_t>(given->value);
+    std::printf("triggers: %d given, %d late for their angle or time; exposures: %d, %d triggers ignored; frames: %d\n",
+                static_cast<int>(fired), static_cast<int>(count(result, "trigger_skipped")),
+                static_cast<int>(emulator.exposures()), static_cast<int>(emulator.triggers_ignored()),
+                static_cast<int>(received.delivered));
+    EXPECT_EQ(count(result, "trigger_dropped") + count(result, "trigger_refused") + count(result, "untriggered"), 0u);
+    EXPECT_EQ(fired, emulator.exposures() + emulator.triggers_ignored()) << "each came to the camera";
+    EXPECT_EQ(emulator.sent(), emulator.exposures());
+    const std::uint64_t spoilt = received.lost + received.incomplete + received.overrun;
+    if (spoilt > 0)
+      std::printf("lost %d, incomplete %d, overrun %d\n", static_cast<int>(received.lost),
+                  static_cast<int>(received.incomplete), static_cast<int>(received.overrun));
+    EXPECT_EQ(received.delivered + spoilt, emulator.sent()) << "each came back";
+    EXPECT_EQ(count(result, "trigger_lost"), emulator.triggers_ignored() + spoilt);
+    for (const FrameRecord& f : sink.frames) EXPECT_NEAR(seconds(truth(f).middle - f.stamp), 0, 2e-3);
+  }
+
   std::mutex mutex_;
   std::vector<Truth> truth_;
 };
@@ -106,55 +122,43 @@ struct WireRig : testing_support::MockRigUnder<MonotonicClock> {
 class GigeTrigger : public testing::GigeTest {};
 
 TEST_F(GigeTrigger, ExposesAtEqualElbowAngles) {
-  bool good = false;
-  for (int attempt = 0; attempt < kAttempts && !good; ++attempt) {
-    WireRig rig;
-    const ScanResult result = rig.run({TriggerMode::kPosition, kSpacing, std::nullopt});
-    ASSERT_EQ(result.status, "complete");
-    const auto frames = rig.sink.of("mono", Phase::kSweep);
-    ASSERT_GT(frames.size(), 30u);
-    std::vector<double> off;
-    std::set<long> seen;
-    for (const FrameRecord& f : frames) {
-      const double lines = (rig.truth(f).elbow - rig.s.sweep_from) / kSpacing;
-      off.push_back(std::abs(lines - std::round(lines)) * kSpacing);
-      seen.insert(std::lround(lines));
-    }
-    const double usual = median(off);
-    good = rig.paired(result) && usual < 0.1 * kSpacing;
-    std::printf(
-        "%zu frames at %zu of 50 angles %.1f mrad apart; off by %.3f mrad in the median, %.3f at most; a look "
-        "for the trigger takes up to %.3f mrad\n",
-        frames.size(), seen.size(), 1e3 * kSpacing, 1e3 * usual, 1e3 * *std::max_element(off.begin(), off.end()),
-        1e3 * rig.s.sweep_velocity / kPollHz);
+  constexpr std::size_t kAngles = 31;
+  WireRig rig;
+  const ScanResult result = rig.run({TriggerMode::kPosition, kSpacing, std::nullopt});
+  ASSERT_EQ(result.status, "complete");
+  const auto frames = rig.sink.of("mono", Phase::kSweep);
+  EXPECT_LE(frames.size(), kAngles);
+  EXPECT_GE(frames.size() + rig.count(result, "trigger_skipped") + rig.count(result, "trigger_lost"), kAngles);
+  ASSERT_GT(frames.size(), kAngles / 2);
+  std::vector<double> off;
+  for (const FrameRecord& f : frames) {
+    const double lines = (rig.truth(f).elbow - rig.s.sweep_from) / kSpacing;
+    off.push_back(std::abs(lines - std::round(lines)) * kSpacing);
   }
-  EXPECT_TRUE(good);
+  const double usual = median(off);
+  std::printf("%zu frames of %zu angles %.1f mrad apart; off by %.3f mrad in the median, %.3f at most\n", frames.size(),
+              kAngles, 1e3 * kSpacing, 1e3 * usual, 1e3 * *std::max_element(off.begin(), off.end()));
+  EXPECT_LT(usual, 0.1 * kSpacing);
 }
 
 TEST_F(GigeTrigger, ExposesAtWholePeriodsOfThePlan) {
-  bool good = false;
-  for (int attempt = 0; attempt < kAttempts && !good; ++attempt) {
-    WireRig rig;
-    const ScanResult result = rig.run({TriggerMode::kSoftware, 0, std::nullopt});
-    ASSERT_EQ(result.status, "complete");
-    Stamp zero;
-    for (const auto& e : rig.sink.events)
-      if (e.kind == kPlanZeroEvent) zero = e.when;
-    const auto frames = rig.sink.of("mono", Phase::kSweep);
-    ASSERT_GT(frames.size(), 30u);
-    std::vector<double> off;
-    for (const FrameRecord& f : frames) {
-      const double periods = seconds(rig.truth(f).middle - zero) * 25;
-      off.push_back(std::abs(periods - std::round(periods)) / 25);
-    }
-    const double usual = median(off);
-    good = rig.paired(result) && usual < 4e-3;
-    std::printf(
-        "%zu frames; off their time by %.2f ms in the median, %.2f at most; a look for the trigger takes up to "
-        "%.2f ms\n",
-        frames.size(), 1e3 * usual, 1e3 * *std::max_element(off.begin(), off.end()), 1e3 / kPollHz);
+  WireRig rig;
+  const ScanResult result = rig.run({TriggerMode::kSoftware, 0, std::nullopt});
+  ASSERT_EQ(result.status, "complete");
+  Stamp zero;
+  for (const auto& e : rig.sink.events)
+    if (e.kind == kPlanZeroEvent) zero = e.when;
+  const auto frames = rig.sink.of("mono", Phase::kSweep);
+  ASSERT_GT(frames.size(), 15u);
+  std::vector<double> off;
+  for (const FrameRecord& f : frames) {
+    const double periods = seconds(rig.truth(f).middle - zero) / kPeriod;
+    off.push_back(std::abs(periods - std::round(periods)) * kPeriod);
   }
-  EXPECT_TRUE(good);
+  const double usual = median(off);
+  std::printf("%zu frames; off their time by %.2f ms in the median, %.2f at most\n", frames.size(), 1e3 * usual,
+              1e3 * *std::max_element(off.begin(), off.end()));
+  EXPECT_LT(usual, 0.1 * kPeriod);
 }
 
 }  // namespace

@@ -3,15 +3,15 @@
 #include <sys/mman.h>
 #include <sys/resource.h>
 
+#include <atomic>
 #include <fstream>
-#include <regex>
-#include <thread>
 
 #include "drivers/arm/arm5e.hpp"
-#include "drivers/can/can_timing.hpp"
 #include "rig/executive/cycle.hpp"
 #include "tests/kernel/guest.hpp"
 #include "tests/kernel/realtime/arm_process.hpp"
+#include "tests/kernel/realtime/bus_watch.hpp"
+#include "tests/kernel/realtime/load.hpp"
 
 namespace tankrig::test {
 namespace {
@@ -25,8 +25,10 @@ constexpr const char* kBus = "vcan0";
 constexpr int kBitrate = 1'000'000;
 constexpr Duration kPeriod = milliseconds(1);
 constexpr Duration kSupervision = milliseconds(10);
-constexpr std::uint64_t kFirstCycles = 50;  // the exchange after the silence of the opening is a whole one
-constexpr Duration kLatest = microseconds(30);
+constexpr std::uint64_t kCycles = 20'000;
+constexpr std::uint64_t kFramesACycle = 3;
+constexpr double kLargestError = 1e-3;          // of the elbow at rest, by the driver against the truth [rad]
+constexpr Duration kLatest = microseconds(30);  // a wake-up; it tells the two kernels apart
 
 double us(Duration d) { return 1e-3 * static_cast<double>(d.count()); }
 
@@ -44,60 +46,21 @@ class ObedientLaser final : public Laser {
   std::atomic<bool> on_{false};
 };
 
-/// Frames that have been sent on the bus by anybody, as the kernel counts them.
-std::uint64_t frames_sent() {
-  std::ifstream file(std::string("/sys/class/net/") + kBus + "/statistics/tx_packets");
-  std::uint64_t frames = 0;
-  file >> frames;
-  return frames;
-}
-
-/// Processor, memory and network, as much as there is.
-class Load {
- public:
-  Load() : stress_({"stress-ng", "--quiet", "--cpu", "2", "--vm", "1", "--sock", "1"}) {
-    std::this_thread::sleep_for(seconds(2));  // of the guest's time: what it does first is reading itself from the host
-  }
-  ~Load() {
-    stress_.kill(SIGTERM);
-    stress_.wait();
-  }
-
- private:
-  Background stress_;
-};
-
-/// The peer: its worst wake-up latency under the same load.
-Duration loaded_cyclictest(int cycles) {
-  const Load load;
-  const std::string out =
-      shell("cyclictest -q -m -p " + std::to_string(kPriority) + " -i 1000 -l " + std::to_string(cycles));
-  std::smatch match;
-  if (!std::regex_search(out, match, std::regex("Min: *(\\d+).*Avg: *(\\d+).*Max: *(\\d+)")))
-    throw std::runtime_error("cyclictest said: " + out);
-  std::printf("cyclictest %d cycles: wake-up min %s, mean %s, max %s us\n", cycles, match.str(1).c_str(),
-              match.str(2).c_str(), match.str(3).c_str());
-  return microseconds(std::stol(match.str(3)));
-}
-
 void show(const char* what, const Histogram& h) {
   std::printf("%-10s us: min %.2f  p50 %.2f  p90 %.2f  p99 %.2f  p99.9 %.2f  max %.2f  (%llu)\n", what, us(h.min()),
               us(h.quantile(0.5)), us(h.quantile(0.9)), us(h.quantile(0.99)), us(h.quantile(0.999)), us(h.max()),
               static_cast<unsigned long long>(h.count()));
 }
 
-/// Frames on the bus, between two looks at the cycles: the cycle goes on while it is counted.
-struct FrameCount {
-  std::uint64_t before = 0, frames = 0, after = 0;
-};
-
-/// What 20 s of a sweep showed.
+/// What a sweep showed, from its first cycle to its last.
 struct Sweep {
   CycleTimes times;
   std::uint64_t answered = 0, records = 0, dropped = 0;
-  double largest_following_error = 0, elbow_way = 0, error_at_end = 0;
-  FrameCount frames_begin, frames_end;
-  std::uint64_t timeouts = 0;
+  double largest_following_error = 0, elbow_way = 0, error_at_rest = 1;
+  FrameHistogram frames_a_cycle{};
+  std::uint64_t frames = 0, frames_unseen = 0;
+  double timeouts = 0;  ///< of the driver, from its opening to its last stop
+  double idle_seconds = 0;
   long page_faults = 0;
   Fault fault = Fault::kNone;
   std::string what;
@@ -108,7 +71,7 @@ ScanPlan plan_of(ScanSettings& settings, const JointVector& stand) {
   settings.cycle_hz = 1000;
   settings.park = settings.posture = stand;
   settings.sweep_from = 1.1;
-  settings.sweep_to = 1.65;
+  settings.sweep_to = 1.75;
   settings.passes = 2;
   settings.real_time.priority = kPriority;
   settings.real_time.overruns = 0;  // counted only: the kernel's fault is what is to be seen
@@ -116,11 +79,11 @@ ScanPlan plan_of(ScanSettings& settings, const JointVector& stand) {
   return make_scan_plan(settings, stand);
 }
 
-Sweep sweep_for(int cycles) {
+/// Of `cycles`, all within the plan; fewer where an overrun ends it, but `at_least`.
+Sweep sweep_for(std::uint64_t cycles, std::uint64_t at_least, int memory_stressors, int network_stressors) {
   sim::ArmEmulatorParameters parameters;
   parameters.can_bitrate = kBitrate;
   ArmProcess emulator(kBus, parameters);
-  const Load load;
   ::mlockall(MCL_CURRENT | MCL_FUTURE);  // reads from the host what is not here yet, before anything keeps time
   MonotonicClock clock;
   Arm5eSettings arm_settings;
@@ -139,22 +102,28 @@ Sweep sweep_for(int cycles) {
         return stands.has_value();
       }))
     throw std::runtime_error("the arm does not answer");
+  const Load load(memory_stressors, network_stressors);  // not before: opening an arm is not real time, and one that
+                                                         // was silent is asked for everything
 
   ScanSettings settings;
   const ScanPlan plan = plan_of(settings, stands->q);
   std::printf("plan: %.1f s\n", plan.duration());
+  if (plan.duration() < 1e-3 * static_cast<double>(cycles)) throw std::runtime_error("the sweep is too short");
   ObedientLaser laser;
   Executive executive(plan, settings, *arm, laser, 4096);
+  BusWatch watch(kBus, kBitrate, arm_settings.can_ids, cycles + 1000, clock);
+  executive.set_listener(&watch);
   Sweep sweep;
   Cycle cycle(executive, clock, kPeriod, settings.real_time);
   executive.set_interlock(true);
   executive.heartbeat(clock.now());
+  const std::uint64_t frames_before = frames_once_silent(kBus);
+  const double idle_before = processor_idle();
   cycle.begin();
   cycle.turn();
   executive.start(clock.now() + milliseconds(100));
   executive.set_armed(true);
-  const auto count = [&] { return FrameCount{cycle.cycles(), frames_sent(), cycle.cycles()}; };
-  double lowest = 1e9, highest = -1e9, at_end = 0;
+  double lowest = 1e9, highest = -1e9;
   CycleRecord record;
   const auto supervise = [&] {
     executive.heartbeat(clock.now());
@@ -163,7 +132,6 @@ Sweep sweep_for(int cycles) {
       sweep.answered += record.has_joints;
       sweep.largest_following_error = std::max(sweep.largest_following_error, record.following_error);
       if (record.has_joints) {
-        at_end = record.joints.q[kElbow];
         lowest = std::min(lowest, record.joints.q[kElbow]);
         highest = std::max(highest, record.joints.q[kElbow]);
       }
@@ -174,23 +142,29 @@ Sweep sweep_for(int cycles) {
     }
     clock.sleep_until(clock.now() + kSupervision);
   };
-  while (cycle.cycles() < kFirstCycles) supervise();
-  sweep.frames_begin = count();
   rusage before{}, after{};
   ::getrusage(RUSAGE_SELF, &before);
-  while (cycle.cycles() < static_cast<std::uint64_t>(cycles)) supervise();
+  while (cycle.cycles() < at_least || (cycle.cycles() < cycles && cycle.overruns() == 0)) supervise();
   ::getrusage(RUSAGE_SELF, &after);
-  sweep.frames_end = count();
   cycle.end();
   supervise();
-  sweep.error_at_end = std::abs(at_end - emulator.truth()[kElbow]);
+  sweep.idle_seconds = processor_idle() - idle_before;
+  sweep.frames = frames_once_silent(kBus) - frames_before;
+  watch.finish();
+  sweep.frames_a_cycle = watch.frames_a_cycle();
+  sweep.frames_unseen = watch.lost();
   (void)arm->stop();
+  becomes_true([&] {
+    const auto news = arm->try_read();
+    if (news.ok() && news.value()) sweep.error_at_rest = std::abs(news.value()->q[kElbow] - emulator.truth()[kElbow]);
+    return sweep.error_at_rest < kLargestError;
+  });
   sweep.times = *cycle.times();
   sweep.dropped = executive.records_dropped();
   sweep.elbow_way = highest - lowest;
   sweep.page_faults = after.ru_minflt - before.ru_minflt + after.ru_majflt - before.ru_majflt;
   for (const Statistic& s : arm->statistics())
-    if (s.name == "timeouts") sweep.timeouts = static_cast<std::uint64_t>(s.value);
+    if (s.name == "timeouts") sweep.timeouts = s.value;
 
   EXPECT_TRUE(cycle.granted().fifo);
   EXPECT_TRUE(cycle.granted().memory_locked);
@@ -198,16 +172,20 @@ Sweep sweep_for(int cycles) {
   show("execution", sweep.times.execution);
   show("period", sweep.times.period);
   std::printf(
-      "cycles %llu, overruns %llu, missed %llu; records %llu, with the elbow's answer %llu; %.3f frames a cycle; "
-      "timeouts %llu; page faults %ld\nelbow's way %.3f rad, largest following error %.2f mrad, at the end %.3f mrad; "
-      "fault: %s %s\n",
+      "cycles %llu, overruns %llu, missed %llu; records %llu, with the elbow's answer %llu; timeouts %.0f; "
+      "page faults %ld; processor idle %.2f s\n",
       static_cast<unsigned long long>(sweep.times.cycles), static_cast<unsigned long long>(sweep.times.overruns),
       static_cast<unsigned long long>(sweep.times.missed_cycles), static_cast<unsigned long long>(sweep.records),
-      static_cast<unsigned long long>(sweep.answered),
-      static_cast<double>(sweep.frames_end.frames - sweep.frames_begin.frames) /
-          static_cast<double>(sweep.frames_end.before - sweep.frames_begin.before),
-      static_cast<unsigned long long>(sweep.timeouts), sweep.page_faults, sweep.elbow_way,
-      1e3 * sweep.largest_following_error, 1e3 * sweep.error_at_end, to_string(sweep.fault), sweep.what.c_str());
+      static_cast<unsigned long long>(sweep.answered), sweep.timeouts, sweep.page_faults, sweep.idle_seconds);
+  std::printf("frames %llu;", static_cast<unsigned long long>(sweep.frames));
+  for (std::size_t n = 0; n < sweep.frames_a_cycle.size(); ++n)
+    if (const auto cycles_so = sweep.frames_a_cycle[n])
+      std::printf(" %zu in each of %llu cycles;", n, static_cast<unsigned long long>(cycles_so));
+  std::printf(
+      " not seen %llu\nelbow's way %.3f rad, largest following error %.2f mrad, at rest %.3f mrad; "
+      "fault: %s %s\n",
+      static_cast<unsigned long long>(sweep.frames_unseen), sweep.elbow_way, 1e3 * sweep.largest_following_error,
+      1e3 * sweep.error_at_rest, to_string(sweep.fault), sweep.what.c_str());
   return sweep;
 }
 
@@ -215,10 +193,9 @@ bool kernel_is_preempt_rt() { return std::ifstream("/sys/kernel/realtime").good(
 
 TEST(RealTimeOnPreemptRt, KeepsOneKilohertzUnderLoadAsCyclictestDoes) {
   ASSERT_TRUE(kernel_is_preempt_rt());
-  constexpr int kCycles = 20'000;
-  const Sweep sweep = sweep_for(kCycles);
-  const Duration peer = loaded_cyclictest(kCycles);
-  EXPECT_GE(sweep.times.cycles, static_cast<std::uint64_t>(kCycles));
+  const Sweep sweep = sweep_for(kCycles, kCycles, 1, 1);
+  const Duration peer = loaded_cyclictest(kPriority, kCycles);
+  EXPECT_GE(sweep.times.cycles, kCycles);
   EXPECT_EQ(sweep.times.overruns, 0U);
   EXPECT_LE(2 * sweep.times.wake_up.max(), 3 * peer);
   EXPECT_LE(sweep.times.wake_up.max(), kLatest) << "the bound that tells this kernel from the standard one";
@@ -226,25 +203,24 @@ TEST(RealTimeOnPreemptRt, KeepsOneKilohertzUnderLoadAsCyclictestDoes) {
   EXPECT_EQ(sweep.dropped, 0U);
   EXPECT_EQ(sweep.records, sweep.times.cycles);
   EXPECT_GE(sweep.answered + 1, sweep.records) << "but for the first, every cycle has the answer to the one before";
-  const FrameCount &from = sweep.frames_begin, &to = sweep.frames_end;
-  constexpr std::uint64_t kOneWhole = 11;  // exchanges on their way at both ends, or one that was repeated as a whole
-  const std::uint64_t frames = to.frames - from.frames;
-  EXPECT_LE(frames, 3 * (to.after - from.before) + kOneWhole);
-  EXPECT_GE(frames + kOneWhole, 3 * (to.before - from.after));
+  EXPECT_EQ(sweep.frames_unseen, 0U);
+  EXPECT_EQ(sweep.frames_a_cycle[kFramesACycle], sweep.times.cycles) << "each of them";
+  EXPECT_EQ(sweep.frames, kFramesACycle * sweep.times.cycles) << "by the kernel's count";
+  EXPECT_EQ(sweep.timeouts, 0);
   EXPECT_GT(sweep.elbow_way, 0.55);
-  EXPECT_LT(sweep.error_at_end, 1e-3);
+  EXPECT_LT(sweep.error_at_rest, kLargestError);
   EXPECT_EQ(sweep.page_faults, 0);
+  EXPECT_LT(sweep.idle_seconds, 1) << "of twenty: the load is no load";
 }
 
-// The same program: what the test above asserts is the kernel's doing. Spikes of milliseconds come too, but not in
-// every run of this length.
-TEST(RealTimeOnTheStandardKernel, IsMissed) {
+// The same program: what the test above asserts is the kernel's doing. The load is heavier, so that no run is without
+// its milliseconds; docs/kernel_tests.md has the figures of PREEMPT_RT under it too.
+TEST(RealTimeOnTheStandardKernel, MissesCycles) {
   ASSERT_FALSE(kernel_is_preempt_rt());
-  constexpr int kCycles = 4000;
-  const Sweep sweep = sweep_for(kCycles);
-  (void)loaded_cyclictest(kCycles);
-  EXPECT_GT(sweep.times.wake_up.max(), 2 * kLatest);
-  EXPECT_GT(sweep.times.wake_up.quantile(0.99), kLatest);
+  const Sweep sweep = sweep_for(kCycles, 4000, 4, 2);
+  EXPECT_GT(sweep.times.overruns, 0U);
+  EXPECT_GT(sweep.times.wake_up.max(), kPeriod / 2) << "far beyond the 30 us of the other kernel";
+  EXPECT_GT(sweep.times.wake_up.quantile(0.99), kLatest) << "not once, but again and again";
 }
 
 }  // namespace

@@ -1,0 +1,260 @@
+// Every way an operator has out of a lit sweep, with the program on a terminal and the wires of real devices.
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <poll.h>
+#include <stdlib.h>
+#include <sys/ioctl.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <csignal>
+#include <cstring>
+#include <fstream>
+#include <functional>
+#include <future>
+#include <map>
+
+#include "drivers/arm/can_arm_link.hpp"
+#include "drivers/can/can_log.hpp"
+#include "sim_backends/wire/relay_emulator.hpp"
+#include "tests/program/program.hpp"
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+namespace tankrig::test {
+namespace {
+
+using namespace std::chrono_literals;
+
+/// The tank-wire rig, soon in its sweep and patient with a busy machine; its laser is a box of this process.
+fs::path wire_rig(const fs::path& folder) {
+  EXPECT_EQ(run_tankrig({"init", folder.string(), "--from", "tank-wire"}).exit_code, 0);
+  std::string text = read_text(folder / "rig.yaml");
+  const std::pair<std::string, std::string> edits[] = {
+      {"\nscan:\n",
+       "\nscan:\n  park_rad: [0, 0.13, 1.3, 0, 0.1]\n  dark_frames: 2\n"
+       "  control: {feedback_timeout_s: 1, heartbeat_timeout_s: 1}\n"
+       "  safety: {camera_timeout_s: 10, beam: {verify: false}}\n"},  // the cameras know nothing of the box
+      {"cycle_hz: 350", "cycle_hz: 100"},
+      {"limit: 100,", "limit: 0,"},
+      {"exchange_rate_hz: 350", "exchange_rate_hz: 100"},
+      {"device: runtime/laser", "device: " + (folder / "laser").string()},
+      {"warm_up_s: 1.0, answer_timeout_ms: 200", "warm_up_s: 1.0, answer_timeout_ms: 1000, opening_timeout_s: 20"},
+      {"power_up_rad: [0, 0.13, 0.9", "power_up_rad: [0, 0.13, 1.3"}};
+  for (const auto& [from, to] : edits) {
+    const std::size_t at = text.find(from);
+    EXPECT_NE(at, std::string::npos) << "the tank-wire rig no longer says: " << from;
+    if (at != std::string::npos) text.replace(at, from.size(), to);
+  }
+  write_text(folder / "rig.yaml", text);
+  return folder / "rig.yaml";
+}
+
+/// A scan on a terminal of its own.
+struct Scan {
+  fs::path folder;
+  MonotonicClock clock;
+  sim::MockLaser lamp{200ms, clock};
+  sim::RelayEmulator box;
+  int terminal = -1;
+  pid_t process = -1;
+  std::string screen;
+  int status = 0;
+
+  /// `where` has the rig.
+  explicit Scan(const fs::path& where)
+      : folder(where), box({.name = where / "laser", .protocol = {.status_query = 3}, .watchdog = 0s}, lamp) {
+    const std::array<std::string, 5> words{"tankrig", "scan", "--rig", folder / "rig.yaml", "--out"};
+    const std::string session = this->session(), source = TANKRIG_SOURCE_DIR;
+    terminal = ::posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC);  // nobody else's, so that its closing is a hang-up
+    std::array<char, 64> own{};
+    EXPECT_TRUE(::grantpt(terminal) == 0 && ::unlockpt(terminal) == 0 &&
+                ::ptsname_r(terminal, own.data(), own.size()) == 0);
+    process = ::fork();
+    if (process == 0) {
+      ::setsid();
+      const int end = ::open(own.data(), O_RDWR);
+      ::ioctl(end, TIOCSCTTY, 0);
+      for (const int standard : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) ::dup2(end, standard);
+      if (::chdir(source.c_str()) != 0) ::_exit(126);
+      ::execl(TANKRIG_PROGRAM, words[0].c_str(), words[1].c_str(), words[2].c_str(), words[3].c_str(), words[4].c_str(),
+              session.c_str(), nullptr);
+      ::_exit(127);
+    }
+  }
+  ~Scan() {
+    hang_up();
+    if (process > 0) {
+      ::kill(process, SIGKILL);
+      ::waitpid(process, nullptr, 0);
+    }
+  }
+  Scan(const Scan&) = delete;
+  Scan& operator=(const Scan&) = delete;
+
+  fs::path session() const { return folder / "session"; }
+  void press(char key) { EXPECT_EQ(::write(terminal, &key, 1), 1); }
+  void signal(int number) { EXPECT_EQ(::kill(process, number), 0); }
+  void hang_up() {
+    if (terminal >= 0) ::close(terminal);
+    terminal = -1;
+  }
+
+  /// Reads the screen until `condition` holds; false at the end of the program, or after a minute.
+  bool until(const std::function<bool()>& condition) {
+    for (const Stamp end = clock.now() + 60s; clock.now() < end;) {
+      if (condition()) return true;
+      if (::waitpid(process, &status, WNOHANG) == process) {
+        read_screen();
+        process = -1;
+        return condition();
+      }
+      read_screen();
+    }
+    return false;
+  }
+  bool lit() {
+    return until([this] { return box.relay_closed() && screen.find("scan: sweep") != std::string::npos; });
+  }
+  bool ended() {
+    return until([this] { return process < 0; });
+  }
+
+ private:
+  void read_screen() {
+    pollfd door{terminal, POLLIN, 0};
+    if (::poll(&door, 1, 10) <= 0 || !(door.revents & POLLIN)) return;
+    char text[4096];
+    if (const ssize_t n = ::read(terminal, text, sizeof text); n > 0) screen.append(text, static_cast<std::size_t>(n));
+  }
+};
+
+/// As the last demands on the bus say.
+bool arm_at_rest(const fs::path& session) {
+  std::map<canid_t, SlotBytes> newest;
+  const ArmCanIds ids;
+  for (const CanLogEntry& entry : read_can_log(session / "can.log").entries)
+    if (std::find(ids.demand.begin(), ids.demand.end(), entry.frame.can_id) != ids.demand.end())
+      std::copy_n(entry.frame.data, 8, newest[entry.frame.can_id].begin());
+  return newest.size() == kJoints && std::all_of(newest.begin(), newest.end(), [](const auto& demand) {
+           return decode_demand(demand.second).type == DemandType::kStop;
+         });
+}
+
+struct WayOut {
+  std::string name;
+  std::function<void(Scan&)> take;
+};
+
+std::vector<WayOut> ways_out() {
+  const auto by = [](int number) { return [number](Scan& scan) { scan.signal(number); }; };
+  return {{"stop key", [](Scan& scan) { scan.press(' '); }},
+          {"Ctrl-Z", [](Scan& scan) { scan.press('\x1a'); }},
+          {"closed terminal", [](Scan& scan) { scan.hang_up(); }},
+          {"TERM", by(SIGTERM)},
+          {"HUP", by(SIGHUP)},
+          {"QUIT", by(SIGQUIT)},
+          {"USR1", by(SIGUSR1)},
+          {"real-time signal", by(SIGRTMAX)},
+          {"INT, then TERM", [](Scan& scan) {
+             scan.signal(SIGINT);
+             scan.signal(SIGTERM);
+           }}};
+}
+
+/// Signals by what the kernel says that the process does with them: "SigCgt", "SigIgn".
+bool does(pid_t process, const char* what, int signal) {
+  std::ifstream file("/proc/" + std::to_string(process) + "/status");
+  for (std::string word; file >> word;)
+    if (word == std::string(what) + ":" && file >> word)
+      return (std::stoull(word, nullptr, 16) >> (signal - 1) & 1U) != 0;
+  return false;
+}
+
+const std::string& forbidden() {
+  static const std::string reason = [] {
+    const ProgramRun run = run_tankrig({"emulate", "--rig", "tank-wire", "--device", "cameras", "--", "true"});
+    return forbids_private_network(run) ? run.err : std::string();
+  }();
+  return reason;
+}
+
+std::string left_by(const WayOut& way, const fs::path& folder) {
+  Scan scan(folder);
+  if (!scan.lit()) return "never lit: " + scan.screen;
+  way.take(scan);
+  if (!scan.ended()) return "does not end";
+  std::string wrong;
+  const auto expect = [&](bool well, const std::string& what) { wrong += well ? "" : what + "; "; };
+  expect(WIFEXITED(scan.status) && WEXITSTATUS(scan.status) == 3, "status " + std::to_string(scan.status));
+  expect(!scan.box.relay_closed(), "relay closed");
+  expect(scan.terminal < 0 || scan.screen.find("laser off, arm at rest") != std::string::npos, "does not tell");
+  expect(arm_at_rest(scan.session()), "arm driven");
+  expect(read_text(scan.session() / "session.yaml").find("stopped") != std::string::npos, "session not closed");
+  return wrong.empty() ? wrong : wrong + scan.screen;
+}
+
+TEST(WaysOut, EndEachInDarkAndRestWithCodeThreeAndAReadableSession) {
+  if (!forbidden().empty()) GTEST_SKIP() << forbidden();
+  constexpr std::size_t kAtOnce = 3;
+  const std::vector<WayOut> ways = ways_out();
+  const fs::path folder = scratch_folder();
+  for (std::size_t begin = 0; begin < ways.size(); begin += kAtOnce) {
+    std::vector<std::future<std::string>> outcomes;
+    for (std::size_t i = begin; i < std::min(begin + kAtOnce, ways.size()); ++i)
+      outcomes.push_back(
+          std::async(std::launch::async, left_by, ways[i], wire_rig(folder / std::to_string(i)).parent_path()));
+    for (std::size_t i = 0; i < outcomes.size(); ++i) {
+      EXPECT_EQ(outcomes[i].get(), "") << ways[begin + i].name;
+      EXPECT_EQ(run_tankrig({"session", "info", (folder / std::to_string(begin + i) / "session").string()}).exit_code,
+                0);
+    }
+  }
+}
+
+TEST(WaysOut, AreAllSignalsThatCanBeCaughtAndTheThirdEndsTheProgramInTheDark) {
+  if (!forbidden().empty()) GTEST_SKIP() << forbidden();
+  Scan scan(wire_rig(scratch_folder() / "rig").parent_path());
+  ASSERT_TRUE(scan.lit()) << scan.screen;
+  for (int signal = 1; signal <= SIGRTMAX; ++signal) {
+    const auto is = [signal](std::initializer_list<int> some) {
+      return std::find(some.begin(), some.end(), signal) != some.end();
+    };
+    if (is({SIGKILL, SIGSTOP, SIGCHLD, SIGCONT, SIGURG, SIGWINCH, 32, 33}))
+      continue;  // end nothing, or nobody's to catch
+    const bool ignored = is({SIGPIPE, SIGXFSZ});
+    EXPECT_TRUE(does(scan.process, ignored ? "SigIgn" : "SigCgt", signal)) << ::strsignal(signal);
+  }
+  for (const int signal : {SIGINT, SIGTERM, SIGUSR1}) scan.signal(signal);
+  ASSERT_TRUE(scan.ended());
+  ASSERT_TRUE(WIFSIGNALED(scan.status)) << scan.status;
+  EXPECT_THAT(WTERMSIG(scan.status), testing::AnyOf(SIGINT, SIGTERM, SIGUSR1));
+  EXPECT_TRUE(scan.until([&] { return !scan.box.relay_closed(); }));
+  EXPECT_TRUE(scan.box.off_since());
+  termios mode{};
+  EXPECT_TRUE(::tcgetattr(scan.terminal, &mode) == 0 && (mode.c_lflag & ICANON) && (mode.c_lflag & ECHO));
+}
+
+TEST(WaysOut, AFileThatMayNotGrowEndsTheScanInsteadOfTheProgram) {
+  const fs::path rig = edited_rig(scratch_folder() / "rig", "dark_frames: 10", "dark_frames: 2");
+  const fs::path session = scratch_folder() / "session";
+  rlimit before{};
+  ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
+  const rlimit limit{rlim_t{24} << 20, before.rlim_max};
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &limit), 0);
+  const ProgramRun run = run_tankrig({"scan", "--rig", rig.string(), "--out", session.string()});
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &before), 0);
+  EXPECT_EQ(run.exit_code, 3) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("File too large; laser off, arm at rest"));
+  EXPECT_THAT(read_text(session / "events.csv"), HasSubstr(",laser,on"));
+  EXPECT_EQ(run_tankrig({"session", "info", session.string()}).exit_code, 0);
+}
+
+}  // namespace
+}  // namespace tankrig::test

@@ -1,0 +1,18 @@
+// A measurement in a process of its own: whatever becomes of it, the next one is made.
+#pragma once
+
+#include <functional>
+#include <string>
+
+namespace tankrig::scenarios {
+
+/// A line of the page, and what is wrong with it.
+struct Measured {
+  std::string line, status, why;
+};
+
+/// `measure` runs in a child, which is killed if it takes longer than `longest_s`. Its death or an exception is what is
+/// wrong then; `line` is empty.
+Measured measured_apart(const std::function<Measured()>& measure, unsigned longest_s);
+
+}  // namespace tankrig::scenarios

@@ -1,0 +1,175 @@
+#include "tests/scenarios/page.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <map>
+
+namespace tankrig::scenarios {
+namespace {
+
+constexpr char kHeading[] = R"md(# What a fault does, measured
+Made by `cmake --build build --target reliability && build/tests/scenarios/reliability docs/reliability.md`, every line of
+it, in one run of about ten minutes; exit code 0 if no row is wrong. Every fault of every device that offers it
+(docs/faults.md) begins in the sweep with the laser on, unless its row says otherwise, with the defaults of a fault plan
+but for what its row names.
+
+* `mock`: the small rig of tests/scenarios in virtual time, cycle 200 Hz; the same figures on every machine. Its devices
+  have no wires.
+* `can`, `serial`: real drivers on emulated wires in real time, the arm on that carrier, one CLOCK_MONOTONIC for drivers
+  and emulators. %MACHINE%
+
+| column | | must be |
+|---|---|---|
+| must | words of the status that the scan must end with (one of them, where there are several); `complete`: it must not be stopped | found |
+| detected | from the fault's begin until a call failed or the scan said so [ms] | |
+| off, cycles | steps of the executive from detection to the command that switches the laser off | at most 2 |
+| off, command | the same [ms] | |
+| off, byte | from detection until the relay's line had the byte that says off [ms] | at most %WIRE% |
+| relay open | from detection until its contact opened [ms] | at most %WIRE%; by its own watchdog: %RELAY% after the fault |
+| stop, cycles | steps from the laser's command to the arm's, which comes strictly later | at most 1 |
+| stop | from detection until the arm was commanded to rest (mock), or had the demand for rest on its wire [ms] | at most %WIRE% |
+| machine late | see below [ms] | |
+| lost | frames that were taken and are not in the session, by reason | |
+| session, left | the session's status, and what the devices themselves confirmed at the end | true of the devices |
+| verdict | ok, or what is wrong; "scan 2": the first told nothing | ok |
+
+Bounds in ms are for a machine that is never late; allowed is twice more what a thread that only looks at the clock and
+passes a byte through a pseudo-terminal was late at most in that scan, the column "machine late".
+
+"before": before detection already, because the laser's driver drops the command by itself or the sweep was over.
+"never": it did not get one. "-": there is nothing to measure.
+
+A scan on wires is made again, at most four times, if it ended before its fault began, or if the machine was
+so late that the scan was stopped for another device's silence or the program's own, within all these bounds. After every scan on wires the
+relay's contact is open (unless it has welded) and the arm at rest, also where a command could not reach them.
+
+)md";
+
+constexpr char kTableHead[] =
+    "| device | fault | on | must | detected | off, cycles | off, command | off, byte | relay open | stop, cycles | "
+    "stop | machine late | lost | session, left | verdict |\n"
+    "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
+
+constexpr char kElsewhere[] = R"(
+## What has no row
+Cameras on wires are GigE Vision. Emulated Video for Linux cameras need a kernel with loop-back video devices, which the
+guest of tests/kernel has; what a cut or a stall does to their driver is tested on a scripted device (tests/camera). The
+lux meter on wires is the PCE-174: that one and the T-10A are read after the scan by the same interface, on the same kind
+of line; the T-10A's faults are in tests/serial.
+
+| device | fault | on | n/a: because |
+|---|---|---|---|
+)";
+
+void replace(std::string& text, const std::string& name, const std::string& value) {
+  for (auto at = text.find(name); at != std::string::npos; at = text.find(name, at + value.size()))
+    text.replace(at, name.size(), value);
+}
+
+std::string in_ms(Duration time) { return std::to_string(time / std::chrono::milliseconds{1}) + " ms"; }
+
+/// Frames that were taken and are not in the session, by reason.
+std::string lost(const Outcome& o) {
+  std::string text;
+  for (const auto& [name, count] : o.counts) {
+    const std::string reason = name.substr(name.find('.') + 1);
+    if (count == 0 || name.starts_with("cycle.") || name.starts_with("sync.") || reason == "recorded" ||
+        reason == "not_recorded")
+      continue;
+    text += (text.empty() ? "" : ", ") + name + " " + std::to_string(count);
+  }
+  return text.empty() ? "0" : text;
+}
+
+/// Without what differs from run to run or would end a cell.
+std::string cell(std::string text) {
+  std::ranges::replace(text, '|', '/');
+  std::ranges::replace(text, '\n', ' ');
+  const std::string temporary = std::filesystem::temp_directory_path().string();
+  if (const auto at = text.find(temporary); at != std::string::npos) {
+    const auto end = text.find(": ", at);
+    text.erase(at, end == std::string::npos ? end : end + 2 - at);
+  }
+  return text;
+}
+
+std::string verdict_cell(const std::string& why) { return why.empty() ? "ok" : "**" + cell(why) + "**"; }
+
+std::string beginning(const Trial& t) {
+  const std::string how = argument(t.fault);
+  return std::string("| ") + sim::to_string(t.fault.device) + " | " + sim::to_string(t.fault.kind) +
+         (how.empty() ? "" : ", " + how) + " | " + to_string(t.place) + " | " + t.must + " | ";
+}
+
+std::string times(const Row& row) {
+  if (!row.outcome.reaction) return "- | - | - | - | - | - | -";
+  const Reaction& r = *row.outcome.reaction;
+  return after(r.detected, row.outcome.begun) + " | " + std::to_string(r.laser_cycles) + " | " +
+         after(r.laser_off, r.detected) + " | " +
+         (row.wire ? after(row.wire->off_byte, r.detected) + " | " + after(row.wire->opened, r.detected) : "- | -") +
+         " | " + std::to_string(r.arm_cycles) + " | " +
+         after(row.wire ? row.wire->rest : std::optional(r.arm_stop), r.detected);
+}
+
+}  // namespace
+
+std::string after(std::optional<Stamp> when, Stamp since) {
+  if (!when) return "never";
+  if (*when < since) return "before";
+  char text[32];
+  std::snprintf(text, sizeof text, "%.1f", 1e3 * seconds(*when - since));
+  return text;
+}
+
+std::string page_heading(const std::string& machine) {
+  std::string text = kHeading;
+  replace(text, "%MACHINE%", machine);
+  replace(text, "%WIRE%", in_ms(kOnTheWire));
+  replace(text, "%RELAY%", in_ms(kRelayAlone));
+  return text + kTableHead;
+}
+
+std::string page_row(const Row& row, const std::string& why, int vain) {
+  const Outcome& o = row.outcome;
+  const std::string late = row.wire ? after(Stamp{} + row.wire->machine_late, Stamp{}) : "-";
+  const bool lux_says = row.trial.fault.device == sim::FaultDevice::kLuxMeter;
+  return beginning(row.trial) + times(row) + " | " + late + " | " + lost(o) + " | " + cell(o.status) + "; " +
+         to_string(o.left) + (lux_says ? "; reading: " + cell(o.lux) : "") + " | " + verdict_cell(why) +
+         (vain > 0 ? ", scan " + std::to_string(vain + 1) : "") + " |\n";
+}
+
+std::string page_row(const Trial& trial, const std::string& why) {
+  return beginning(trial) + "- | - | - | - | - | - | - | - | - | - | " + verdict_cell(why) + " |\n";
+}
+
+std::string page_absences() {
+  struct Line {
+    std::string device, where, reason, kinds;
+  };
+  std::vector<Line> lines;
+  for (const Absence& a : absences()) {
+    const auto same = std::ranges::find_if(lines, [&](const Line& l) {
+      return l.device == sim::to_string(a.device) && l.where == a.where && l.reason == a.reason;
+    });
+    if (same == lines.end())
+      lines.push_back({sim::to_string(a.device), a.where, a.reason, sim::to_string(a.kind)});
+    else
+      same->kinds += std::string(", ") + sim::to_string(a.kind);
+  }
+  std::string text = kElsewhere;
+  for (const Line& l : lines)
+    text += "| " + l.device + " | " + l.kinds + " | " + l.where + " | " +
+            (l.reason.empty() ? "**no reason**" : l.reason) + " |\n";
+  return text;
+}
+
+std::string page_killed_heading() {
+  return "\n## The scanning process is killed (SIGKILL)\nNobody commands anything any more: the devices' own watchdogs "
+         "act (relay 1 s after its last refresh, at most " +
+         in_ms(kRelayAlone) + " after the kill; arm 500 ms after its last demand, at rest at most " + in_ms(kArmAlone) +
+         " after the kill; and twice what the machine was late).\n\n| carrier | relay open [ms] | arm at rest [ms] | "
+         "verdict |\n|---|---|---|---|\n";
+}
+
+}  // namespace tankrig::scenarios

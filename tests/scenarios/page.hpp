@@ -1,0 +1,23 @@
+// docs/reliability.md as text.
+#pragma once
+
+#include <string>
+
+#include "tests/scenarios/verdict.hpp"
+
+namespace tankrig::scenarios {
+
+/// A time after `since` [ms]; "before" it; "never".
+std::string after(std::optional<Stamp> when, Stamp since);
+
+/// `machine`: where and how it was made, a sentence.
+std::string page_heading(const std::string& machine);
+/// One line of the table, `why` it is wrong, or empty; `vain`: so many scans before it told nothing.
+std::string page_row(const Row& row, const std::string& why, int vain);
+/// The line of a trial that gave nothing.
+std::string page_row(const Trial& trial, const std::string& why);
+/// What has no trial, and why.
+std::string page_absences();
+std::string page_killed_heading();
+
+}  // namespace tankrig::scenarios

@@ -1,0 +1,122 @@
+#include "tests/scenarios/verdict.hpp"
+
+#include <algorithm>
+#include <cstdio>
+
+namespace tankrig::scenarios {
+namespace {
+
+using D = sim::FaultDevice;
+using K = sim::FaultKind;
+
+constexpr Duration kStarved = std::chrono::milliseconds{25};  // an emulator that is as late twice is taken for silent
+
+std::string ms(Duration time) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.1f ms", 1e3 * seconds(time));
+  return text;
+}
+
+bool ended_early(const Outcome& o) { return !o.has_begun || (o.reaction && o.reaction->detected < o.begun); }
+
+bool ended_as(const std::string& must, const std::string& status) {
+  constexpr std::string_view kOr = " or ";
+  const auto next = must.find(kOr);
+  const std::string words = must.substr(0, next);
+  if (words == "complete" ? status == words : status.find(words) != std::string::npos) return true;
+  return next != std::string::npos && ended_as(must.substr(next + kOr.size()), status);
+}
+
+struct Reach {
+  bool off_byte = true, contact = true, arm = true;
+};
+
+/// What a command can still do on the wire.
+Reach reach(const sim::FaultSpec& fault) {
+  const auto is = [&](D device, std::initializer_list<K> kinds) {
+    return fault.device == device && std::find(kinds.begin(), kinds.end(), fault.kind) != kinds.end();
+  };
+  return {.off_byte = !is(D::kLaser, {K::kUnplugged}),
+          .contact = !is(D::kLaser, {K::kUnplugged, K::kOff, K::kStuck}),
+          .arm = !is(D::kArm, {K::kOff, K::kBusOff, K::kEnobufs, K::kUnplugged})};
+}
+
+std::string late_command(const Reaction& r) {
+  if (!r.laser_first) return "the arm was stopped before the laser was off";
+  if (r.laser_cycles > 2) return "laser off commanded " + std::to_string(r.laser_cycles) + " cycles after detection";
+  if (r.arm_cycles > 1) return "arm stopped " + std::to_string(r.arm_cycles) + " cycles after the laser";
+  return "";
+}
+
+std::string late_on_wire(const char* what, std::optional<Stamp> when, Stamp detected, Duration longest) {
+  if (!when) return std::string(what) + " never";
+  if (*when - detected > longest) return std::string(what) + " " + ms(*when - detected) + " after detection";
+  return "";
+}
+
+std::string wrong_on_wire(const Row& row) {
+  const WireMarks& w = *row.wire;
+  const sim::FaultSpec& fault = row.trial.fault;
+  const Reach can = reach(fault);
+  if (can.off_byte && !w.off_byte) return "the line's last command does not say off";
+  if (w.contact_closed && !(fault.device == D::kLaser && fault.kind == K::kStuck)) return "the contact is closed";
+  if (w.arm_moves) return "the arm moves";
+  if (!row.outcome.reaction) return "";
+  const Stamp detected = row.outcome.reaction->detected;
+  const Duration longest = allowed(kOnTheWire, w.machine_late);
+  std::string why;
+  if (can.off_byte) why = late_on_wire("off byte", w.off_byte, detected, longest);
+  if (why.empty() && can.contact) why = late_on_wire("contact open", w.opened, detected, longest);
+  if (why.empty() && can.arm) why = late_on_wire("demand for rest", w.rest, detected, longest);
+  if (!why.empty()) return why;
+  const bool alone = !can.contact && !w.contact_closed;
+  if (alone && (!w.opened || *w.opened - row.outcome.begun > allowed(kRelayAlone, w.machine_late)))
+    return w.opened ? "contact open " + ms(*w.opened - row.outcome.begun) + " after the fault" : "contact open never";
+  return "";
+}
+
+/// What is said to be safe must be so.
+std::string untrue_end(const Row& row) {
+  const Outcome& o = row.outcome;
+  if (row.wire) return o.left.laser_dark && row.wire->contact_closed ? "said to be off, but the contact is closed" : "";
+  const bool stray = row.trial.fault.device == D::kBeam && row.trial.fault.kind == K::kStuck;
+  if (o.left.laser_dark && o.beam_left_on && !stray) return "said to be off, but the beam is on";
+  if (o.left.arm_at_rest && o.moving > 0.01) return "said to be at rest, but moves";
+  return "";
+}
+
+}  // namespace
+
+std::string broken(const Row& row) {
+  const Outcome& o = row.outcome;
+  const Trial& t = row.trial;
+  if (ended_early(o)) return "ended before the fault began";
+  if (!ended_as(t.must, o.status)) return (o.stopped() ? "" : "not detected: ") + ("expected \"" + t.must + "\"");
+  if (o.stopped() && !o.reaction) return "laser and arm were not both commanded off";
+  std::string why;
+  if (o.reaction) why = late_command(*o.reaction);
+  if (why.empty() && row.wire) why = wrong_on_wire(row);
+  if (why.empty()) why = untrue_end(row);
+  if (!why.empty()) return why;
+  if (o.lux.find(t.lux) == std::string::npos) return "lux meter: found \"" + o.lux + "\", expected \"" + t.lux + "\"";
+  if (const auto count = o.counts.find(t.counted);
+      !t.counted.empty() && (count == o.counts.end() || count->second == 0))
+    return t.counted + " is 0";
+  return "";
+}
+
+bool inconclusive(const Row& row) {
+  const Outcome& o = row.outcome;
+  if (ended_early(o)) return true;
+  if (!row.wire || row.wire->machine_late < kStarved || !o.stopped()) return false;
+  const D device = row.trial.fault.device;
+  const auto blames = [&](const char* words) { return o.status.find(words) != std::string::npos; };
+  const bool other = (device != D::kLaser && blames("laser relay: read state: timed out")) ||
+                     (device != D::kArm && blames("arm: silent: timed out")) ||
+                     (device != D::kCamera && blames("heartbeat late"));
+  Row as_it_ended = row;
+  as_it_ended.trial.must = "stopped";
+  return other && broken(row).starts_with("expected") && broken(as_it_ended).empty();
+}
+
+}  // namespace tankrig::scenarios

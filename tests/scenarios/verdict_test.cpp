@@ -1,0 +1,180 @@
+// Whether a measured row is judged as it should be, and whether every fault is put to the test.
+#include "tests/scenarios/verdict.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace tankrig::scenarios {
+namespace {
+
+using namespace std::chrono_literals;
+using ::testing::HasSubstr;
+using D = sim::FaultDevice;
+using K = sim::FaultKind;
+
+constexpr Stamp kBegun{1'000'000'000};
+constexpr Stamp kDetected = kBegun + 10ms;
+
+/// The interlock opened on wires, and everything went as it must.
+Row good_row() {
+  Row row;
+  row.trial.place = Place::kCan;
+  row.trial.fault.device = D::kInterlock;
+  row.trial.fault.kind = K::kOff;
+  row.trial.must = "interlock open";
+  row.outcome.status = "stopped: interlock open in \"sweep pass 0\"";
+  row.outcome.has_begun = true;
+  row.outcome.begun = kBegun;
+  row.outcome.left = {true, true};
+  row.outcome.reaction = Reaction{kDetected, kDetected, kDetected, 0, 0, true};
+  row.wire = WireMarks{kDetected + 1ms, kDetected + 1ms, kDetected + 2ms, false, false, {}};
+  return row;
+}
+
+/// The same with the relay's line pulled: no byte comes, the box opens by itself.
+Row unplugged_row() {
+  Row row = good_row();
+  row.trial.fault.device = D::kLaser;
+  row.trial.fault.kind = K::kUnplugged;
+  row.wire->off_byte.reset();
+  row.wire->opened = kBegun + 950ms;
+  return row;
+}
+
+TEST(Verdict, ARowAsItMustBeIsNotWrong) {
+  EXPECT_EQ(broken(good_row()), "");
+  EXPECT_EQ(broken(unplugged_row()), "");
+}
+
+TEST(Verdict, AScanThatCompletesThoughItsFaultMustStopItIsWrong) {
+  Row row = good_row();
+  row.outcome.status = "complete";
+  row.outcome.reaction.reset();
+  EXPECT_THAT(broken(row), HasSubstr("not detected"));
+}
+
+TEST(Verdict, AScanThatStopsForAnotherReasonIsWrong) {
+  Row row = good_row();
+  row.outcome.status = "stopped: heartbeat late";
+  EXPECT_THAT(broken(row), HasSubstr("expected \"interlock open\""));
+}
+
+TEST(Verdict, AScanThatStopsThoughNothingMayStopItIsWrong) {
+  Row row = good_row();
+  row.trial.must = "complete";
+  EXPECT_THAT(broken(row), HasSubstr("expected \"complete\""));
+}
+
+TEST(Verdict, OneOfSeveralEndsIsEnough) {
+  Row row = good_row();
+  row.trial.must = "complete or interlock open";
+  EXPECT_EQ(broken(row), "");
+  row.trial.must = "interlock open or arm silent";
+  EXPECT_EQ(broken(row), "");
+  row.trial.must = "complete or arm silent";
+  EXPECT_NE(broken(row), "");
+}
+
+TEST(Verdict, AScanThatEndsBeforeItsFaultIsWrong) {
+  Row row = good_row();
+  row.outcome.has_begun = false;
+  EXPECT_THAT(broken(row), HasSubstr("before the fault"));
+  row = good_row();
+  row.outcome.begun = kDetected + 1ms;
+  EXPECT_THAT(broken(row), HasSubstr("before the fault"));
+}
+
+TEST(Verdict, ACommandThatComesACycleTooLateIsWrong) {
+  Row row = good_row();
+  row.outcome.reaction->laser_cycles = 3;
+  EXPECT_THAT(broken(row), HasSubstr("laser off commanded 3 cycles"));
+  row = good_row();
+  row.outcome.reaction->arm_cycles = 2;
+  EXPECT_THAT(broken(row), HasSubstr("arm stopped 2 cycles"));
+  row = good_row();
+  row.outcome.reaction->laser_first = false;
+  EXPECT_THAT(broken(row), HasSubstr("before the laser"));
+}
+
+TEST(Verdict, AByteAContactOrADemandThatComesTooLateOrNeverIsWrong) {
+  for (std::optional<Stamp> WireMarks::*mark : {&WireMarks::off_byte, &WireMarks::opened, &WireMarks::rest}) {
+    Row row = good_row();
+    (*row.wire).*mark = kDetected + kOnTheWire + 1ms;
+    EXPECT_THAT(broken(row), HasSubstr("after detection"));
+    (*row.wire).*mark = std::nullopt;
+    EXPECT_NE(broken(row), "");
+    (*row.wire).*mark = kDetected - 1ms;
+    EXPECT_EQ(broken(row), "") << "before detection is early enough";
+  }
+}
+
+TEST(Verdict, ABoxThatMustOpenByItselfHasItsWatchdogsTime) {
+  Row row = unplugged_row();
+  row.wire->opened = kBegun + kRelayAlone + 1ms;
+  EXPECT_THAT(broken(row), HasSubstr("after the fault"));
+  row.wire->opened.reset();
+  EXPECT_THAT(broken(row), HasSubstr("never"));
+}
+
+TEST(Verdict, AClosedContactOrAMovingArmAfterTheScanIsWrong) {
+  Row row = good_row();
+  row.wire->contact_closed = true;
+  EXPECT_THAT(broken(row), HasSubstr("contact is closed"));
+  row = good_row();
+  row.wire->arm_moves = true;
+  EXPECT_THAT(broken(row), HasSubstr("arm moves"));
+}
+
+TEST(Verdict, AReadingOrACountThatIsMissingIsWrong) {
+  Row row = good_row();
+  row.outcome.lux = "60.000000";
+  row.trial.lux = "no answer";
+  EXPECT_THAT(broken(row), HasSubstr("lux meter"));
+  row.trial.lux.clear();
+  row.trial.counted = "mono.lost";
+  EXPECT_THAT(broken(row), HasSubstr("mono.lost is 0"));
+}
+
+TEST(Verdict, WhatTheMachineWasLateIsAllowedForTwice) {
+  Row row = good_row();
+  row.wire->machine_late = 50ms;
+  row.wire->off_byte = kDetected + kOnTheWire + 100ms;
+  EXPECT_EQ(broken(row), "");
+  row.wire->off_byte = kDetected + kOnTheWire + 101ms;
+  EXPECT_NE(broken(row), "");
+}
+
+TEST(Verdict, NothingIsLearntWhereAStarvedMachineMadeAnotherDeviceFallSilentFirst) {
+  Row row = good_row();
+  row.wire->machine_late = 30ms;
+  EXPECT_FALSE(inconclusive(row));
+  row.outcome.status = "stopped: laser failed: laser relay: read state: timed out in \"sweep pass 0\"";
+  EXPECT_TRUE(inconclusive(row));
+  row.wire->machine_late = 1ms;
+  EXPECT_FALSE(inconclusive(row)) << "a machine that had the time is no excuse";
+  row.wire->machine_late = 30ms;
+  row.wire->off_byte = kDetected + kOnTheWire + 61ms;
+  EXPECT_FALSE(inconclusive(row)) << "a stop that was too late is wrong, whatever it was for";
+  row = good_row();
+  row.wire->machine_late = 30ms;
+  row.trial.fault.device = D::kLaser;
+  row.outcome.status = "stopped: laser failed: laser relay: read state: timed out in \"sweep pass 0\"";
+  EXPECT_FALSE(inconclusive(row)) << "that is the fault's own device";
+  row.outcome.status = "complete";
+  EXPECT_FALSE(inconclusive(row)) << "a fault that was not detected is wrong";
+}
+
+TEST(Trials, EveryFaultOfEveryDeviceIsTriedOrHasItsReason) {
+  for (const Absence& absence : absences())
+    EXPECT_NE(absence.reason, "") << sim::to_string(absence.device) << ' ' << sim::to_string(absence.kind) << " on "
+                                  << absence.where;
+}
+
+TEST(Trials, NothingIsTriedThatIsNotOffered) {
+  for (const Trial& trial : trials())
+    EXPECT_NO_THROW(sim::FaultPlan{{trial.fault}}.check(trial.place == Place::kMock ? sim::FaultLevel::kMock
+                                                                                    : sim::FaultLevel::kWire));
+}
+
+}  // namespace
+}  // namespace tankrig::scenarios
