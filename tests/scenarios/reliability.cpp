@@ -125,11 +125,12 @@ double load() {
 std::string machine(const Asked& asked) {
   utsname system{};
   ::uname(&system);
+  const std::string release = system.release;
   char text[96];
   std::snprintf(text, sizeof text, ", %u processors, load average %.1f when it began.",
                 std::thread::hardware_concurrency(), load());
   return std::string(asked.whole() ? "" : "**A part of the table only.** ") + "This run: " + system.sysname + " " +
-         system.release + text;
+         release.substr(0, release.find_first_not_of("0123456789.")) + text;
 }
 
 class Run {
