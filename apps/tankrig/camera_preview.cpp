@@ -192,6 +192,7 @@ ScanResult lit_preview(const CameraPreviewOptions& options, const RigConfig& rig
   try {
     return run_scan(job);
   } catch (const InputError& e) {
+    if (job.result.status.empty()) throw;  // nothing was touched
     throw InputError(std::string(e.what()) + "; " + to_string(job.result.left));
   }
 }

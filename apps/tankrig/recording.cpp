@@ -148,13 +148,17 @@ ScanResult record_scan(const ScanOptions& options, const RigConfig& rig, const S
   ScanResult& result = job.result;
   try {
     run_scan(job);
-  } catch (const std::exception&) {
-    left = result.left;
+  } catch (const std::exception& e) {
+    if (result.status.empty())
+      result.status = std::string("stopped: ") + e.what();
+    else
+      left = result.left;
     as_far_as_possible([&] { keep_figures(writer, rig, backend, result); });
     as_far_as_possible([&] { writer.close(result.status); });
     throw;
   }
   left = result.left;
+  keep_figures(writer, rig, backend, result);
   for (const std::string& fault : faults.never_began()) {
     progress.warn("faults: " + fault + ": never began");
     writer.event(backend.clock().now(), "injected", fault + " never began");
@@ -165,7 +169,6 @@ ScanResult record_scan(const ScanOptions& options, const RigConfig& rig, const S
       progress.warn(e.what());
       writer.event(backend.clock().now(), "fault", e.what());
     }
-  keep_figures(writer, rig, backend, result);
   const std::atomic<bool>* stop = StopOnSignal::requested() ? nullptr : &StopOnSignal::requested();
   writer.close(result.status, {[&](double fraction) { progress.update("writing pictures", fraction); }, stop});
   write_checksums(path);

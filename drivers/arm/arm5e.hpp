@@ -26,7 +26,7 @@ namespace tankrig {
 /// Faults, each told once by try_read and then kept until clear_faults(): over-current, water, encoders that lost their
 /// reference, an axis beyond its limits. The arm is stopped, set-points are refused, states go on.
 ///
-/// Threads: the cycle's; stop() and statistics() any. Whoever is inside holds a flag that nobody waits for: a stop()
+/// Threads: the cycle's; stop(), last_resort() and statistics() any. Whoever is inside holds a flag that nobody waits for: a stop()
 /// that finds it taken leaves its wish behind, and the holder sends it before it goes. A thread of its own, where the
 /// clock is real, stops an arm that gets no set-points (also when the cycle hangs, and past it where it hangs inside)
 /// and opens a line that came back. RT: try_read, write_velocity, write_ticks, stop, clear_faults.

@@ -14,7 +14,7 @@
 namespace tankrig {
 
 /// A descriptor that sends and receives `struct can_frame`, and how to get it back.
-/// Threads: one.
+/// Threads: one; send_regardless() any.
 class CanCarrier {
  public:
   enum class Presence : std::uint8_t { kUp, kDown, kGone };

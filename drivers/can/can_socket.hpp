@@ -16,7 +16,7 @@ namespace tankrig {
 /// A lost interface or hub is looked for every reopen_period from within try_send and try_receive, with the calls of
 /// CanCarrier::look(). A bus-off ends with the kernel's restart (restart-ms, or by hand `ip link set can0 type can
 /// restart`), with the interface set down and up, or with the first frame received.
-/// Threads: one; state() and counters() any.  RT: all but the constructor.
+/// Threads: one; state(), counters() and send_regardless() any.  RT: all but the constructor.
 class CanSocket final : public CanBus {
  public:
   CanSocket(CanCarrier carrier, const CanSettings& settings, const Clock& clock);

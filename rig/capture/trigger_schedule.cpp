@@ -35,8 +35,17 @@ std::optional<TriggerRequest> TriggerSchedule::next(const CycleRecord& record) n
   if (record.has_joints) joints_ = record.joints;
   if (record.state != ExecutiveState::kRunning) return std::nullopt;
   const Segment& segment = plan_.segments()[plan_.segment_at(record.plan_time + delay())];
+  const auto number = static_cast<std::uint32_t>(&segment - plan_.segments().data());
+  if (number != sweep_) leave_sweep();
   if (trigger_.mode == TriggerMode::kPosition && segment.phase == Phase::kSweep) return next_angle(record, segment);
   return next_time(record);
+}
+
+/// Angles that its sweep did not come to.
+void TriggerSchedule::leave_sweep() noexcept {
+  skipped_.fetch_add(static_cast<std::uint64_t>(std::max<std::int64_t>(0, last_angle_ + 1 - next_angle_)),
+                     std::memory_order_relaxed);
+  next_angle_ = last_angle_ + 1;
 }
 
 std::optional<TriggerRequest> TriggerSchedule::next_time(const CycleRecord& record) noexcept {
@@ -68,7 +77,7 @@ std::optional<TriggerRequest> TriggerSchedule::next_angle(const CycleRecord& rec
   const auto first = static_cast<std::int64_t>(std::ceil(std::min(counted(from_), counted(to_)) - kOnTheEdge));
   const auto last = static_cast<std::int64_t>(std::floor(std::max(counted(from_), counted(to_)) + kOnTheEdge));
   const auto number = static_cast<std::uint32_t>(&sweep - plan_.segments().data());
-  if (std::exchange(sweep_, number) != number) next_angle_ = first;
+  if (std::exchange(sweep_, number) != number) next_angle_ = first, last_angle_ = last;
   if (next_angle_ > last) return std::nullopt;
 
   const double q = counted(joints_->q[kElbow]);

@@ -42,6 +42,7 @@ class TriggerSchedule {
  private:
   std::optional<TriggerRequest> next_time(const CycleRecord& record) noexcept;
   std::optional<TriggerRequest> next_angle(const CycleRecord& record, const Segment& sweep) noexcept;
+  void leave_sweep() noexcept;
   bool recorded_at(double plan_time) const noexcept;
   double delay() const noexcept { return seconds(Duration{delay_ns_.load(std::memory_order_relaxed)}); }
 
@@ -58,7 +59,7 @@ class TriggerSchedule {
   std::optional<JointState> joints_;  // newest
   std::int64_t last_period_ = std::numeric_limits<std::int64_t>::min();
   std::uint32_t sweep_ = std::numeric_limits<std::uint32_t>::max();  // segment of next_angle_
-  std::int64_t next_angle_ = 0;                                      // of that segment
+  std::int64_t next_angle_ = 0, last_angle_ = -1;                    // of that segment
 };
 
 }  // namespace tankrig

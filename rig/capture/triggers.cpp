@@ -1,6 +1,5 @@
 #include "rig/capture/triggers.hpp"
 
-
 namespace tankrig {
 
 void Triggers::add_camera(int number, Camera& camera, RecordWhen record, const TriggerSettings& trigger) {

@@ -213,8 +213,10 @@ void Executive::act(CycleRecord& record, const InterlockOutputs& allowed) noexce
 }
 
 void Executive::write_outputs(CycleRecord& record) noexcept {
-  if (const Status done = guard_.switch_laser(); !done.ok())
+  if (const Status done = guard_.switch_laser(); !done.ok()) {
     raise(Fault::kLaser, {done.error().code, done.error().os_errno, record.stamp, done.error().where});
+    return;
+  }
   const auto applied = guard_.move(record.desired);
   if (applied.ok())
     record.applied = applied.value();

@@ -38,6 +38,7 @@ void make_safe() noexcept {
   for (Duration passed{0}; (laser || arm) && passed < EmergencyStop::kLasts; passed += kPeriod) {
     if (laser) laser->last_resort();
     if (arm) arm->last_resort();
+    StopKey::restore();
     timespec left{0, kPeriod.count()};
     while (::nanosleep(&left, &left) != 0 && errno == EINTR) {
     }
@@ -64,10 +65,11 @@ EmergencyStop::EmergencyStop(Laser& laser, Arm& arm) {
 }
 
 EmergencyStop::~EmergencyStop() {
-  for (const int signal : kCrashes) std::signal(signal, SIG_DFL);
-  std::set_terminate(terminate_before);
   laser_of_last_resort = nullptr;
   arm_of_last_resort = nullptr;
+  while (declared) ::pause();  // another thread is at the devices, and ends the program
+  for (const int signal : kCrashes) std::signal(signal, SIG_DFL);
+  std::set_terminate(terminate_before);
 }
 
 void end_safely(int signal) noexcept {

@@ -117,7 +117,7 @@ class ScanRun {
   void read_interlock() {
     const bool closed = job_.interlock_closed && job_.interlock_closed();
     executive_.set_interlock(closed);
-    if (!closed && job_.plan.uses_laser()) device_failed(kInterlockOpen);
+    if (!closed && job_.plan.uses_laser() && !end_.ended()) device_failed(kInterlockOpen);
   }
 
   /// The way out by an exception: the sink and the cameras are not asked again, the executive runs until all is safe.

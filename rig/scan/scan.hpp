@@ -56,7 +56,9 @@ struct ScanJob {
   const std::atomic<bool>& stop;           ///< set by Ctrl-C: laser off, then arm stopped, session readable
   std::function<bool()> interlock_closed;  ///< the laser's interlock as the backend reads it; empty is open
   std::function<void(const ScanProgress&)> progress = {};  ///< ten times per second of the plan
-  ScanResult result{};  ///< what is known however run_scan ends, also by an exception
+  /// What is known however run_scan ends, also by an exception: then frames that still waited for their joints are in
+  /// none of the counts. Its status is empty where the scan was refused and nothing was touched.
+  ScanResult result{};
 };
 
 /// Runs the plan. One that uses no laser never arms it and does not mind its interlock. Under a VirtualClock

@@ -21,6 +21,7 @@ class FaultyLaser final : public Laser {
       : laser_(laser), script_(script), clock_(clock) {}
 
   Status set(bool on) noexcept override;
+  void last_resort() noexcept override { laser_.last_resort(); }
   Result<LaserState> state() noexcept override;
   Duration warm_up() const noexcept override { return laser_.warm_up(); }
 

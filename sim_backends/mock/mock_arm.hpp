@@ -30,6 +30,7 @@ class MockArm final : public Arm {
   Result<std::optional<JointState>> try_read() noexcept override;
   Result<JointVector> write_velocity(const JointVector& velocity) noexcept override;
   Status stop() noexcept override;
+  void last_resort() noexcept override {}  ///< it dies with the process
   Duration exchange_period() const noexcept override { return parameters_.exchange_period; }
 
   MockArmFaults faults;

@@ -26,6 +26,7 @@ class MockLaser final : public Laser {
   MockLaser(Duration warm_up, const Clock& clock) : warm_up_(warm_up), clock_(clock) {}
 
   Status set(bool on) noexcept override;
+  void last_resort() noexcept override {}  ///< its light dies with the process
   Result<LaserState> state() noexcept override;
   Duration warm_up() const noexcept override { return warm_up_; }
 

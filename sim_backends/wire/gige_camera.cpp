@@ -82,6 +82,7 @@ struct GigeCameraEmulator::Impl::Device {
   void set_up();
   void written(std::uint32_t address, std::uint32_t value, Stamp arrival);
   void latch(std::uint32_t what, Stamp when);
+  bool possible(const GigeFrame& frame) const;
   void send(const GigeExposures::Exposure& exposure);
 
   Impl& impl;
@@ -136,6 +137,15 @@ void GigeCameraEmulator::Impl::Device::latch(std::uint32_t what, Stamp when) {
   registers.set(kTimestampControl, 0);
 }
 
+/// A client may write anything into the registers; a camera sends nothing then.
+bool GigeCameraEmulator::Impl::Device::possible(const GigeFrame& frame) const {
+  const cv::Rect sensor(0, 0, impl.settings.width, impl.settings.height);
+  const auto within = [](int value, int least, int most) { return least <= value && value <= most; };
+  return is_gige_format(frame.pixel_format) && within(frame.size.width, 1, sensor.width) &&
+         within(frame.size.height, 1, sensor.height) && within(frame.offset.x, 0, sensor.width) &&
+         within(frame.offset.y, 0, sensor.height);
+}
+
 void GigeCameraEmulator::Impl::Device::send(const GigeExposures::Exposure& exposure) {
   GigeFrame frame;
   frame.id = static_cast<std::uint16_t>((kFirstFrameId - 1 + exposure.index) % kFrameIds + 1);
@@ -144,6 +154,7 @@ void GigeCameraEmulator::Impl::Device::send(const GigeExposures::Exposure& expos
   const auto pixels = [this](std::uint32_t address) { return static_cast<int>(registers.get(address)); };
   frame.size = {pixels(kWidth), pixels(kHeight)};
   frame.offset = {pixels(kOffsetX), pixels(kOffsetY)};
+  if (!possible(frame)) return;
   if (impl.short_pictures) frame.size.height /= 2;
   if (impl.truth) impl.truth(exposure.index, exposure.begin, exposure.length);
   const cv::Mat picture = impl.picture(exposure.index, exposure.begin, exposure.length);

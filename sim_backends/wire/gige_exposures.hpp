@@ -17,7 +17,7 @@ namespace tankrig::sim {
 struct GigeExposureCounts {
   std::atomic<std::uint64_t> made{0};
   std::atomic<std::uint64_t> skipped{0};  ///< times of the grid that passed while a picture was still made or sent
-  std::atomic<std::uint64_t> ignored{0};  ///< software triggers that began no exposure
+  std::atomic<std::uint64_t> ignored{0};  ///< software triggers of which no frame came
   std::atomic<std::uint64_t> next_index{0};
 };
 

@@ -1,5 +1,6 @@
 #include "sim_backends/wire/gige_pixels.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstring>
 #include <opencv2/imgproc.hpp>
@@ -49,6 +50,11 @@ std::uint32_t gige_pixel_format(std::string_view name) {
   for (const auto& [known, code] : kFormats)
     if (known == name) return code;
   return 0;
+}
+
+bool is_gige_format(std::uint32_t format) {
+  return std::any_of(std::begin(kFormats), std::end(kFormats),
+                     [&](const auto& known) { return known.second == format; });
 }
 
 std::size_t gige_bytes(cv::Size size, std::uint32_t format) {

@@ -12,6 +12,8 @@ namespace tankrig::sim {
 /// The 32-bit pixel format code of the GenICam Pixel Format Naming Convention; 0 for one that is not emulated.
 std::uint32_t gige_pixel_format(std::string_view name);
 
+bool is_gige_format(std::uint32_t format);
+
 /// Of a picture of that size, without padding.
 std::size_t gige_bytes(cv::Size size, std::uint32_t format);
 

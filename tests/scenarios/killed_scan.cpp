@@ -28,6 +28,7 @@ Killed kill_scan(const std::string& carrier) {
     ::execl("/proc/self/exe", "reliability", "--scan", runtime.c_str(), carrier.c_str(), nullptr);
     ::_exit(127);
   }
+  if (child < 0) return {};
   const auto wait_for = [&](Duration longest, auto condition) {
     for (const Stamp deadline = clock.now() + longest; clock.now() < deadline && !condition();)
       clock.sleep_until(clock.now() + 1ms);

@@ -1,5 +1,6 @@
 #include "tests/scenarios/measured_apart.hpp"
 
+#include <fcntl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -44,7 +45,7 @@ std::string read_all(int from) {
 
 Measured measured_apart(const std::function<Measured()>& measure, unsigned longest_s) {
   int pipe[2];
-  if (::pipe(pipe) != 0) return {"", "", std::string("pipe: ") + std::strerror(errno)};
+  if (::pipe2(pipe, O_CLOEXEC) != 0) return {"", "", std::string("pipe: ") + std::strerror(errno)};
   std::fflush(stdout);
   const pid_t child = ::fork();
   if (child == 0) {
