@@ -18,8 +18,9 @@
 namespace tankrig::sim {
 
 /// Answers DISCOVERY, READREG, WRITEREG, READMEM and WRITEMEM (AIA GigE Vision 2.0, chapters 14 to 16); other commands
-/// have no answer. One client controls the camera until it gives that up or is not heard for the heartbeat time-out;
-/// nobody else may write. A command that was repeated because its answer was late is carried out once.
+/// have no answer. One client controls the camera until it gives that up or is not heard for the heartbeat time-out
+/// when another speaks; nobody else may write. A command that was repeated because its answer was late is carried out
+/// once.
 class GigeControl {
  public:
   /// A register has been written to. `arrival`: when the command reached this machine, however late its thread was.

@@ -219,6 +219,19 @@ TEST(FaultReaction, WritesNothingInTheCycleInWhichASetPointIsRefused) {
   }
 }
 
+TEST(FaultReaction, WritesNoMotionInTheCycleInWhichTheLaserCannotBeSwitchedOn) {
+  Bench bench;
+  bench.laser.fail = true;
+  bench.go();
+  ASSERT_TRUE(bench.until([&] {
+    if (bench.last.fault == Fault::kNone) bench.log.clear();
+    return bench.last.fault != Fault::kNone;
+  }));
+  expect_safe(bench, Fault::kLaser);
+  EXPECT_LT(bench.log.first("laser on"), bench.log.first("laser off"));
+  EXPECT_EQ(bench.log.first("velocity"), bench.log.count);
+}
+
 TEST(FaultReaction, EndsLightThatLastsTooLong) {
   ScanSettings s = settings();
   s.safety.maximum_on = 2;
