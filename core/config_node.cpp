@@ -109,13 +109,12 @@ std::string in_words(const ConfigNode::Range& range) {
 
 }  // namespace
 
-ConfigNode ConfigNode::load(const std::filesystem::path& file) {
+template <class Load>
+ConfigNode ConfigNode::mapping_of(const std::filesystem::path& file, Load load) {
   auto node = std::make_shared<Node>();
   node->file = file;
-  std::error_code ignored;
-  if (std::filesystem::is_directory(file, ignored)) throw InputError(file, "is a folder, expected a YAML file");
   try {
-    node->yaml = YAML::LoadFile(file.string());
+    node->yaml = load();
   } catch (const YAML::BadFile&) {
     throw InputError(file, "cannot be read, expected a YAML file");
   } catch (const YAML::Exception& e) {
@@ -128,6 +127,16 @@ ConfigNode ConfigNode::load(const std::filesystem::path& file) {
       throw InputError(file, entry.first.Mark().line + 1,
                        shown_text(entry.first.Scalar()) + ": stands twice, expected once");
   return ConfigNode(std::move(node));
+}
+
+ConfigNode ConfigNode::load(const std::filesystem::path& file) {
+  std::error_code ignored;
+  if (std::filesystem::is_directory(file, ignored)) throw InputError(file, "is a folder, expected a YAML file");
+  return mapping_of(file, [&] { return YAML::LoadFile(file.string()); });
+}
+
+ConfigNode ConfigNode::parse(const std::string& text, const std::filesystem::path& file) {
+  return mapping_of(file, [&] { return YAML::Load(text); });
 }
 
 ConfigNode ConfigNode::over(const ConfigNode& base) const {

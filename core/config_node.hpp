@@ -27,6 +27,8 @@ class ConfigNode {
   using Range = ConfigRange;
 
   static ConfigNode load(const std::filesystem::path& file);
+  /// `text` as if it stood in `file`, which need not exist.
+  static ConfigNode parse(const std::string& text, const std::filesystem::path& file);
 
   /// This file, with what its mappings lack taken from the mappings of the same name in `base`; each keeps its file and
   /// line. Lists are not merged.
@@ -76,6 +78,8 @@ class ConfigNode {
 
  private:
   struct Node;
+  template <class Load>
+  static ConfigNode mapping_of(const std::filesystem::path& file, Load load);
   explicit ConfigNode(std::shared_ptr<Node> node) : node_(std::move(node)) {}
   std::shared_ptr<Node> node_;
 };

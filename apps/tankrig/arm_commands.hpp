@@ -1,11 +1,10 @@
 // `tankrig arm home | jog | park | status`: the arm by hand, with the checks of a scan.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <optional>
 #include <string>
 
-#include "apps/tankrig/commands.hpp"
+#include "apps/tankrig/command_line.hpp"
 
 namespace tankrig::app {
 
@@ -16,11 +15,10 @@ struct ArmCommandOptions {
   double angle_deg = 0;
   std::optional<double> velocity_deg_s;  ///< of the fastest joint; nothing: the rig file's, or the dead zone's end
   bool relative = false, dry_run = false, yes = false, json = false;
-  int (*run)(const ArmCommandOptions&) = nullptr;  ///< the subcommand that was given
 };
 
 /// Defines the command, its subcommands and their options.
-void add_arm(CLI::App& app, ArmCommandOptions& options);
+void add_arm(CLI::App& app, ChosenCommand& chosen);
 
 int arm_status(const ArmCommandOptions& options);
 int arm_jog(const ArmCommandOptions& options);

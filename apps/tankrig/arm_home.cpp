@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "apps/tankrig/arm_motion.hpp"
+#include "apps/tankrig/commands.hpp"
 #include "apps/tankrig/confirm.hpp"
 #include "apps/tankrig/output.hpp"
 #include "apps/tankrig/progress.hpp"
@@ -82,13 +83,27 @@ void print(const HomingResult& result) {
   }
 }
 
+/// Errors: InputError with what was left.
+void keep(const std::filesystem::path& zero_file, const ArmZero& zero, const OutputsLeft& left, Progress& progress) {
+  if (zero_file.empty()) {
+    progress.warn("the zero is known to this program only: the rig file names no devices: arm: zero_file");
+    return;
+  }
+  try {
+    save_arm_zero(zero_file, zero);
+  } catch (const InputError& e) {
+    throw InputError(std::string("arm homed, but its zero is not kept: ") + e.what() + "; " + to_string(left));
+  }
+  progress.note("zero kept in " + zero_file.string() + (left.safe() ? "; " + to_string(left) : ""));
+}
+
 }  // namespace
 
 int arm_home(const ArmCommandOptions& options) {
   Progress progress;
   const RigConfig rig = load_rig(find_rig(options.rig));
   const StopOnSignal stop_on_signal;  // before the devices: it outlives them
-  const std::unique_ptr<Backend> backend = make_backend(rig, {.carrier = options.carrier, .cameras = false});
+  const OwnBackend backend = make_backend(rig, {.carrier = options.carrier, .cameras = false});
   Arm5e* const arm = backend->homed_arm();
   if (!arm) {
     if (options.json)
@@ -112,21 +127,19 @@ int arm_home(const ArmCommandOptions& options) {
   const auto laser = backend->laser().state();
   left.laser_dark = laser.ok() && !laser.value().powered && !laser.value().emitting;
   progress.finish_line();
-  if (result.ok() && !zero_file.empty()) save_arm_zero(zero_file, result.zero());
-
   if (options.json)
     print_json(json_of(result, left));
   else
     print(result);
-  if (result.ok() && left.safe()) {
-    if (zero_file.empty())
-      progress.warn("the zero is known to this program only: the rig file names no devices: arm: zero_file");
-    else
-      progress.note("zero kept in " + zero_file.string() + "; " + to_string(left));
-    return kOk;
+  if (!result.ok()) {
+    progress.warn("arm not homed: " + result.message() + "; " + to_string(left));
+    return StopOnSignal::requested() && left.safe() ? kPartial : kFailure;
   }
-  progress.warn("arm not homed: " + result.message() + "; " + to_string(left));
-  return StopOnSignal::requested() && left.safe() ? kPartial : kFailure;
+  keep(zero_file, result.zero(), left, progress);
+  if (left.safe()) return kOk;
+  progress.warn("arm homed, but not confirmed safe afterwards: " + to_string(left) +
+                (left.arm_at_rest ? "" : ", then home again"));
+  return kFailure;
 }
 
 }  // namespace tankrig::app

@@ -6,8 +6,9 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "apps/tankrig/dry_run.hpp"
+#include "apps/tankrig/commands.hpp"
 #include "apps/tankrig/output.hpp"
+#include "apps/tankrig/plan_check.hpp"
 #include "apps/tankrig/progress.hpp"
 #include "apps/tankrig/rig_files.hpp"
 #include "apps/tankrig/stop.hpp"
@@ -16,6 +17,7 @@
 #include "rig/scan/before_start.hpp"
 #include "rig/scan/scan.hpp"
 #include "rig/scan/scan_log.hpp"
+#include "rig/session/event_kinds.hpp"
 
 namespace tankrig::app {
 namespace {
@@ -29,8 +31,8 @@ class MotionSink final : public ScanSink {
   void joints(const JointState& state) override { q_ = state.q; }
   void frame(const FrameRecord&, const cv::Mat&) override {}
   void event(Stamp, std::string_view kind, const std::string& text) override {
-    if (kind == "fault" || kind == "overrun") progress_.warn("arm: " + text);
-    if (kind == kRealTimeEvent) progress_.warn("real time " + text);
+    if (kind == event_kind::kFault || kind == event_kind::kOverrun) progress_.warn("arm: " + text);
+    if (kind == event_kind::kRealTime) progress_.warn("real time " + text);
   }
   const JointVector& q() const { return q_; }
 
@@ -112,7 +114,7 @@ int move_arm(const ArmCommandOptions& options, const TargetFrom& target_from) {
   Progress progress;
   const RigConfig rig = load_rig(find_rig(options.rig));
   const StopOnSignal stop_on_signal;  // before the devices: it outlives them
-  const std::unique_ptr<Backend> backend = make_backend(rig, {.carrier = options.carrier, .cameras = false});
+  const OwnBackend backend = make_backend(rig, {.carrier = options.carrier, .cameras = false});
   make_laser_dark(*backend, rig.scan);
   const JointVector now = homed_posture(*backend, options.rig);
 

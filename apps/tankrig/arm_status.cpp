@@ -7,6 +7,7 @@
 
 #include "apps/tankrig/arm_commands.hpp"
 #include "apps/tankrig/backend.hpp"
+#include "apps/tankrig/commands.hpp"
 #include "apps/tankrig/output.hpp"
 #include "apps/tankrig/progress.hpp"
 #include "apps/tankrig/rig_files.hpp"
@@ -119,7 +120,7 @@ void print(const ArmReport& r, const RigConfig& rig, const std::string& rig_name
 
 int arm_status(const ArmCommandOptions& options) {
   const RigConfig rig = load_rig(find_rig(options.rig));
-  const std::unique_ptr<Backend> backend = make_backend(rig, {.carrier = options.carrier, .cameras = false});
+  const OwnBackend backend = make_backend(rig, {.carrier = options.carrier, .cameras = false});
   const ArmReport report = listen(backend->arm(), backend->clock());
   if (options.json)
     print_json(json_of(report, rig, backend->arm()));

@@ -1,5 +1,7 @@
 #include "apps/tankrig/backend.hpp"
 
+#include "rig/executive/cycle.hpp"
+
 namespace tankrig::app {
 
 std::vector<std::string> camera_names(const RigConfig& rig) {
@@ -8,8 +10,18 @@ std::vector<std::string> camera_names(const RigConfig& rig) {
   return out;
 }
 
-std::unique_ptr<Backend> make_backend(const RigConfig& rig, const BackendOptions& options) {
-  return rig.backend == "mock" ? make_mock_backend(rig, options) : make_device_backend(rig, options);
+void EndBackend::operator()(Backend* backend) const noexcept {
+  if (!Cycle::any_left_behind()) {
+    delete backend;
+    return;
+  }
+  backend->laser().last_resort();
+  backend->arm().last_resort();
+}
+
+OwnBackend make_backend(const RigConfig& rig, const BackendOptions& options) {
+  return OwnBackend(
+      (rig.backend == "mock" ? make_mock_backend(rig, options) : make_device_backend(rig, options)).release());
 }
 
 }  // namespace tankrig::app

@@ -58,8 +58,14 @@ struct BackendOptions {
 /// In the order of RigConfig::cameras.
 std::vector<std::string> camera_names(const RigConfig& rig);
 
+/// The end of a backend; but one that a cycle was left behind in gets the last resort, and stays.
+struct EndBackend {
+  void operator()(Backend* backend) const noexcept;
+};
+using OwnBackend = std::unique_ptr<Backend, EndBackend>;
+
 /// Errors: InputError if the rig and its scene contradict each other, or a device cannot be opened.
-std::unique_ptr<Backend> make_backend(const RigConfig& rig, const BackendOptions& options);
+OwnBackend make_backend(const RigConfig& rig, const BackendOptions& options);
 
 std::unique_ptr<Backend> make_mock_backend(const RigConfig& rig, const BackendOptions& options);
 std::unique_ptr<Backend> make_device_backend(const RigConfig& rig, const BackendOptions& options);

@@ -6,12 +6,13 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "apps/tankrig/commands.hpp"
 #include "apps/tankrig/methods.hpp"
+#include "apps/tankrig/open_session.hpp"
 #include "apps/tankrig/output.hpp"
 #include "calibration/time_offset/time_offset.hpp"
 #include "core/input_error.hpp"
 #include "rig/session/checksums.hpp"
-#include "rig/session/session_tables.hpp"
 #include "rig/session/text_files.hpp"
 
 namespace fs = std::filesystem;
@@ -32,13 +33,15 @@ void check_passes(const Session& session, const std::vector<const FrameRecord*>&
 }
 
 /// Stripes as the laser method finds them, and the joints beside them.
-TimeOffsetRecording recording_of(const Session& session, const SessionCamera& camera, bool& rows, Progress& progress) {
+TimeOffsetRecording recording_of(const OpenedSession& opened, const SessionCamera& camera, bool& rows,
+                                 Progress& progress) {
+  const Session& session = opened.session;
   const std::vector<const FrameRecord*> frames = frames_of(session, camera, lit_sweep);
   check_passes(session, frames);
   TimeOffsetRecording recording;
-  for (const JointState& state :
-       read_joints_csv(session.path / "joints.csv", session.info.status == "recording").records)
-    recording.joints.push_back({state.stamp, state.q});
+  if (opened.joints.empty())
+    throw InputError(session.path / "joints.csv", "found no joint samples, expected those of a scan");
+  for (const JointState& state : opened.joints) recording.joints.push_back({state.stamp, state.q});
   const Reconstruction found = reconstruct_session(session, reconstruction_parameters(session), "laser", progress);
   rows = found.orientation == StripeOrientation::kRows;
   std::map<int, std::size_t> stripe_of;
@@ -53,9 +56,11 @@ TimeOffsetRecording recording_of(const Session& session, const SessionCamera& ca
   return recording;
 }
 
-TimeOffsetProblem problem_of(const std::vector<Session>& sessions, Progress& progress) {
+TimeOffsetProblem problem_of(const std::vector<OpenedSession>& sessions, Progress& progress) {
   TimeOffsetProblem problem;
-  for (const Session& session : sessions) {
+  const Session& first = sessions.front().session;
+  for (const OpenedSession& opened : sessions) {
+    const Session& session = opened.session;
     const SessionCamera& camera = session.camera(CameraRole::kMono);
     if (!session.info.calibration.arm || !session.info.calibration.ePl)
       throw InputError(session.path / "session.yaml", "calibration: found no arm or no ePl, expected those of a scan");
@@ -63,10 +68,10 @@ TimeOffsetProblem problem_of(const std::vector<Session>& sessions, Progress& pro
     problem.cMb = camera.bMc.inverse();
     problem.arm = *session.info.calibration.arm;
     problem.ePl = *session.info.calibration.ePl;
-    problem.recordings.push_back(recording_of(session, camera, problem.rows, progress));
-    if (camera.time_offset != sessions.front().camera(CameraRole::kMono).time_offset)
+    problem.recordings.push_back(recording_of(opened, camera, problem.rows, progress));
+    if (camera.time_offset != first.camera(CameraRole::kMono).time_offset)
       throw InputError(session.path / "session.yaml", "cameras: time_offset_s: found another one than in " +
-                                                          sessions.front().path.string() +
+                                                          first.path.string() +
                                                           ", expected sessions of one calibration");
   }
   return problem;
@@ -127,31 +132,29 @@ void print(const TimeOffsetSolution& s, const nlohmann::ordered_json& facts) {
 
 }  // namespace
 
-void add_calibrate(CLI::App& app, CalibrateTimeOptions& time) {
+void add_calibrate(CLI::App& app, ChosenCommand& chosen) {
   CLI::App* calibrate = app.add_subcommand("calibrate", "What recorded sessions tell about the rig itself");
   calibrate->require_subcommand(1);
   calibrate->footer("Example: tankrig calibrate time sessions/there-and-back");
   CLI::App* c = calibrate->add_subcommand(
       "time", "Time offset between camera and joints, from a sweep there and back: the two clouds must coincide");
+  CalibrateTimeOptions& o = options_of(c, chosen, &calibrate_time);
   c->footer("Example: tankrig calibrate time sessions/there-and-back --json");
-  c->add_option("sessions", time.sessions,
-                "Session directories, each with a sweep there and back; of different speed "
-                "to tell play between encoder and link from time")
-      ->required();
-  c->add_flag("--json", time.json, "Print one JSON object on standard output");
+  add_sessions_option(c, o.sessions,
+                      "Session directories, each with a sweep there and back; of different speed "
+                      "to tell play between encoder and link from time");
+  c->add_flag("--json", o.json, "Print one JSON object on standard output");
 }
 
 int calibrate_time(const CalibrateTimeOptions& options) {
   Progress progress;
-  std::vector<Session> sessions;
-  for (const fs::path& path : options.sessions) {
-    sessions.push_back(Session::open(path));
-    for (const std::string& warning : sessions.back().warnings) progress.warn(warning);
-  }
-  const SessionCamera& camera = sessions.front().camera(CameraRole::kMono);
+  std::vector<OpenedSession> sessions;
+  for (const fs::path& path : options.sessions) sessions.push_back(open_session(path, progress));
+  const SessionCamera& camera = sessions.front().session.camera(CameraRole::kMono);
   const TimeOffsetSolution solution = solve(problem_of(sessions, progress));
   const nlohmann::ordered_json facts = facts_of(camera.name, camera.time_offset, solution);
-  for (const Session& session : sessions) {
+  for (const OpenedSession& opened : sessions) {
+    const Session& session = opened.session;
     fs::create_directories(session.path / "results");
     write_whole_file(session.path / "results" / "time_offset.yaml", yaml_lines(facts, ""));
     if (session.info.status != "recording") write_checksums(session.path);

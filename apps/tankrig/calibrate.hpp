@@ -1,11 +1,10 @@
 // `tankrig calibrate`: what a recorded session tells about the rig itself.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <vector>
 
-#include "apps/tankrig/commands.hpp"
+#include "apps/tankrig/command_line.hpp"
 
 namespace tankrig::app {
 
@@ -15,7 +14,7 @@ struct CalibrateTimeOptions {
 };
 
 /// Defines `tankrig calibrate` and what is below it.
-void add_calibrate(CLI::App& app, CalibrateTimeOptions& time);
+void add_calibrate(CLI::App& app, ChosenCommand& chosen);
 
 /// The camera's time offset from a sweep there and back; writes results/time_offset.yaml into every session.
 /// Errors: InputError, of a session without passes in both directions too.

@@ -2,13 +2,14 @@
 
 namespace tankrig::app {
 
-void add_camera(CLI::App& app, CameraPreviewOptions& o) {
+void add_camera(CLI::App& app, ChosenCommand& chosen) {
   CLI::App* camera = app.add_subcommand("camera", "Look through a camera");
   camera->require_subcommand(1);
   camera->footer("Example: tankrig camera preview --rig tank-sim --camera mono");
   CLI::App* c = camera->add_subcommand(
       "preview",
       "Write a picture again and again: focus, clipped pixels, histogram, and the stripe if the laser is on");
+  CameraPreviewOptions& o = options_of(c, chosen, &camera_preview);
   c->footer(
       "Example: tankrig camera preview --rig tank-sim --out preview.png    (then open preview.html in a browser)");
   c->add_option("--rig", o.rig, "Rig name below etc/rigs, or a rig.yaml")->capture_default_str();

@@ -1,12 +1,11 @@
 // `tankrig camera preview`: what a camera sees now, for focusing, exposing and aiming.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <optional>
 #include <string>
 
-#include "apps/tankrig/commands.hpp"
+#include "apps/tankrig/command_line.hpp"
 
 namespace tankrig::app {
 
@@ -23,7 +22,7 @@ struct CameraPreviewOptions {
 inline constexpr double kLongestLitPreview = 120;
 
 /// Defines the command, its subcommand and their options.
-void add_camera(CLI::App& app, CameraPreviewOptions& options);
+void add_camera(CLI::App& app, ChosenCommand& chosen);
 
 int camera_preview(const CameraPreviewOptions& options);
 

@@ -9,6 +9,7 @@
 #include "apps/tankrig/backend.hpp"
 #include "apps/tankrig/camera_commands.hpp"
 #include "apps/tankrig/camera_preview_output.hpp"
+#include "apps/tankrig/commands.hpp"
 #include "apps/tankrig/confirm.hpp"
 #include "apps/tankrig/output.hpp"
 #include "apps/tankrig/progress.hpp"
@@ -20,6 +21,7 @@
 #include "rig/plan/operator_plan.hpp"
 #include "rig/scan/scan.hpp"
 #include "rig/scan/scan_log.hpp"
+#include "rig/session/event_kinds.hpp"
 
 namespace tankrig::app {
 namespace {
@@ -29,6 +31,7 @@ using namespace std::chrono_literals;
 constexpr double kVirtualSeconds = 2, kLitSeconds = 30;
 constexpr int kDarkFrames = 5;           // for the stripe's background
 constexpr double kLongestDrawing = 1.0;  // of a large picture, which holds the supervisor's round up [s]
+constexpr int kFramesPerRound = 4;
 constexpr Duration kRetry = 1s, kSilence = 2s, kLongestSleep = 20ms, kFirstFrame = 5s;
 
 struct CameraChoice {
@@ -80,9 +83,10 @@ class FreePreview {
     complain(describe(started.error()));
   }
 
+  /// A camera that takes longer for a frame than it takes to come must not keep the loop.
   void grab() {
     std::optional<Frame> newest;
-    while (true) {
+    for (int frames = 0; frames < kFramesPerRound; ++frames) {
       auto news = camera_.try_grab();
       if (!news.ok()) {
         complain(describe(news.error()));
@@ -131,9 +135,9 @@ class LitSink final : public ScanSink {
       output_.add_background(image);
   }
   void event(Stamp, std::string_view kind, const std::string& text) override {
-    if (kind != "fault" && kind != kRealTimeEvent) return;
+    if (kind != event_kind::kFault && kind != event_kind::kRealTime) return;
     output_.finish_line();
-    progress_.warn((kind == "fault" ? "preview: " : "real time ") + text);
+    progress_.warn((kind == event_kind::kFault ? "preview: " : "real time ") + text);
   }
 
  private:
@@ -234,7 +238,7 @@ int camera_preview(const CameraPreviewOptions& options) {
   const RigConfig rig = load_rig(find_rig(options.rig));
   if (options.laser) confirm("The laser of " + rig.name + " will shine. Is everybody's sight protected?", options.yes);
   const StopOnSignal stop_on_signal;  // before the devices: it outlives them
-  const std::unique_ptr<Backend> backend = make_backend(rig, {});
+  const OwnBackend backend = make_backend(rig, {});
   const CameraChoice camera = choose_camera(rig, *backend, options.camera);
   PreviewOutput output(options.out, camera.rig->name, options.rate_hz);
 

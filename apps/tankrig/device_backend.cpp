@@ -117,6 +117,7 @@ class DeviceBackend final : public Backend {
     laser_ = open("laser", [&] { return std::make_unique<RelayLaser>(laser_settings); });
     arm.choice("driver", {"arm5e"});
     arm_settings_ = arm5e_settings_from(arm, runtime, options.carrier);
+    check_goes_off_first(laser, laser_settings, arm_settings_.watchdog);
     arm_ = open("arm", [&] { return open_arm5e(arm_settings_, rig.arm, clock_); });
     links_.emplace(*arm_, rig.arm, rig.backlash_ticks);
     if (options.cameras) {

@@ -28,10 +28,21 @@ constexpr std::size_t kDiskTestBytes = 64 << 20;
 constexpr int kEthernetPacket = 1500;
 constexpr Duration kCameraAnswer = std::chrono::seconds(1);
 
-/// Bytes/s of all cameras together, as they come from the wire: a byte a pixel and colour.
+/// As its driver delivers it.
+CameraInfo info_of(const RigConfig& rig, const RigCamera& camera) {
+  const auto devices = rig.section("devices");
+  const auto cameras = devices ? devices->optional_child("cameras") : std::nullopt;
+  const auto node = cameras ? cameras->optional_child(camera.name) : std::nullopt;
+  return {camera.name, camera.model.width, camera.model.height, node ? node->integer_or("channels", 3, {1, 3}) : 3,
+          camera.rate_hz};
+}
+
+/// Bytes/s that are recorded: a byte a pixel and colour.
+double bytes_of(const CameraInfo& info) { return 1.0 * info.channels * info.width * info.height * info.rate_hz; }
+
 double camera_bytes(const RigConfig& rig) {
   double sum = 0;
-  for (const RigCamera& camera : rig.cameras) sum += 3.0 * camera.model.width * camera.model.height * camera.rate_hz;
+  for (const RigCamera& camera : rig.cameras) sum += bytes_of(info_of(rig, camera));
   return sum;
 }
 
@@ -106,14 +117,13 @@ void check_cameras(const RigConfig& rig, const ConfigNode& devices, std::vector<
   double gige_bytes = 0;
   for (const RigCamera& camera : rig.cameras) {
     const ConfigNode node = cameras.child(camera.name);
-    const CameraInfo info{camera.name, camera.model.width, camera.model.height, node.integer_or("channels", 3, {1, 3}),
-                          camera.rate_hz};
+    const CameraInfo info = info_of(rig, camera);
     if (node.choice("driver", {"aravis", "v4l2"}) == "v4l2") {
       found.push_back(v4l2_finding("/", camera.name, v4l2_settings_from(node, camera.name, info.channels).device));
       continue;
     }
     check_gige(camera, aravis_settings_from(node, info), found);
-    gige_bytes += static_cast<double>(info.channels) * info.width * info.height * info.rate_hz;
+    gige_bytes += bytes_of(info);
   }
   if (gige_bytes > 0) found.push_back(receive_buffer_finding("/", gige_bytes));
 }
@@ -148,8 +158,8 @@ std::vector<Finding> examine(const RigConfig& rig, const DoctorOptions& options,
   const bool mock = rig.backend == "mock";
   const RealTimeSettings& real_time = rig.scan.real_time;
   const BusListener bus(rig);
-  std::vector<Finding> found{kernel_finding("/"), governor_finding("/"), privileges_finding(real_time),
-                             memory_lock_finding(real_time)};
+  std::vector<Finding> found{kernel_finding("/"), governor_finding("/"), sleep_finding("/"),
+                             privileges_finding(real_time), memory_lock_finding(real_time)};
   progress.update("latency", 0);
   found.push_back(latency_finding(measure_wake_up(real_time, from_seconds(options.seconds))));
   progress.update("devices", 0);
@@ -197,8 +207,9 @@ void print_as_json(const std::vector<Finding>& found, const RigConfig& rig, int 
 
 }  // namespace
 
-void add_doctor(CLI::App& app, DoctorOptions& o) {
+void add_doctor(CLI::App& app, ChosenCommand& chosen) {
   CLI::App* c = app.add_subcommand("doctor", "Say what this machine can and cannot do for a rig, with the cure");
+  DoctorOptions& o = options_of(c, chosen, &doctor);
   c->footer(
       "Example: tankrig doctor --rig tank-wire --seconds 60\n"
       "Exit code: 0 all is well, 3 something is to be mended, 1 this machine cannot run this rig");

@@ -1,9 +1,10 @@
 // `tankrig doctor`: what this machine can and cannot do for a rig.
 #pragma once
 
-#include <CLI/App.hpp>
 #include <filesystem>
 #include <string>
+
+#include "apps/tankrig/command_line.hpp"
 
 namespace tankrig::app {
 
@@ -13,7 +14,7 @@ struct DoctorOptions {
   std::filesystem::path sessions = "sessions";  ///< where scans would be recorded
   bool json = false;
 };
-void add_doctor(CLI::App& app, DoctorOptions& options);
+void add_doctor(CLI::App& app, ChosenCommand& chosen);
 
 /// kOk: all is well; kPartial: something is to be mended; kFailure: this machine cannot run this rig.
 int doctor(const DoctorOptions& options);

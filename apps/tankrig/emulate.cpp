@@ -87,8 +87,9 @@ int wait_for_stop(Clock& clock) {
 
 }  // namespace
 
-void add_emulate(CLI::App& app, EmulateOptions& o) {
+void add_emulate(CLI::App& app, ChosenCommand& chosen) {
   CLI::App* c = app.add_subcommand("emulate", "Serve a simulated rig's devices on CAN, serial lines and GigE Vision");
+  EmulateOptions& o = options_of(c, chosen, &emulate);
   c->footer(
       "Example: tankrig emulate --rig tank-wire -- tankrig arm status --rig tank-wire\n"
       "With a command, both live on a network of their own and end together. Without one, the devices are served on\n"

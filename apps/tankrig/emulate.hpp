@@ -6,9 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace CLI {
-class App;
-}
+#include "apps/tankrig/command_line.hpp"
 
 namespace tankrig::app {
 
@@ -25,7 +23,7 @@ struct EmulateOptions {
   std::vector<std::string> command;  ///< runs beside the devices, on a network of its own with them
 };
 
-void add_emulate(CLI::App& app, EmulateOptions& options);
+void add_emulate(CLI::App& app, ChosenCommand& chosen);
 /// Returns the command's exit code, if there is a command.
 int emulate(const EmulateOptions& options);
 

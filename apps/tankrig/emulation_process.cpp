@@ -8,6 +8,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <cstdio>
@@ -17,6 +18,7 @@
 #include <thread>
 #include <vector>
 
+#include "apps/tankrig/stop.hpp"
 #include "core/input_error.hpp"
 
 namespace tankrig::app {
@@ -26,6 +28,7 @@ using namespace std::chrono_literals;
 
 constexpr auto kReadyTimeout = 300s;  // loading the scene takes most of it; one that dies is noticed at once
 constexpr auto kEndTimeout = 5s;
+constexpr std::chrono::milliseconds kLook = 200ms;
 
 std::string exact(double value) {
   char text[32];
@@ -52,7 +55,7 @@ std::vector<std::string> arguments(const RigConfig& rig, const BackendOptions& o
   return out;
 }
 
-/// Waits for one byte; false at the end of the pipe or of the time.
+/// Waits for one byte; false at the end of the pipe or of the time, or if a signal asks to stop.
 bool wait_ready(int pipe) {
   pollfd wanted{pipe, POLLIN, 0};
   char byte = 0;
@@ -61,8 +64,9 @@ bool wait_ready(int pipe) {
     const auto left =
         std::chrono::duration_cast<std::chrono::milliseconds>(deadline - std::chrono::steady_clock::now());
     if (left <= 0ms) return false;
-    const int n = ::poll(&wanted, 1, static_cast<int>(left.count()));
-    if (n < 0 && errno == EINTR) continue;
+    const int n = ::poll(&wanted, 1, static_cast<int>(std::min(left, kLook).count()));
+    if (StopOnSignal::requested()) return false;
+    if (n == 0 || (n < 0 && errno == EINTR)) continue;
     return n == 1 && ::read(pipe, &byte, 1) == 1;
   }
 }
@@ -102,7 +106,9 @@ EmulationProcess::EmulationProcess(const RigConfig& rig, const BackendOptions& o
   const bool ready = process_ > 0 && wait_ready(pipe[0]);
   ::close(pipe[0]);
   if (ready) return;
+  if (process_ > 0) ::kill(process_, SIGKILL);  // nothing hangs on devices that nobody has used
   end();
+  if (StopOnSignal::requested()) throw StoppedEarly("stopped while the emulated devices started: nothing moved");
   throw InputError(rig.file, "emulation: the emulated devices did not start");
 }
 

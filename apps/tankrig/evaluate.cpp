@@ -10,7 +10,7 @@
 #include "core/config_node.hpp"
 #include "core/input_error.hpp"
 #include "reconstruction/cloud/cloud_io.hpp"
-#include "rig/session/session_import.hpp"
+#include "rig/session/planes_csv.hpp"
 
 namespace tankrig::app {
 int evaluate(const EvaluateOptions& options) {

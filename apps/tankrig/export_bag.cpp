@@ -8,6 +8,7 @@
 #include "core/input_error.hpp"
 #include "reconstruction/cloud/cloud_io.hpp"
 #include "rig/rosbag/bag_file.hpp"
+#include "rig/session/event_kinds.hpp"
 #include "rig/session/session_tables.hpp"
 #include "rig/session/text_files.hpp"
 #include "rig/session_export/wall_clock.hpp"
@@ -28,14 +29,14 @@ struct Entry {
 
 class BagContent {
  public:
-  BagContent(const Session& session, bool raw_images)
-      : session_(session),
+  BagContent(const OpenedSession& opened, bool raw_images)
+      : session_(opened.session),
+        joints_(opened.joints),
+        events_(opened.events),
         raw_images_(raw_images),
-        cut_(session.info.status == "recording"),
-        scan_(session.info.kind == "scan"),
-        joints_(scan_ ? read_joints_csv(session.path / "joints.csv", cut_).records : std::vector<JointState>{}),
-        clock_(session, first()),
-        rectified_(rectifications(session)) {
+        scan_(session_.info.kind == "scan"),
+        clock_(session_, first()),
+        rectified_(rectifications(session_)) {
     add_fixed_frames();
     if (scan_) add_joints();
     for (const FrameRecord& frame : session_.frames) add_frame(frame);
@@ -96,12 +97,14 @@ class BagContent {
   }
 
   void add_events() {
-    for (const SessionEvent& event : read_events_csv(session_.path / "events.csv", cut_).records) {
-      if (event.kind == "laser" && (event.text == "emitting" || event.text == "dark"))
-        add(clock_.at(event.stamp),
-            [on = event.text == "emitting"](BagFile& bag, std::int64_t at) { bag.flag("/laser/emitting", at, on); });
-      add(clock_.at(event.stamp),
-          [event](BagFile& bag, std::int64_t at) { bag.log(at, event.kind, event.text, event.kind == "fault"); });
+    for (const SessionEvent& event : events_) {
+      if (event.kind == event_kind::kLaser && (event.text == kLaserEmitting || event.text == kLaserDark))
+        add(clock_.at(event.stamp), [on = event.text == kLaserEmitting](BagFile& bag, std::int64_t at) {
+          bag.flag("/laser/emitting", at, on);
+        });
+      add(clock_.at(event.stamp), [&event](BagFile& bag, std::int64_t at) {
+        bag.log(at, event.kind, event.text, event.kind == event_kind::kFault);
+      });
     }
   }
 
@@ -140,8 +143,9 @@ class BagContent {
       {"x", 0}, {"y", 4}, {"z", 8}, {"intensity", 12}, {"frame", 16, 5}, {"column", 20}, {"sigma", 24}};
 
   const Session& session_;
-  const bool raw_images_, cut_, scan_;
-  const std::vector<JointState> joints_;
+  const std::vector<JointState>& joints_;
+  const std::vector<SessionEvent>& events_;
+  const bool raw_images_, scan_;
   const WallClock clock_;
   const std::map<std::string, Rectification> rectified_;
   std::vector<Entry> entries_;
@@ -149,9 +153,9 @@ class BagContent {
 
 }  // namespace
 
-void write_session_bag(const Session& session, bool raw_images, const fs::path& file) {
+void write_session_bag(const OpenedSession& opened, bool raw_images, const fs::path& file) {
   if (!BagFile::available()) BagFile says_so(file.string());
-  const BagContent content(session, raw_images);
+  const BagContent content(opened, raw_images);
   const fs::path temporary = file.string() + ".tmp";
   try {
     BagFile bag(temporary.string());

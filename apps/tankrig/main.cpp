@@ -1,5 +1,4 @@
 // tankrig: the command line. What each command does is in its own file.
-#include <CLI/CLI.hpp>
 #include <csignal>
 #include <cstdio>
 #include <exception>
@@ -7,21 +6,26 @@
 #include "apps/tankrig/arm_commands.hpp"
 #include "apps/tankrig/calibrate.hpp"
 #include "apps/tankrig/camera_commands.hpp"
+#include "apps/tankrig/command_line.hpp"
 #include "apps/tankrig/commands.hpp"
 #include "apps/tankrig/doctor.hpp"
 #include "apps/tankrig/emulate.hpp"
+#include "apps/tankrig/methods.hpp"
+#include "apps/tankrig/open_session.hpp"
 #include "apps/tankrig/output.hpp"
 #include "apps/tankrig/session_check.hpp"
 #include "apps/tankrig/session_export.hpp"
 #include "apps/tankrig/session_replay.hpp"
+#include "apps/tankrig/stop.hpp"
 #include "core/input_error.hpp"
 
 using namespace tankrig::app;
 
 namespace {
 
-void add_scan(CLI::App& app, ScanOptions& o) {
+void add_scan(CLI::App& app, ChosenCommand& chosen) {
   CLI::App* c = app.add_subcommand("scan", "Sweep the arm, record a session, reconstruct, score, report");
+  ScanOptions& o = options_of(c, chosen, &scan);
   c->footer("Example: tankrig scan --rig tank-sim --light 0.5 --noise 0.02 --json");
   c->add_option("--rig", o.rig, "Rig name below etc/rigs, or a rig.yaml")->capture_default_str();
   c->add_option("--preset", o.preset, "Preset of the rig file, e.g. fine");
@@ -45,20 +49,20 @@ void add_scan(CLI::App& app, ScanOptions& o) {
   c->add_flag("--json", o.json, "Print one JSON object on standard output");
 }
 
-void add_reconstruct(CLI::App& app, ReconstructOptions& o) {
+void add_reconstruct(CLI::App& app, ChosenCommand& chosen) {
   CLI::App* c = app.add_subcommand("reconstruct", "Make a point cloud from a session");
+  ReconstructOptions& o = options_of(c, chosen, &reconstruct);
   c->footer("Example: tankrig reconstruct sessions/monday --method laser --json");
-  c->add_option("session", o.session, "Session directory")->required();
-  c->add_option("--method", o.method, "Method")
-      ->check(CLI::IsMember({"laser", "laser_paper", "stereo", "stereo_paper"}))
-      ->capture_default_str();
+  add_session_option(c, o.session);
+  c->add_option("--method", o.method, "Method")->check(CLI::IsMember(kMethods))->capture_default_str();
   c->add_option("--rig", o.rig, "Take reconstruction parameters from this rig file instead of the session's");
   c->add_option("--out", o.out, "Cloud to write, .ply or .pcd (default: both, in SESSION/clouds)");
   c->add_flag("--json", o.json, "Print one JSON object on standard output");
 }
 
-void add_evaluate(CLI::App& app, EvaluateOptions& o) {
+void add_evaluate(CLI::App& app, ChosenCommand& chosen) {
   CLI::App* c = app.add_subcommand("evaluate", "Score a point cloud against a triangle mesh");
+  EvaluateOptions& o = options_of(c, chosen, &evaluate);
   c->footer("Example: tankrig evaluate cloud.ply --object box.obj --pose pose.yaml --json");
   c->add_option("cloud", o.cloud, "Cloud, .ply or .pcd, metres")->required();
   c->add_option("--object", o.object, "Triangle mesh of the object, metres")->required();
@@ -78,12 +82,13 @@ void add_evaluate(CLI::App& app, EvaluateOptions& o) {
   c->add_flag("--json", o.json, "Print one JSON object on standard output");
 }
 
-void add_session(CLI::App& app, ImportOptions& import, SessionInfoOptions& info) {
+void add_session(CLI::App& app, ChosenCommand& chosen) {
   CLI::App* session = app.add_subcommand("session", "Look into sessions, and make them from other scanners' images");
   session->require_subcommand(1);
   session->footer("Example: tankrig session info sessions/monday");
   CLI::App* c = session->add_subcommand(
       "import", "Make a session from a folder of stripe images, a camera file and the laser plane");
+  ImportOptions& import = options_of(c, chosen, &import_session);
   c->footer(
       "Example: tankrig session import --images photos --camera camera.yaml --plane 0.99989,0.01415,0.00503,0.03952 "
       "--out sessions/imported");
@@ -97,21 +102,27 @@ void add_session(CLI::App& app, ImportOptions& import, SessionInfoOptions& info)
   c->add_option("--out", import.out, "Session directory, which must not exist")->required();
   c->add_flag("--json", import.json, "Print one JSON object on standard output");
   c = session->add_subcommand("info", "Print what a session holds");
+  SessionInfoOptions& info = options_of(c, chosen, &session_info);
   c->footer("Example: tankrig session info sessions/monday --json");
-  c->add_option("session", info.session, "Session directory")->required();
+  add_session_option(c, info.session);
   c->add_flag("--json", info.json, "Print one JSON object on standard output");
+  add_session_check(*session, chosen);
+  add_session_replay(*session, chosen);
+  add_session_export(*session, chosen);
 }
 
-void add_report(CLI::App& app, ReportOptions& o) {
+void add_report(CLI::App& app, ChosenCommand& chosen) {
   CLI::App* c =
       app.add_subcommand("report", "Reconstruct and score a session again, and write its pictures and report.html");
+  ReportOptions& o = options_of(c, chosen, &report);
   c->footer("Example: tankrig report sessions/monday");
-  c->add_option("session", o.session, "Session directory")->required();
+  add_session_option(c, o.session);
   c->add_flag("--json", o.json, "Print one JSON object on standard output");
 }
 
-void add_init(CLI::App& app, InitOptions& o) {
+void add_init(CLI::App& app, ChosenCommand& chosen) {
   CLI::App* c = app.add_subcommand("init", "Write a commented rig to start from: rig file, scene and object");
+  InitOptions& o = options_of(c, chosen, &init);
   c->footer("Example: tankrig init my-rig && tankrig scan --rig my-rig/rig.yaml");
   c->add_option("directory", o.directory, "Folder to make")->required();
   c->add_option("--from", o.from, "Rig to start from")->capture_default_str();
@@ -126,62 +137,20 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   app.set_version_flag("--version", TANKRIG_VERSION);
   app.footer("Example: tankrig scan            (the simulated tank, from sweep to report)");
-  ScanOptions scan_options;
-  ReconstructOptions reconstruct_options;
-  EvaluateOptions evaluate_options;
-  ImportOptions import_options;
-  SessionInfoOptions info_options;
-  SessionCheckOptions check_options;
-  SessionRecoverOptions recover_options;
-  SessionReplayOptions replay_options;
-  SessionExportOptions export_options;
-  DoctorOptions doctor_options;
-  ReportOptions report_options;
-  InitOptions init_options;
-  ArmCommandOptions arm_options;
-  CameraPreviewOptions preview_options;
-  EmulateOptions emulate_options;
-  CalibrateTimeOptions calibrate_time_options;
-  add_scan(app, scan_options);
-  add_reconstruct(app, reconstruct_options);
-  add_evaluate(app, evaluate_options);
-  add_session(app, import_options, info_options);
-  CLI::App& session = *app.get_subcommand("session");
-  add_session_check(session, check_options, recover_options);
-  add_session_replay(session, replay_options);
-  add_session_export(session, export_options);
-  add_report(app, report_options);
-  add_doctor(app, doctor_options);
-  add_init(app, init_options);
-  add_arm(app, arm_options);
-  add_camera(app, preview_options);
-  add_emulate(app, emulate_options);
-  add_calibrate(app, calibrate_time_options);
+  ChosenCommand chosen;
+  for (const auto add : {add_scan, add_reconstruct, add_evaluate, add_session, add_report, add_doctor, add_init,
+                         add_arm, add_camera, add_emulate, add_calibrate})
+    add(app, chosen);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
     return app.exit(e) == 0 ? kOk : kUsage;
   }
-  const auto run = [&] {
-    if (app.got_subcommand("scan")) return scan(scan_options);
-    if (app.got_subcommand("reconstruct")) return reconstruct(reconstruct_options);
-    if (app.got_subcommand("evaluate")) return evaluate(evaluate_options);
-    if (app.got_subcommand("report")) return report(report_options);
-    if (app.got_subcommand("init")) return init(init_options);
-    if (app.got_subcommand("arm")) return arm_options.run(arm_options);
-    if (app.got_subcommand("camera")) return camera_preview(preview_options);
-    if (app.got_subcommand("doctor")) return doctor(doctor_options);
-    if (app.got_subcommand("emulate")) return emulate(emulate_options);
-    if (app.got_subcommand("calibrate")) return calibrate_time(calibrate_time_options);
-    if (session.got_subcommand("import")) return import_session(import_options);
-    if (session.got_subcommand("check")) return check_session(check_options);
-    if (session.got_subcommand("recover")) return recover_session(recover_options);
-    if (session.got_subcommand("replay")) return replay_session(replay_options);
-    if (session.got_subcommand("export")) return export_session(export_options);
-    return session_info(info_options);
-  };
   try {
-    return flush_output(run());
+    return flush_output(chosen());
+  } catch (const StoppedEarly& e) {
+    std::fprintf(stderr, "tankrig: %s\n", e.what());
+    return kPartial;
   } catch (const std::filesystem::filesystem_error& e) {
     std::fprintf(stderr, "tankrig: %s: %s\n", e.path1().c_str(), e.code().message().c_str());
     return kFailure;

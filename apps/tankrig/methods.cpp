@@ -4,6 +4,7 @@
 #include <chrono>
 
 #include "core/input_error.hpp"
+#include "drivers/camera/trigger_pairing.hpp"
 #include "reconstruction/cloud/cloud_io.hpp"
 
 namespace fs = std::filesystem;
@@ -73,18 +74,20 @@ void reconstruct_laser(const Session& session, const ReconstructionParameters& p
     reconstruction.reason = "no stripe found in " + std::to_string(frames.size()) + " frames";
 }
 
-/// Left and right frames of one instant with the laser off: stamps no farther apart than a tenth of a millisecond. At
-/// most `count` pairs.
+/// Left and right frames with the laser off. What they show is at rest, so cameras that run free may be half a period
+/// of 25 frames/s apart. At most `count` pairs; `single` becomes the number of frames without a partner.
 std::vector<StereoPair> stereo_pairs(const Session& session, const SessionCamera& left, const SessionCamera& right,
-                                     std::size_t count) {
+                                     std::size_t count, std::size_t& single) {
+  const auto lefts = frames_of(session, left, dark), rights = frames_of(session, right, dark);
+  TriggerPairing<FrameRecord> pairing({.tolerance = std::chrono::milliseconds(20)});
+  for (const FrameRecord* l : lefts) pairing.add_left(*l);
+  for (const FrameRecord* r : rights) pairing.add_right(*r);
   std::vector<StereoPair> pairs;
-  const auto rights = frames_of(session, right, dark);
-  for (const FrameRecord* l : frames_of(session, left, dark)) {
-    const auto same_instant = [&](const FrameRecord* r) {
-      return std::chrono::abs(l->stamp - r->stamp) <= std::chrono::microseconds(100);
-    };
-    const auto r = std::find_if(rights.begin(), rights.end(), same_instant);
-    if (r != rights.end() && pairs.size() < count) pairs.push_back({session.image(*l), session.image(**r), l->index});
+  single = lefts.size() + rights.size();
+  while (const auto pair = pairing.next()) {
+    single -= 2;
+    if (pairs.size() < count)
+      pairs.push_back({session.image(pair->left), session.image(pair->right), pair->left.index});
   }
   return pairs;
 }
@@ -95,7 +98,9 @@ void reconstruct_stereo(const Session& session, const ReconstructionParameters& 
   const SessionCamera& right = session.camera(CameraRole::kRight);
   progress.update("reconstruct: " + reconstruction.method, 0);
   const std::size_t wanted = reconstruction.method == "stereo" ? session.frames.size() : 1;
-  const std::vector<StereoPair> pairs = stereo_pairs(session, left, right, wanted);
+  std::size_t single = 0;
+  const std::vector<StereoPair> pairs = stereo_pairs(session, left, right, wanted, single);
+  reconstruction.rejections["single_frames"] = single;
   if (pairs.empty()) {
     reconstruction.reason = "no pair of frames with the laser off";
     return;
@@ -165,7 +170,7 @@ Reconstruction reconstruct_session(const Session& session, const ReconstructionP
   Reconstruction reconstruction;
   reconstruction.method = method;
   reconstruction.rejections = nlohmann::json::object();
-  if (method.starts_with("laser"))
+  if (by_laser(method))
     reconstruct_laser(session, parameters, progress, reconstruction);
   else
     reconstruct_stereo(session, parameters, progress, reconstruction);
@@ -182,7 +187,7 @@ void write_clouds(const Session& session, const Reconstruction& reconstruction) 
   fs::create_directories(clouds);
   write_cloud(clouds / (reconstruction.method + ".ply"), reconstruction.cloud);
   write_cloud(clouds / (reconstruction.method + ".pcd"), reconstruction.cloud);
-  if (reconstruction.method.starts_with("laser"))
+  if (by_laser(reconstruction.method))
     write_stripe_csv(stripe_file(session, reconstruction.method), reconstruction.rows, reconstruction.orientation);
 }
 

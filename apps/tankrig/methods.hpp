@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "apps/tankrig/progress.hpp"
@@ -20,6 +21,9 @@ namespace tankrig::app {
 
 /// The methods in the order they are reported.
 inline const std::vector<std::string> kMethods{"laser", "laser_paper", "stereo", "stereo_paper"};
+
+/// A stripe method of the mono camera; the others are the stereo pair's.
+inline bool by_laser(std::string_view method) { return method.starts_with("laser"); }
 
 /// The rig file's `reconstruction`, `workspace` and `evaluation` sections: all that happens after a scan.
 struct ReconstructionParameters {

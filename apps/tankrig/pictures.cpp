@@ -81,7 +81,7 @@ void add_stripe_picture(const Session& session, const Score& score, Album& album
 void add_method_pictures(const Session& session, const ObjectSurface& object, const Score& score, Album& album) {
   const PointCloud cloud = cloud_in_object(session, score.reconstruction);
   write_verdict_cloud(session.path / "clouds" / (score.method() + "_verdict.ply"), cloud, score.metrics.verdicts);
-  const bool laser = score.method().starts_with("laser");
+  const bool laser = by_laser(score.method());
   const SessionCamera& camera = session.camera(laser ? CameraRole::kMono : CameraRole::kLeft);
   const Vector3d camera_o = (session.info.object->bMo.inverse() * camera.bMc).translation();
   for (const auto& [name, view] :

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "apps/tankrig/backend.hpp"
+#include "rig/session/event_kinds.hpp"
 #include "rig/session/session_writer.hpp"
 #include "sim_backends/faults/faulty_host.hpp"
 
@@ -35,7 +36,8 @@ class PlayedFaults {
   /// Once in every round: tells what has begun or ended, and how the interlock reads.
   bool round() {
     if (!host_) return backend_.interlock_closed();
-    for (const sim::FaultEvent& e : script_->news(backend_.clock().now())) writer_.event(e.when, "injected", e.text);
+    for (const sim::FaultEvent& e : script_->news(backend_.clock().now()))
+      writer_.event(e.when, event_kind::kInjected, e.text);
     host_->round();
     return host_->interlock(backend_.interlock_closed());
   }

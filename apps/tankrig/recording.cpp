@@ -1,7 +1,6 @@
 #include "apps/tankrig/recording.hpp"
 
 #include <chrono>
-#include <cmath>
 
 #include "apps/tankrig/played_faults.hpp"
 #include "apps/tankrig/rig_files.hpp"
@@ -11,6 +10,7 @@
 #include "rig/capture/beam_view.hpp"
 #include "rig/plan/plan_csv.hpp"
 #include "rig/session/checksums.hpp"
+#include "rig/session/event_kinds.hpp"
 #include "rig/session/session_writer.hpp"
 #include "rig/session/sha256.hpp"
 
@@ -34,9 +34,9 @@ class SessionSink final : public ScanSink {
   }
   /// A fault is told at once: what follows may take seconds.
   void event(Stamp when, std::string_view kind, const std::string& text) override {
-    if (kind == "fault") progress_.warn(text);
-    if (kind == kRealTimeEvent) progress_.warn("real time " + text);
-    if (kind == "phase") faults_.enter_phase(text, when);
+    if (kind == event_kind::kFault) progress_.warn(text);
+    if (kind == event_kind::kRealTime) progress_.warn("real time " + text);
+    if (kind == event_kind::kPhase) faults_.enter_phase(text, when);
     writer_.event(when, kind, text);
   }
 
@@ -54,7 +54,7 @@ double read_lux(Backend& backend) {
   return reading.value().lux;
 }
 
-SessionInfo session_info_of(const ScanOptions& options, const RigConfig& rig, Backend& backend, const fs::path& path) {
+SessionInfo session_info_of(const ScanOptions& options, Backend& backend, const fs::path& path) {
   SessionInfo info;
   info.name = path.filename().string();
   info.kind = "scan";
@@ -64,7 +64,6 @@ SessionInfo session_info_of(const ScanOptions& options, const RigConfig& rig, Ba
   info.noise = backend.noise();
   info.seed = options.seed;
   if (backend.world()) info.light = backend.world()->light();
-  rig.describe(info);
   info.clock_begin = read_clock_pair(backend.clock());
   return info;
 }
@@ -81,11 +80,13 @@ void keep_figures(SessionWriter& writer, const RigConfig& rig, Backend& backend,
   keep_timing(writer, rig, result);
 }
 
-/// Where the disk, most likely, has been told of as what failed.
+/// Where what failed has been told of, most likely the disk.
 template <class Keep>
-void as_far_as_possible(Keep keep) noexcept {
+void as_far_as_possible(Keep keep) {
   try {
     keep();
+  } catch (const DiskHangs&) {
+    throw;
   } catch (const std::exception&) {
   }
 }
@@ -101,13 +102,13 @@ void check_lux(const std::string& lux) {
   } catch (const std::exception&) {
     used = std::string::npos;
   }
-  if (used != lux.size() || !std::isfinite(value) || value < 0)
-    throw InputError("--lux: found '" + lux + "', expected auto or a number of at least 0");
+  if (used != lux.size() || !(value >= 0 && value <= kMaxLux))
+    throw InputError("--lux: found '" + lux + "', expected auto or a number from 0 to 10000000");
 }
 
 ScanResult record_scan(const ScanOptions& options, const RigConfig& rig, const ScanPlan& plan, Backend& backend,
                        const fs::path& path, Progress& progress, std::optional<OutputsLeft>& left) {
-  SessionInfo info = session_info_of(options, rig, backend, path);
+  SessionInfo info = session_info_of(options, backend, path);
   const bool meter = options.lux == "auto" && rig.read_lux;
   if (meter || options.lux != "auto") {
     info.lux_source = meter ? "meter" : "hand";
@@ -116,6 +117,9 @@ ScanResult record_scan(const ScanOptions& options, const RigConfig& rig, const S
   const std::string mesh = rig.object.mesh.filename().string();
   const std::string rig_file = resolved_rig_yaml(rig, mesh);
   info.rig_hash = sha256_of_text(rig_file);
+  // As rig.yaml will be read: a pose read and written again is not the same text, and `session recover` proves a
+  // calibration by its text.
+  read_rig(ConfigNode::parse(rig_file, path / "rig.yaml")).describe(info);
   SessionWriterOptions writer_options;
   writer_options.wait_when_full = !backend.clock().real_time();
   SessionWriter writer(path, std::move(info), writer_options);
@@ -145,6 +149,10 @@ ScanResult record_scan(const ScanOptions& options, const RigConfig& rig, const S
               StopOnSignal::requested(),
               [&] { return faults.round(); },
               [&](const ScanProgress& p) { progress.update("scan: " + p.segment, p.fraction); }};
+  const auto pictures = [&] {
+    return PictureOptions{[&](double fraction) { progress.update("writing pictures", fraction); },
+                          StopOnSignal::from_now_on()};
+  };
   ScanResult& result = job.result;
   try {
     run_scan(job);
@@ -153,24 +161,25 @@ ScanResult record_scan(const ScanOptions& options, const RigConfig& rig, const S
       result.status = std::string("stopped: ") + e.what();
     else
       left = result.left;
+    progress.warn(result.status + "; closing the session");
     as_far_as_possible([&] { keep_figures(writer, rig, backend, result); });
-    as_far_as_possible([&] { writer.close(result.status); });
+    as_far_as_possible([&] { writer.close(result.status, pictures()); });
     throw;
   }
   left = result.left;
   keep_figures(writer, rig, backend, result);
   for (const std::string& fault : faults.never_began()) {
     progress.warn("faults: " + fault + ": never began");
-    writer.event(backend.clock().now(), "injected", fault + " never began");
+    writer.event(backend.clock().now(), event_kind::kInjected, fault + " never began");
   }
   if (meter && result.complete()) try {
       writer.info().lux_after = read_lux(backend);
     } catch (const InputError& e) {
       progress.warn(e.what());
-      writer.event(backend.clock().now(), "fault", e.what());
+      writer.event(backend.clock().now(), event_kind::kFault, e.what());
     }
-  const std::atomic<bool>* stop = StopOnSignal::requested() ? nullptr : &StopOnSignal::requested();
-  writer.close(result.status, {[&](double fraction) { progress.update("writing pictures", fraction); }, stop});
+  progress.update("closing the session", 0);
+  writer.close(result.status, pictures());
   write_checksums(path);
   for (const auto& [name, count] : writer.info().counts) result.counts[name] = count;
   return result;

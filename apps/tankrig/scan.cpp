@@ -11,11 +11,12 @@
 #include "apps/tankrig/commands.hpp"
 #include "apps/tankrig/dry_run.hpp"
 #include "apps/tankrig/output.hpp"
-#include "apps/tankrig/pictures.hpp"
+#include "apps/tankrig/plan_check.hpp"
 #include "apps/tankrig/progress.hpp"
 #include "apps/tankrig/recording.hpp"
 #include "apps/tankrig/rig_files.hpp"
 #include "apps/tankrig/scores.hpp"
+#include "apps/tankrig/session_report.hpp"
 #include "apps/tankrig/stop.hpp"
 #include "apps/tankrig/summary.hpp"
 #include "apps/tankrig/timing.hpp"
@@ -40,15 +41,20 @@ fs::path default_session(const std::string& rig) {
   return path;
 }
 
+int told_stopped(const fs::path& path, const std::string& why, const std::optional<OutputsLeft>& left, bool finished,
+                 Progress& progress) {
+  progress.warn("scan " + why + "; " + (left ? to_string(*left) : "laser and arm were not touched") +
+                ", session kept in " + path.string() + (finished ? "" : ", not finished: tankrig session recover"));
+  return kPartial;
+}
+
 int stopped(const fs::path& path, const std::string& why, const std::optional<OutputsLeft>& left, Progress& progress) {
   try {
     write_checksums(path);
   } catch (const InputError& e) {
     progress.warn(e.what());
   }
-  progress.warn("scan " + why + "; " + (left ? to_string(*left) : "laser and arm were not touched") +
-                ", session kept in " + path.string());
-  return kPartial;
+  return told_stopped(path, why, left, !has_spool(path), progress);
 }
 
 /// Warns of every camera that recorded clearly less than the plan holds. True if one has too little to make a cloud of.
@@ -72,6 +78,24 @@ bool frames_are_missing(const RigConfig& rig, const ScanPlan& plan, const ScanRe
   return too_few;
 }
 
+nlohmann::ordered_json scan_json(const RigConfig& rig, const Session& session, const std::vector<Score>& scores,
+                                 const ScanResult& result, double wall_s) {
+  nlohmann::ordered_json out = scores_json(scores);
+  out["session"] = session.path.string();
+  out["wall_s"] = wall_s;
+  out["simulated_s"] = result.simulated_s;
+  out["frames"] = session.frames.size();
+  if (result.times) out["timing"] = timing_json(rig, result);
+  return out;
+}
+
+void print_scan(const Session& session, const std::vector<Score>& scores, const ScanResult& result, bool real_time,
+                double wall_s) {
+  std::printf("%s%s", score_table(tabled(scores)).c_str(), sync_line(result.sync).c_str());
+  std::printf("%zu frames, a scan of %.1f s%s, all in %.1f s\nlook at %s\n", session.frames.size(), result.simulated_s,
+              real_time ? "" : " simulated", wall_s, (session.path / "report.html").c_str());
+}
+
 }  // namespace
 
 int scan(const ScanOptions& options) {
@@ -81,7 +105,7 @@ int scan(const ScanOptions& options) {
   const RigConfig rig = load_rig(find_rig(options.rig), options.preset);
   const ReconstructionParameters parameters = reconstruction_parameters(rig.root);
   const StopOnSignal stop_on_signal;  // before the devices: it outlives them
-  const std::unique_ptr<Backend> backend =
+  const OwnBackend backend =
       make_backend(rig, {.world = {options.light, options.noise, options.sensor, options.particles, options.seed},
                          .carrier = options.carrier,
                          .faults = options.faults});
@@ -113,6 +137,8 @@ int scan(const ScanOptions& options) {
   try {
     result = record_scan(options, rig, plan, *backend, path, progress, left);
     stops.reset();
+  } catch (const DiskHangs& e) {
+    return told_stopped(path, std::string("stopped: ") + e.what(), left, false, progress);
   } catch (const std::exception& e) {
     if (!left && !fs::exists(path / "session.yaml")) throw;
     return stopped(path, std::string("stopped: ") + e.what(), left, progress);
@@ -122,39 +148,20 @@ int scan(const ScanOptions& options) {
     print_timing(rig, result);
   }
   if (!result.complete()) return stopped(path, result.status, left, progress);
-  if (has_spool(path)) return stopped(path, "stopped while writing pictures (tankrig session recover)", left, progress);
+  if (has_spool(path)) return stopped(path, "stopped while writing pictures", left, progress);
   const bool partial = frames_are_missing(rig, plan, result, progress);
 
   const Session session = Session::open(path);
-  const ObjectSurface object = object_of(session, parameters.thresholds);
-  const std::vector<Score> scores =
-      reconstruct_and_score(session, parameters, object, StopOnSignal::requested(), progress);
-  if (StopOnSignal::requested()) {
-    write_checksums(path);
+  const auto scores = reconstruct_and_report(session, parameters, backend->world(), progress);
+  if (!scores) {
     progress.warn("stopped before the report; the scan is complete: tankrig report " + path.string());
     return kPartial;
   }
-  progress.update("pictures and report", 0);
-  write_pictures_and_report(session, object, scores, backend->world());
-  write_checksums(path);
-  progress.update("pictures and report", 1);
-  progress.finish_line();
-
   const double wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
-  if (options.json) {
-    nlohmann::ordered_json out = scores_json(scores);
-    out["session"] = path.string();
-    out["wall_s"] = wall;
-    out["simulated_s"] = result.simulated_s;
-    out["frames"] = session.frames.size();
-    if (result.times) out["timing"] = timing_json(rig, result);
-    print_json(out);
-  } else {
-    std::printf("%s%s", score_table(tabled(scores)).c_str(), sync_line(result.sync).c_str());
-    std::printf("%zu frames, a scan of %.1f s%s, all in %.1f s\nlook at %s\n", session.frames.size(),
-                result.simulated_s, backend->clock().real_time() ? "" : " simulated", wall,
-                (path / "report.html").c_str());
-  }
+  if (options.json)
+    print_json(scan_json(rig, session, *scores, result, wall));
+  else
+    print_scan(session, *scores, result, backend->clock().real_time(), wall);
   return partial ? kPartial : kOk;
 }
 

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "core/input_error.hpp"
+#include "rig/session/text_files.hpp"
 
 namespace tankrig::app {
 namespace {
@@ -55,6 +56,10 @@ std::vector<std::string> calibration_errors(const RigConfig& rig, const sim::Tan
       if (!(pixels <= kSamePixel)) out.emplace_back(text);
     }
   if (const auto d = pose_difference(rig.object.bMo, bMw * world.wMo())) out.push_back("object stands " + *d + meant);
+  if (read_whole_file(rig.object.mesh) != read_whole_file(world.object_mesh()))
+    out.push_back("object: " + rig.object.mesh.filename().string() + " is another mesh than the scene's " +
+                  world.object_mesh().filename().string() + ": scores are against a shape that is not there");
+  if (const auto d = pose_difference(rig.obstacles.wMb, world.wMb())) out.push_back("arm stands " + *d + meant);
   const Plane sheet{world.eMl().linear().col(0), -world.eMl().linear().col(0).dot(world.eMl().translation())};
   const double angle = std::acos(std::min(1.0, std::abs(sheet.normal.dot(rig.laser.ePl.normal))));
   const double offset = std::abs(std::abs(sheet.offset) - std::abs(rig.laser.ePl.offset));

@@ -29,7 +29,7 @@ Ceiling ceiling_of(const Session& session, const ObjectSurface& object, const st
   const Transform oMb = session.info.object->bMo.inverse();
   CeilingViews views;
   views.max_incidence = thresholds.max_incidence;
-  if (method.starts_with("laser")) {
+  if (by_laser(method)) {
     const SessionCamera& camera = session.camera(CameraRole::kMono);
     views.cameras.push_back({camera.model, oMb * camera.bMc});
     views.laser = laser_passes(session, camera, oMb);
@@ -57,7 +57,7 @@ Score score_of(const Session& session, const MetricThresholds& thresholds, const
 }  // namespace
 
 bool has_cameras(const Session& session, const std::string& method) {
-  if (method.starts_with("laser")) return session.find_camera(CameraRole::kMono);
+  if (by_laser(method)) return session.find_camera(CameraRole::kMono);
   return session.find_camera(CameraRole::kLeft) && session.find_camera(CameraRole::kRight);
 }
 

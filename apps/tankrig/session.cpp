@@ -3,8 +3,10 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/tankrig/commands.hpp"
+#include "apps/tankrig/open_session.hpp"
 #include "apps/tankrig/output.hpp"
 #include "core/input_error.hpp"
+#include "rig/session/planes_csv.hpp"
 #include "rig/session/session_import.hpp"
 #include "rig/session/session_summary.hpp"
 
@@ -23,15 +25,18 @@ int import_session(const ImportOptions& options) {
   request.notes = options.notes;
   request.software = TANKRIG_VERSION;
   write_import_session(request);
-  return session_info({options.out, options.json});
+  return session_info({session_path(options.out), options.json});
 }
 
 int session_info(const SessionInfoOptions& options) {
-  const Session session = Session::open(options.session);
+  Progress progress;
+  const Session session = open_session(options.session, progress).session;
   const auto facts = session_summary(session);
   if (options.json) {
     nlohmann::ordered_json out;
-    for (const auto& [what, value] : facts) out[what] = value;
+    for (const auto& [what, value] : facts)
+      if (what != "warning") out[what] = value;
+    out["warnings"] = session.warnings;
     print_json(out);
   } else {
     for (const auto& [what, value] : facts) std::printf("%-22s %s\n", what.c_str(), value.c_str());

@@ -4,6 +4,8 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "apps/tankrig/commands.hpp"
+#include "apps/tankrig/open_session.hpp"
 #include "apps/tankrig/output.hpp"
 #include "apps/tankrig/progress.hpp"
 #include "apps/tankrig/stop.hpp"
@@ -49,16 +51,18 @@ void print_findings(const std::filesystem::path& session, const SessionFindings&
 
 }  // namespace
 
-void add_session_check(CLI::App& session, SessionCheckOptions& check, SessionRecoverOptions& recover) {
+void add_session_check(CLI::App& session, ChosenCommand& chosen) {
   CLI::App* c = session.add_subcommand(
       "check", "Verify a session: exit 0 whole, 3 usable with its losses listed, 1 nothing usable");
+  SessionCheckOptions& check = options_of(c, chosen, &check_session);
   c->footer("Example: tankrig session check sessions/monday");
-  c->add_option("session", check.session, "Session directory")->required();
+  add_session_option(c, check.session);
   c->add_flag("--json", check.json, "Print one JSON object on standard output");
   c = session.add_subcommand(
       "recover", "Make a whole session of a damaged or killed one; what is replaced is kept in its lost+found");
+  SessionRecoverOptions& recover = options_of(c, chosen, &recover_session);
   c->footer("Example: tankrig session recover sessions/monday --out sessions/monday-recovered");
-  c->add_option("session", recover.session, "Session directory")->required();
+  add_session_option(c, recover.session);
   c->add_option("--out", recover.out, "Mend a copy here, which must not exist (default: in place)");
   c->add_flag("--json", recover.json, "Print one JSON object on standard output");
 }
@@ -82,7 +86,8 @@ int recover_session(const SessionRecoverOptions& options) {
   RecoverOptions how;
   how.out = options.out;
   how.describe = describe_rig;
-  how.pictures = {[&](double fraction) { progress.update("writing pictures", fraction); }, &StopOnSignal::requested()};
+  how.pictures = {[&](double fraction) { progress.update("writing pictures", fraction); },
+                  [] { return StopOnSignal::requested().load(); }};
   const Recovery done = tankrig::recover_session(options.session, how);
   progress.finish_line();
   if (options.json) {

@@ -1,10 +1,9 @@
 // `tankrig session check` and `recover`: whether a session is whole, and how it is made so.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 
-#include "apps/tankrig/commands.hpp"
+#include "apps/tankrig/command_line.hpp"
 
 namespace tankrig::app {
 
@@ -20,7 +19,7 @@ struct SessionRecoverOptions {
 };
 
 /// Defines both below `tankrig session`.
-void add_session_check(CLI::App& session, SessionCheckOptions& check, SessionRecoverOptions& recover);
+void add_session_check(CLI::App& session, ChosenCommand& chosen);
 
 /// kOk: whole; kPartial: usable, its losses listed; kFailure: nothing usable.
 int check_session(const SessionCheckOptions& options);

@@ -7,8 +7,8 @@
 
 namespace tankrig::app {
 
-/// Empty: the two files hold the same bytes. Else "line 12 differs" of text, "byte 1234 differs", or that one is
-/// missing.
+/// Empty: the two files hold the same bytes, but for columns of a table that its recorder did not write yet. Else "line
+/// 12 differs" of text, "byte 1234 differs", or that one is missing.
 std::string difference(const std::filesystem::path& recorded, const std::filesystem::path& replayed);
 
 /// Every file of a session, relative to it, sorted.

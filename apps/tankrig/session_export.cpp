@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/tankrig/commands.hpp"
+#include "apps/tankrig/open_session.hpp"
 #include "apps/tankrig/output.hpp"
 #include "apps/tankrig/progress.hpp"
 #include "core/input_error.hpp"
@@ -27,12 +28,9 @@ class Export {
   Export(const SessionExportOptions& options, Progress& progress)
       : options_(options),
         progress_(progress),
-        session_(Session::open(options.session)),
-        out_(options.out.empty() ? fs::path(options.session.lexically_normal().string() + "-export") : options.out) {
-    for (const std::string& warning : session_.warnings) progress_.warn(warning);
-    const bool cut = session_.info.status == "recording";
-    if (fs::exists(session_.path / "joints.csv")) joints_ = read_joints_csv(session_.path / "joints.csv", cut).records;
-    if (fs::exists(session_.path / "events.csv")) events_ = read_events_csv(session_.path / "events.csv", cut).records;
+        opened_(open_session(options.session, progress)),
+        out_(options.out.empty() ? fs::path(options.session.string() + "-export") : options.out) {
+    check_outside(out_, session_.path);
     if (!joints_.empty())
       start_ = joints_.front().stamp;
     else if (!session_.frames.empty())
@@ -59,6 +57,8 @@ class Export {
 
   const std::vector<std::string>& written() const { return written_; }
   const std::map<std::string, std::string>& left_out() const { return left_out_; }
+  /// Nothing that was recorded is known to be missing from what was written.
+  bool all_there() const { return session_.all_there && !can_log_cut_; }
 
  private:
   fs::path target(const std::string& name) {
@@ -71,7 +71,12 @@ class Export {
     const fs::path log = session_.path / "can.log";
     if (fs::exists(log)) {
       std::string text;
-      for (const CanLogEntry& entry : read_can_log(log).entries) {
+      const CanLog recorded = read_can_log(log);
+      if (recorded.cut_bytes > 0) {
+        progress_.warn("can.log: its last line is incomplete and left out");
+        can_log_cut_ = true;
+      }
+      for (const CanLogEntry& entry : recorded.entries) {
         append_line(entry, text);
         text += '\n';
       }
@@ -102,18 +107,20 @@ class Export {
 
   void bag() {
     fs::create_directories(out_);
-    const fs::path file = out_ / (session_.path.lexically_normal().filename().string() + ".bag");
-    write_session_bag(session_, options_.raw_images, file);
+    const fs::path file = out_ / (session_.path.filename().string() + ".bag");
+    write_session_bag(opened_, options_.raw_images, file);
     written_.push_back(file.string());
   }
 
   const SessionExportOptions& options_;
   Progress& progress_;
-  Session session_;
-  fs::path out_;
-  std::vector<JointState> joints_;
-  std::vector<SessionEvent> events_;
+  const OpenedSession opened_;
+  const Session& session_ = opened_.session;
+  const std::vector<JointState>& joints_ = opened_.joints;
+  const std::vector<SessionEvent>& events_ = opened_.events;
+  const fs::path out_;
   Stamp start_{};
+  bool can_log_cut_ = false;
   std::vector<std::string> written_;
   std::map<std::string, std::string> left_out_;
 };
@@ -133,10 +140,11 @@ std::map<std::string, Rectification> rectifications(const Session& session) {
   return out;
 }
 
-void add_session_export(CLI::App& session, SessionExportOptions& o) {
+void add_session_export(CLI::App& session, ChosenCommand& chosen) {
   CLI::App* c = session.add_subcommand("export", "Write a session for other programs");
+  SessionExportOptions& o = options_of(c, chosen, &export_session);
   c->footer("Example: tankrig session export sessions/monday --format bag");
-  c->add_option("session", o.session, "Session directory")->required();
+  add_session_option(c, o.session);
   auto* what = c->add_option_group("what");
   what->add_option("--format", o.formats, "candump, camera_info, csv, bag; may be given several times")
       ->check(CLI::IsMember(kFormats))
@@ -161,7 +169,8 @@ int export_session(const SessionExportOptions& options) {
     print_json({{"written", job.written()}, {"left_out", job.left_out()}});
   else
     for (const std::string& file : job.written()) std::printf("%s\n", file.c_str());
-  return job.left_out().empty() ? kOk : kPartial;
+  if (!job.all_there()) progress.warn("what was recorded is not all there, see above");
+  return job.left_out().empty() && job.all_there() ? kOk : kPartial;
 }
 
 }  // namespace tankrig::app

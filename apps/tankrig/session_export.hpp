@@ -1,11 +1,12 @@
 // `tankrig session export`: a session for other programs.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <string>
 #include <vector>
 
+#include "apps/tankrig/command_line.hpp"
+#include "apps/tankrig/open_session.hpp"
 #include "rig/session/session.hpp"
 
 namespace tankrig::app {
@@ -19,7 +20,7 @@ struct SessionExportOptions {
   bool json = false;
 };
 
-void add_session_export(CLI::App& session, SessionExportOptions& options);
+void add_session_export(CLI::App& session, ChosenCommand& chosen);
 int export_session(const SessionExportOptions& options);
 
 /// The rectification of every camera by its name: the pair's own, where it is one, as the stereo methods use it.
@@ -27,6 +28,6 @@ std::map<std::string, Rectification> rectifications(const Session& session);
 
 /// The whole session as a ROS 1 bag; topics and frames: docs/export.md.
 /// Errors: InputError, also of a program built without librosbag-storage.
-void write_session_bag(const Session& session, bool raw_images, const std::filesystem::path& file);
+void write_session_bag(const OpenedSession& opened, bool raw_images, const std::filesystem::path& file);
 
 }  // namespace tankrig::app

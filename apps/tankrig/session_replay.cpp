@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/tankrig/commands.hpp"
+#include "apps/tankrig/open_session.hpp"
 #include "apps/tankrig/output.hpp"
 #include "apps/tankrig/scores.hpp"
 #include "apps/tankrig/session_comparison.hpp"
@@ -17,6 +18,7 @@
 #include "rig/scan/replay.hpp"
 #include "rig/session/checksums.hpp"
 #include "rig/session/session_writer.hpp"
+#include "rig/session/spool.hpp"
 #include "rig/session/text_files.hpp"
 
 namespace fs = std::filesystem;
@@ -51,7 +53,8 @@ class ReplayFolder {
  public:
   ReplayFolder(const fs::path& session, const fs::path& kept) : keep_(!kept.empty()) {
     path_ = kept;
-    if (!keep_) path_ = session.lexically_normal().string() + ".replay-" + std::to_string(::getpid());
+    if (!keep_) path_ = session.string() + ".replay-" + std::to_string(::getpid());
+    check_outside(path_, session);
     if (fs::exists(path_)) throw InputError(path_, "exists already, expected a new directory for the replayed session");
   }
   ~ReplayFolder() {
@@ -164,16 +167,9 @@ void compare_results(const Session& session, const fs::path& replayed, Verdict& 
     for (const char* extension : {".ply", ".pcd"})
       verdict.compare(session.path, replayed, "clouds/" + method + extension, verdict.clouds);
     verdict.compare(session.path, replayed, "results/" + method + ".json", verdict.scores);
+    if (by_laser(method))
+      verdict.compare(session.path, replayed, fs::relative(stripe_file(session, method), session.path), verdict.clouds);
   }
-  for (const char* method : {"laser", "laser_paper"})
-    verdict.compare(session.path, replayed, fs::relative(stripe_file(session, method), session.path), verdict.clouds);
-}
-
-/// Files that are no longer what was sealed, as differences.
-void check_seal(const Session& session, Verdict& verdict) {
-  if (!fs::exists(session.path / "SHA256SUMS")) return;
-  for (const std::string& what : check_checksums(session.path))
-    verdict.differences.push_back(what + " since the session was sealed");
 }
 
 struct Replayed {
@@ -183,9 +179,11 @@ struct Replayed {
   Verdict verdict;
 };
 
-Replayed replay(const Session& session, const SessionReplayOptions& options, const fs::path& to, Progress& progress) {
+Replayed replay(const OpenedSession& opened, const SessionReplayOptions& options, const fs::path& to,
+                Progress& progress) {
+  const Session& session = opened.session;
   Replayed result;
-  check_seal(session, result.verdict);
+  result.verdict.differences = opened.unlike_seal;
   result.not_fed = why_not_replayable(session);
   result.clouds = has_clouds(session);
   if (result.not_fed.empty()) {
@@ -237,11 +235,12 @@ void print(const Replayed& r, const Session& session) {
 
 }  // namespace
 
-void add_session_replay(CLI::App& session, SessionReplayOptions& o) {
+void add_session_replay(CLI::App& session, ChosenCommand& chosen) {
   CLI::App* c = session.add_subcommand(
       "replay", "Feed a recorded session through the same code again; clouds and scores must be the same bits");
+  SessionReplayOptions& o = options_of(c, chosen, &replay_session);
   c->footer("Example: tankrig session replay sessions/monday");
-  c->add_option("session", o.session, "Session directory")->required();
+  add_session_option(c, o.session);
   c->add_option("--out", o.out, "Keep the replayed session here (default: removed when it has been compared)");
   c->add_option("--speed", o.speed,
                 "Times real time, as a rig would: a disk that is too slow drops frames (default: as fast as possible)")
@@ -252,12 +251,13 @@ void add_session_replay(CLI::App& session, SessionReplayOptions& o) {
 int replay_session(const SessionReplayOptions& options) {
   Progress progress;
   const StopOnSignal stop_on_signal;
-  const Session session = Session::open(options.session);
-  if (session.info.status == "recording")
+  const OpenedSession opened = open_session(options.session, progress);
+  const Session& session = opened.session;
+  if (session.info.status == "recording" || !spool_segments(session.path).empty())
     throw InputError(session.path, "was cut short: tankrig session recover it first, then replay what was recovered");
   const ReplayFolder folder(session.path, options.out);
   try {
-    const Replayed result = replay(session, options, folder.path(), progress);
+    const Replayed result = replay(opened, options, folder.path(), progress);
     progress.finish_line();
     const nlohmann::ordered_json json = json_of(result, session);
     if (folder.kept()) {

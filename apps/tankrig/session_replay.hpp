@@ -1,8 +1,9 @@
 // `tankrig session replay`: a recorded session through the same code again, compared byte for byte.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
+
+#include "apps/tankrig/command_line.hpp"
 
 namespace tankrig::app {
 
@@ -13,7 +14,7 @@ struct SessionReplayOptions {
   bool json = false;
 };
 
-void add_session_replay(CLI::App& session, SessionReplayOptions& options);
+void add_session_replay(CLI::App& session, ChosenCommand& chosen);
 
 /// kOk: identical. kFailure: something differs, named. kPartial: stopped.
 int replay_session(const SessionReplayOptions& options);

@@ -38,6 +38,12 @@ StopOnSignal::~StopOnSignal() { for_every_signal(SIG_DFL); }
 
 const std::atomic<bool>& StopOnSignal::requested() { return stop_requested; }
 
+std::function<bool()> StopOnSignal::from_now_on() {
+  return [requested = stop_requested.load(), times = times_asked.load()] {
+    return times_asked.load() > times || (stop_requested.load() && !requested);
+  };
+}
+
 RigStops::RigStops(Backend& backend, Progress& progress)
     : emergency_(backend.laser(), backend.arm()), key_(STDIN_FILENO, stop_requested) {
   if (key_.active()) progress.note("space, Enter or q stops: laser off, arm at rest");

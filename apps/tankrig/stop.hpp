@@ -2,6 +2,8 @@
 #pragma once
 
 #include <atomic>
+#include <functional>
+#include <stdexcept>
 
 #include "apps/tankrig/backend.hpp"
 #include "apps/tankrig/progress.hpp"
@@ -9,6 +11,12 @@
 #include "rig/safety/stop_key.hpp"
 
 namespace tankrig::app {
+
+/// A request to stop was seen while there was nothing yet to make safe or to keep: main says so, kPartial.
+class StoppedEarly : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
 
 /// While it lives, every signal that would end or suspend the program sets requested(). Left are: those of a crash
 /// (EmergencyStop), SIGPIPE and SIGXFSZ (ignored: the write fails), and those nobody can catch: SIGKILL, SIGSTOP, and
@@ -23,6 +31,8 @@ class StopOnSignal {
   StopOnSignal& operator=(const StopOnSignal&) = delete;
 
   static const std::atomic<bool>& requested();
+  /// Whether a stop is asked for after this call, be it once more.
+  static std::function<bool()> from_now_on();
 };
 
 /// While laser or arm may do something: the stop key of the terminal, which is told on the screen, and the last resort

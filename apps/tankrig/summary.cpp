@@ -47,19 +47,26 @@ std::string score_table(const std::vector<std::pair<std::string, nlohmann::json>
 }
 
 std::string sync_line(const Statistics& sync) {
-  std::string ms, mm;
+  std::string ms, mm, sigma;
   for (const Statistic& s : sync) {
-    if (!s.name.starts_with("sync.residual_")) continue;
-    std::string& list = s.name.ends_with("_ms") ? ms : mm;
+    const bool residual = s.name.starts_with("sync.residual_");
+    if (!residual && !s.name.starts_with("sync.stamp_sigma_")) continue;
+    std::string& list = !residual ? sigma : s.name.ends_with("_ms") ? ms : mm;
     char number[32];
     std::snprintf(number, sizeof number, "%s%.2f", list.empty() ? "" : ", ", s.value);
     list += number;
   }
-  return "sync residual (median, 99 %, most): " + ms + " ms; " + mm + " mm on the target\n";
+  return "sync residual (median, 99 %, most): " + ms + " ms; " + mm + " mm on the target; sigma of the stamps " +
+         sigma + " ms\n";
 }
 
 std::string uwsim_table(const nlohmann::json& score) {
-  std::string table = score.dump(2) + "\n";
+  std::string table;
+  for (const auto& [name, value] : score.items()) {
+    std::string row = name;
+    row.resize(std::max<std::size_t>(row.size() + 2, 22), ' ');
+    table += row + value.dump() + "\n";
+  }
   return table;
 }
 

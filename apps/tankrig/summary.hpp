@@ -13,10 +13,10 @@ namespace tankrig::app {
 /// A row per (method, score JSON): the paper's four figures first, each with its threshold or its ceiling.
 std::string score_table(const std::vector<std::pair<std::string, nlohmann::json>>& scores);
 
-/// The reference module's figures, with its oddities below.
+/// A row per figure of the reference module.
 std::string uwsim_table(const nlohmann::json& score);
 
-/// "sync residual: ... ms, ... mm on the target" in a line, of a scan's statistics.
+/// "sync residual: ... ms, ... mm on the target; sigma of the stamps ... ms" in a line, of a scan's statistics.
 std::string sync_line(const Statistics& sync);
 
 }  // namespace tankrig::app

@@ -1,19 +1,19 @@
 #include "drivers/arm/arm5e.hpp"
 
-#include <pthread.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
+#include "core/thread_priority.hpp"
+
 namespace tankrig {
 namespace {
 
 constexpr double kNoAngle = std::numeric_limits<double>::quiet_NaN();
-constexpr int kDrivenTicks = 50;  // slower demands may well move nothing [ticks/s]
 constexpr std::uint16_t kPowerUpRaw = 2;
 constexpr auto kKeeperPeriod = std::chrono::milliseconds(50);
+constexpr int kKeeperPriority = 47;  // below the cycle's and the laser's: the light goes off first
 
 void add(std::atomic<std::uint64_t>& count) noexcept { count.fetch_add(1, std::memory_order_relaxed); }
 
@@ -45,11 +45,12 @@ Arm5e::Arm5e(const Arm5eSettings& settings, const ArmModel& model, std::unique_p
       bus_load_(carrier_load(settings).load),
       link_(std::move(link)),
       schedule_(settings.carrier == ArmCarrier::kCan ? settings.fast_joint : std::nullopt),
+      evidence_(settings.silence_timeout),
       heard_(clock.now()),
       faults_(settings_) {
   tracks_.fill(EncoderTrack(settings.encoder));
   const Stamp now = clock_.now();
-  next_send_ = changed_at_ = listened_ = now;
+  next_send_ = listened_ = now;
   written_ns_ = now.ns;
   keeper_life_.give(now);
   if (clock_.real_time()) keeper_ = std::thread([this] { keep(); });
@@ -122,17 +123,17 @@ Result<std::optional<JointState>> Arm5e::drain(Stamp now) noexcept {
     if (state) newest = state;
   }
   if (const auto fault = faults_.tell(now)) return *fault;
-  if (now - heard_.oldest() > settings_.silence_timeout) {
+  if (silent(now)) {
     if (!was_silent_) gains_answered_ = false;
     was_silent_ = true;
     schedule_.begin_whole();
     return Error{ErrorCode::kTimeout, 0, now, "arm: silent"};
   }
-  const bool at_a_stop = readings_.current_a > settings_.homing.stop_current_a;
-  if (driven_ && !at_a_stop && now - changed_at_ > settings_.silence_timeout)
-    return Error{ErrorCode::kTimeout, 0, now, "arm: repeats old readings though it is driven"};
+  if (evidence_.frozen()) return Error{ErrorCode::kTimeout, 0, now, "arm: repeats old readings though it is driven"};
   return newest;
 }
+
+bool Arm5e::silent(Stamp now) const noexcept { return now - heard_.oldest() > settings_.silence_timeout; }
 
 void Arm5e::lose() noexcept {
   if (connected_) add(disconnects_);
@@ -145,8 +146,9 @@ void Arm5e::lose() noexcept {
 /// The answer to the gains, or readings, which become a state once the encoders are believed.
 std::optional<JointState> Arm5e::take(const ArmAnswer& answer, Stamp now) noexcept {
   add(exchanges_);
-  heard_.of(answer.sensors ? answer.has : ArmExchange{}, now);
-  const bool returned = answer.sensors && answer.has.whole() && std::exchange(was_silent_, false);
+  if (answer.sensors) heard_.of(answer.has, now);
+  const bool returned = was_silent_ && answer.sensors && answer.has.whole();
+  if (returned) was_silent_ = silent(now);
   if (gains_last_)
     gains_answered_ = true;
   else if (!gains_answered_)
@@ -156,8 +158,9 @@ std::optional<JointState> Arm5e::take(const ArmAnswer& answer, Stamp now) noexce
     for (EncoderTrack& track : tracks_) track.restart();
     lose_reference();
   }
-  note(answer, now);
+  note(answer);
 
+  const bool stalled = readings_.current_a > settings_.homing.stop_current_a;
   for (std::size_t j = 0; j < kJoints; ++j) {
     if (!holds(answer.has.sensors, j)) continue;
     switch (tracks_[j].take(answer.joints[j].position, readings_.stamp)) {
@@ -169,7 +172,9 @@ std::optional<JointState> Arm5e::take(const ArmAnswer& answer, Stamp now) noexce
         lose_reference();
         break;
       case EncoderTrack::Reading::kStarting:
+        break;
       case EncoderTrack::Reading::kGood:
+        evidence_.read(j, tracks_[j].raw(), readings_.stamp, stalled);
         break;
     }
   }
@@ -193,11 +198,8 @@ JointState Arm5e::state() const noexcept {
   return state;
 }
 
-void Arm5e::note(const ArmAnswer& answer, Stamp now) noexcept {
-  if (answer.joints != last_.joints || answer.master != last_.master) {
-    changed_at_ = now;
-    changed_in_round_ = true;
-  }
+void Arm5e::note(const ArmAnswer& answer) noexcept {
+  if (answer.joints != last_.joints || answer.master != last_.master) changed_in_round_ = true;
   if (answer.has.master && !std::exchange(changed_in_round_, false) && driven_) add(stale_);
   last_ = answer;
   readings_.take(answer, settings_.scaling, settings_.tail);
@@ -283,11 +285,7 @@ void Arm5e::last_resort() noexcept {
   link_->send_regardless(rest_);
 }
 
-void Arm5e::rest() noexcept {
-  demands_.fill({});
-  driven_ = false;
-  written_ns_ = clock_.now().ns;
-}
+void Arm5e::rest() noexcept { set_demand({}, clock_.now()); }
 
 void Arm5e::set_demand(const std::array<double, kJoints>& ticks_per_s, Stamp now) noexcept {
   bool driven = false;
@@ -296,9 +294,9 @@ void Arm5e::set_demand(const std::array<double, kJoints>& ticks_per_s, Stamp now
     const DemandType moving = ticks_per_s[j] > 0 ? DemandType::kSpeedForward : DemandType::kSpeedBackward;
     demands_[j] = {};
     if (speed != 0) demands_[j] = {moving, speed, 0, 0};
-    driven = driven || speed >= kDrivenTicks;
+    evidence_.demand(j, speed, now);
+    driven = driven || speed != 0;
   }
-  if (driven && !driven_) changed_at_ = now;
   driven_ = driven;
   written_ns_ = now.ns;
 }
@@ -324,6 +322,8 @@ Status Arm5e::pump(Stamp now, bool at_once) noexcept {
   }
   const ArmExchange exchange = at_once ? ArmExchange{} : schedule_.next();
   const bool gains = gains_next_ && !at_once;
+  const bool rest = !driven_;
+  if (!gains && !rest) stop_sent_ = false;  // also where the carrier takes only a part of it
   const Status sent = gains ? link_->try_send(settings_.pid, now) : send(exchange, now);
   if (!sent.ok()) {
     const Error& error = sent.error();
@@ -335,8 +335,6 @@ Status Arm5e::pump(Stamp now, bool at_once) noexcept {
   if (gains) {
     gains_next_ = false;
   } else {
-    const bool rest = !driven_ && std::all_of(demands_.begin(), demands_.end(),
-                                              [](const DemandSlot& d) { return d.type == DemandType::kStop; });
     stop_sent_ = rest && (exchange.whole() || stop_sent_);
     if (!at_once) schedule_.advance();
   }
@@ -420,7 +418,7 @@ Statistics Arm5e::statistics() const {
 
 /// The keeper: stops an arm whose cycle hangs, and opens a lost line, which may take its time.
 void Arm5e::keep() try {
-  ::pthread_setname_np(::pthread_self(), "arm-keeper");
+  keep_time("arm-keeper", kKeeperPriority);
   std::unique_lock lock(keeper_mutex_);
   while (!keeper_wake_.wait_for(lock, kKeeperPeriod, [this] { return keeper_ends_; })) {
     const Stamp now = clock_.now();

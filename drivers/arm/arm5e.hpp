@@ -15,6 +15,7 @@
 #include "drivers/arm/arm_faults.hpp"
 #include "drivers/arm/arm_readings.hpp"
 #include "drivers/arm/arm_zero.hpp"
+#include "drivers/arm/motion_evidence.hpp"
 
 namespace tankrig {
 
@@ -26,10 +27,10 @@ namespace tankrig {
 /// Faults, each told once by try_read and then kept until clear_faults(): over-current, water, encoders that lost their
 /// reference, an axis beyond its limits. The arm is stopped, set-points are refused, states go on.
 ///
-/// Threads: the cycle's; stop(), last_resort() and statistics() any. Whoever is inside holds a flag that nobody waits for: a stop()
-/// that finds it taken leaves its wish behind, and the holder sends it before it goes. A thread of its own, where the
-/// clock is real, stops an arm that gets no set-points (also when the cycle hangs, and past it where it hangs inside)
-/// and opens a line that came back. RT: try_read, write_velocity, write_ticks, stop, clear_faults.
+/// Threads: the cycle's; stop(), last_resort() and statistics() any. Whoever is inside holds a flag that nobody waits
+/// for: a stop() that finds it taken leaves its wish behind, and the holder sends it before it goes. A thread of its
+/// own, where the clock is real, stops an arm that gets no set-points (also when the cycle hangs, and past it where it
+/// hangs inside) and opens a line that came back. RT: try_read, write_velocity, write_ticks, stop, clear_faults.
 class Arm5e final : public Arm {
  public:
   /// `clock` outlives the arm.
@@ -38,9 +39,9 @@ class Arm5e final : public Arm {
   Arm5e(const Arm5e&) = delete;
   Arm5e& operator=(const Arm5e&) = delete;
 
-  /// Errors: kTimeout (silent, or frozen though it is driven), kDisconnected, kInternal (its thread is dead or stuck),
-  /// the faults above, each "arm: ...". Silence counts from when somebody listens: nobody did while the program
-  /// prepared.
+  /// Errors: kTimeout (silent, or an encoder that stood though it was driven, until it moves), kDisconnected, kInternal
+  /// (its thread is dead or stuck), the faults above, each "arm: ...". Silence counts from when somebody listens:
+  /// nobody did while the program prepared.
   Result<std::optional<JointState>> try_read() noexcept override;
   /// Errors: kNotReady "arm: not homed" or "arm: bus-off", kOutOfRange, kDisconnected, the fault that is kept.
   Result<JointVector> write_velocity(const JointVector& velocity) noexcept override;
@@ -62,6 +63,8 @@ class Arm5e final : public Arm {
   void forget_zero() noexcept;
   /// Of the newest answer.  Threads: the cycle's.
   const ArmReadings& readings() const noexcept { return readings_; }
+  /// As newest believed: unlike readings().raw never a false zero far from where it was.  Threads: the cycle's.
+  std::uint16_t believed_raw(Joint joint) const noexcept { return tracks_[joint].raw(); }
   /// Errors: kRefused while it is not over, or while the arm is just being stopped; what only homing ends.
   Status clear_faults() noexcept override;
 
@@ -78,9 +81,10 @@ class Arm5e final : public Arm {
   Status refusal(Stamp now, bool by_ticks) const noexcept;
   Result<std::optional<JointState>> drain(Stamp now) noexcept;
   std::optional<JointState> take(const ArmAnswer& answer, Stamp now) noexcept;
-  void note(const ArmAnswer& answer, Stamp now) noexcept;
+  void note(const ArmAnswer& answer) noexcept;
   JointState state() const noexcept;
   void watch(const JointState& state) noexcept;
+  bool silent(Stamp now) const noexcept;
   void lose() noexcept;
   Status pump(Stamp now, bool at_once) noexcept;
   Status send(const ArmExchange& exchange, Stamp now) noexcept;
@@ -104,16 +108,18 @@ class Arm5e final : public Arm {
   std::array<EncoderTrack, kJoints> tracks_;
   ArmReadings readings_;
   ArmAnswer last_;
+  MotionEvidence evidence_;
   LastHeard heard_;
   bool changed_in_round_ = true;
   bool gains_next_ = true, gains_answered_ = false, gains_last_ = false;
   bool wobble_ = false;     ///< which of two equivalent frames is sent
   bool stop_sent_ = false;  ///< every joint's newest demand on the wire is rest
   bool connected_ = true, was_silent_ = false;
-  Stamp next_send_{}, sent_at_{}, deadline_{}, changed_at_{}, listened_{};
+  Stamp next_send_{}, sent_at_{}, deadline_{}, listened_{};
   ArmFaults faults_;
 
-  std::atomic<bool> homed_{false}, stop_wanted_{false}, driven_{false}, line_lost_{false}, dying_{false};
+  std::atomic<bool> homed_{false}, stop_wanted_{false}, line_lost_{false}, dying_{false};
+  std::atomic<bool> driven_{false};          ///< a demand is not rest
   std::atomic<std::int64_t> written_ns_{0};  ///< newest set-point
   Count exchanges_{0}, timeouts_{0}, mute_retries_{0}, stale_{0}, jumps_rejected_{0}, jumps_{0}, watchdog_stops_{0},
       over_currents_{0}, water_alarms_{0}, disconnects_{0};

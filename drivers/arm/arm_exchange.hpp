@@ -81,7 +81,6 @@ class LastHeard {
     master_ = now;
   }
   void of(const ArmExchange& heard, Stamp now) noexcept {
-    if (heard.whole()) return everything(now);
     for (std::size_t j = 0; j < kJoints; ++j)
       if (holds(heard.sensors, j)) joints_[j] = now;
     if (heard.master) master_ = now;

@@ -59,7 +59,7 @@ class ArmLink {
 
   /// After kDisconnected, from a thread that may wait.  Errors: kNotReady while the device is away.
   virtual Status reopen() noexcept = 0;
-  /// It comes back by itself, or by reopen().
+  /// It does not come back without reopen().
   virtual bool needs_reopen() const noexcept = 0;
 
   /// Wire time of a whole request and its answer.

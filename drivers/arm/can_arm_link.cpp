@@ -197,12 +197,23 @@ bool CanArmLink::take(const CanFrame& frame, Meaning meaning) noexcept {
   burst_begun_ = false;
   answer_.sensors = true;
   answer_.has = wanted;
+  answer_.has.master = master_arrived_;
   return true;
 }
 
 void CanArmLink::give_up() noexcept {
   outstanding_ = 0;
   forget_partial_answer();
+}
+
+Status CanArmLink::reopen() noexcept {
+  const Status opened = bus_->reopen();
+  if (opened.ok()) give_up();
+  return opened;
+}
+
+bool CanArmLink::needs_reopen() const noexcept {
+  return bus_->state() == CanState::kDown || bus_->state() == CanState::kGone;
 }
 
 void CanArmLink::forget_partial_answer() noexcept {

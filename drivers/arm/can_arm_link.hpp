@@ -51,8 +51,8 @@ class CanArmLink final : public ArmLink {
   Result<std::optional<ArmAnswer>> try_receive(Stamp now) noexcept override;
   int outstanding() const noexcept override { return outstanding_; }
   void give_up() noexcept override;
-  Status reopen() noexcept override { return {}; }
-  bool needs_reopen() const noexcept override { return false; }
+  Status reopen() noexcept override;
+  bool needs_reopen() const noexcept override;
   Duration exchange_time() const noexcept override;
   ArmLinkCounters counters() const noexcept override;
 

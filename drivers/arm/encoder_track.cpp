@@ -39,7 +39,8 @@ void EncoderTrack::accept(std::uint16_t raw, Stamp when) noexcept {
   raw_ = raw;
   ticks_ = believed;
   agreeing_ = 0;
-  past_[static_cast<std::size_t>(count_++ % kPast)] = {believed, when};
+  const std::int32_t settled = std::clamp(newest().settled, believed - kWaver, believed + kWaver);
+  past_[static_cast<std::size_t>(count_++ % kPast)] = {believed, settled, when};
 }
 
 void EncoderTrack::anchor(std::uint16_t raw, Stamp when) noexcept {
@@ -47,7 +48,7 @@ void EncoderTrack::anchor(std::uint16_t raw, Stamp when) noexcept {
   raw_ = raw;
   ticks_ = way(raw, zero_);
   agreeing_ = 0;
-  past_[0] = {ticks_, when};
+  past_[0] = {ticks_, ticks_, when};
   count_ = 1;
 }
 
@@ -69,7 +70,7 @@ double EncoderTrack::speed() const noexcept {
   const auto at = [&](std::int64_t i) -> const Past& { return past_[static_cast<std::size_t>(i % kPast)]; };
   while (n > oldest && newest().when - at(n).when < kSpan) --n;
   const double t = seconds(newest().when - at(n).when);
-  return t > 0 ? (newest().ticks - at(n).ticks) / t : 0;
+  return t > 0 ? (newest().settled - at(n).settled) / t : 0;
 }
 
 }  // namespace tankrig

@@ -38,14 +38,17 @@ class EncoderTrack {
   /// Since power-up, or since the zero where there is one; unwrapped.
   std::int32_t ticks() const noexcept { return ticks_; }
   std::uint16_t raw() const noexcept { return raw_; }
-  /// Over about the last 40 ms or five readings, whichever is longer [ticks/s].
+  /// Over about the last 40 ms or five readings, whichever is longer [ticks/s]. An encoder that wavers by a tick about
+  /// its place is at rest.
   double speed() const noexcept;
 
  private:
+  static constexpr std::int32_t kWaver = 1;
   static constexpr int kPast = 64;  // kSpan at 1 kHz
   static constexpr Duration kSpan = std::chrono::milliseconds(40);
   struct Past {
     std::int32_t ticks = 0;
+    std::int32_t settled = 0;  ///< follows the ticks once they are farther than kWaver from it
     Stamp when{};
   };
 

@@ -51,38 +51,44 @@ class Run {
     return {};
   }
 
-  /// Until the arm takes more than its stop current while the axis stands.
+  /// Until the axis stands; one that is driven, with more current than its stop current. `direction` 0: not driven.
+  /// One reading will not do: near zero the encoder's track does not see through a false one.
   Result<HomedAxis> drive(Joint joint, int direction) {
     const HomingSettings& homing = arm_.settings().homing;
     std::array<int, kJoints> demand{};
     demand[joint] = direction * homing.speed_ticks_per_s;
     const Stamp begin = clock_.now();
-    Stamp standing = begin;
-    std::uint16_t place = arm_.readings().raw[joint];
+    Stamp read{}, since{};
+    std::uint16_t place = 0;
+    int agreeing = 0;  // readings in a row
     while (clock_.now() - begin < homing.longest) {
       const auto news = step(demand);
       if (!news.ok()) return news.error();
-      show(joint, HomingProgress::Phase::kDriving);
-      if (!news.value()) continue;
+      show(joint, direction == 0 ? HomingProgress::Phase::kPausing : HomingProgress::Phase::kDriving);
       const ArmReadings& now = arm_.readings();
+      if (!news.value() || now.read[joint] == read) continue;
+      read = now.read[joint];
+      const std::uint16_t raw = arm_.believed_raw(joint);
       const bool moved =
-          std::abs(static_cast<std::int16_t>(static_cast<std::uint16_t>(now.raw[joint] - place))) > kStandstillTicks;
-      if (moved || now.current_a <= homing.stop_current_a) {
-        place = now.raw[joint];
-        standing = now.stamp;
+          std::abs(static_cast<std::int16_t>(static_cast<std::uint16_t>(raw - place))) > kStandstillTicks;
+      if (agreeing == 0 || moved || (direction != 0 && now.current_a <= homing.stop_current_a)) {
+        place = raw;
+        since = read;
+        agreeing = 1;
         continue;
       }
-      if (now.stamp - standing < kStandstill) continue;
-      return HomedAxis{now.raw[joint], 0, 0, now.current_a};
+      if (++agreeing < arm_.settings().encoder.persists_samples || read - since < kStandstill) continue;
+      return HomedAxis{raw, 0, 0, now.current_a};
     }
-    return Error{ErrorCode::kTimeout, 0, clock_.now(), "arm: no stop found in its time"};
+    return Error{ErrorCode::kTimeout, 0, clock_.now(),
+                 direction == 0 ? "arm: does not come to rest" : "arm: no stop found in its time"};
   }
 
   void show(Joint joint, HomingProgress::Phase phase) {
     const Stamp now = clock_.now();
     if (!progress_ || (phase != HomingProgress::Phase::kDone && now - shown_ < kShown)) return;
     shown_ = now;
-    progress_({joint, phase, arm_.readings().raw[joint], arm_.readings().current_a});
+    progress_({joint, phase, arm_.believed_raw(joint), arm_.readings().current_a});
   }
 
  private:
@@ -101,6 +107,11 @@ double angle_at_stop(const ArmModel& model, Joint joint, int direction) {
   return lower ? limit.lower : limit.upper;
 }
 
+int way_to_stop(HomeDirection direction) {
+  if (direction == HomeDirection::kNone) return 0;
+  return direction == HomeDirection::kNegative ? -1 : 1;
+}
+
 HomedAxis with_zero(HomedAxis axis, const Actuator& actuator) {
   axis.raw_at_zero = static_cast<std::uint16_t>(axis.raw_at_stop - std::lround(actuator.ticks(axis.angle_at_stop)));
   return axis;
@@ -108,16 +119,13 @@ HomedAxis with_zero(HomedAxis axis, const Actuator& actuator) {
 
 Result<HomedAxis> home_axis(Run& run, Arm5e& arm, Joint joint) {
   const HomingSettings& homing = arm.settings().homing;
-  HomedAxis axis;
-  if (homing.direction[joint] == HomeDirection::kNone) {
-    axis.raw_at_stop = arm.readings().raw[joint];
+  const int direction = way_to_stop(homing.direction[joint]);
+  const auto found = run.drive(joint, direction);
+  if (!found.ok()) return found.error();
+  HomedAxis axis = found.value();
+  if (direction == 0) {
     axis.angle_at_stop = homing.rest_angle[joint];
-    axis.current_a = arm.readings().current_a;
   } else {
-    const int direction = homing.direction[joint] == HomeDirection::kNegative ? -1 : 1;
-    const auto found = run.drive(joint, direction);
-    if (!found.ok()) return found.error();
-    axis = found.value();
     axis.angle_at_stop = angle_at_stop(arm.model(), joint, direction);
     const Status paused = run.pause(joint, homing.pause);
     if (!paused.ok()) return paused.error();

@@ -28,6 +28,7 @@ Duration hypot(Duration a, Duration b) {
   return Duration{std::llround(std::hypot(static_cast<double>(a.count()), static_cast<double>(b.count())))};
 }
 
+Error not_started(Stamp when) { return {ErrorCode::kNotReady, 0, when, "camera: not started"}; }
 Error gone(Stamp when) { return {ErrorCode::kDisconnected, 0, when, "camera: vanished, searched for"}; }
 
 }  // namespace
@@ -305,7 +306,12 @@ void AravisCamera::stop() noexcept {
 Status AravisCamera::trigger() {
   Impl& m = *impl_;
   if (m.settings.trigger != "software") return Camera::trigger();
-  const std::shared_ptr<AravisLink> link = m.current();
+  std::shared_ptr<AravisLink> link;
+  {
+    const std::lock_guard lock(m.mutex);
+    if (!m.running) return not_started(m.clock.now());
+    link = m.link;
+  }
   if (!link) return gone(m.clock.now());
   return link->trigger();
 }
@@ -315,7 +321,7 @@ Result<std::optional<Frame>> AravisCamera::try_grab() {
   std::shared_ptr<AravisLink> link;
   {
     const std::lock_guard lock(m.mutex);
-    if (!m.running) return Error{ErrorCode::kNotReady, 0, m.clock.now(), "camera: not started"};
+    if (!m.running) return not_started(m.clock.now());
     link = m.link;
     if (m.generation != m.seen_generation) {
       m.seen_generation = m.generation;

@@ -51,6 +51,16 @@ AravisLink::~AravisLink() {
 }
 
 void AravisLink::configure() {
+  ArvError ignored;
+  arv_camera_clear_triggers(camera_.get(), ignored);
+  set_pixel_format();
+  set_region();
+  set_exposure();
+  set_timing();
+  read_back();
+}
+
+void AravisLink::set_pixel_format() {
   ArvCamera* c = camera_.get();
   const CameraInfo& info = settings_.info;
   const std::string format = !settings_.pixel_format.empty() ? settings_.pixel_format
@@ -61,7 +71,6 @@ void AravisLink::configure() {
   pixels_ = *pixels;
 
   ArvError error;
-  arv_camera_clear_triggers(c, error);
   arv_camera_set_pixel_format_from_string(c, format.c_str(), error);
   if (error) {
     const std::string reason = error.message();
@@ -72,6 +81,12 @@ void AravisLink::configure() {
     throw InputError("camera " + info.name + ": cannot set PixelFormat to " + format + ": " + reason + "; it offers" +
                      offers);
   }
+}
+
+void AravisLink::set_region() {
+  ArvCamera* c = camera_.get();
+  const CameraInfo& info = settings_.info;
+  ArvError error;
   int sensor_width = 0, sensor_height = 0;
   arv_camera_get_sensor_size(c, &sensor_width, &sensor_height, error);
   if (!error && (settings_.offset_x + info.width > sensor_width || settings_.offset_y + info.height > sensor_height))
@@ -82,6 +97,11 @@ void AravisLink::configure() {
   feature("the region", std::to_string(info.width) + " x " + std::to_string(info.height), [&](GError** e) {
     arv_camera_set_region(c, settings_.offset_x, settings_.offset_y, info.width, info.height, e);
   });
+}
+
+void AravisLink::set_exposure() {
+  ArvCamera* c = camera_.get();
+  ArvError error;
   if (arv_camera_is_exposure_auto_available(c, error)) arv_camera_set_exposure_time_auto(c, ARV_AUTO_OFF, error);
   feature("ExposureTime", std::to_string(settings_.exposure_us) + " us",
           [&](GError** e) { arv_camera_set_exposure_time(c, settings_.exposure_us, e); });
@@ -92,9 +112,13 @@ void AravisLink::configure() {
   if (settings_.gain_raw)
     feature("GainRaw", std::to_string(*settings_.gain_raw),
             [&](GError** e) { arv_camera_set_integer(c, "GainRaw", *settings_.gain_raw, e); });
+}
+
+void AravisLink::set_timing() {
+  ArvCamera* c = camera_.get();
   if (settings_.trigger == "off") {
-    feature("AcquisitionFrameRate", std::to_string(info.rate_hz) + " Hz",
-            [&](GError** e) { arv_camera_set_frame_rate(c, info.rate_hz, e); });
+    feature("AcquisitionFrameRate", std::to_string(settings_.info.rate_hz) + " Hz",
+            [&](GError** e) { arv_camera_set_frame_rate(c, settings_.info.rate_hz, e); });
   } else {
     const std::string source = settings_.trigger == "software" ? "Software" : settings_.trigger;
     feature("TriggerSource", source, [&](GError** e) { arv_camera_set_trigger(c, source.c_str(), e); });
@@ -105,7 +129,12 @@ void AravisLink::configure() {
     feature("ChunkSelector", "Timestamp", [&](GError** e) { arv_camera_set_chunks(c, "Timestamp", e); });
     chunks_.reset(arv_camera_create_chunk_parser(c));
   }
+}
 
+void AravisLink::read_back() {
+  ArvCamera* c = camera_.get();
+  const CameraInfo& info = settings_.info;
+  ArvError error;
   exposure_ = from_seconds(arv_camera_get_exposure_time(c, error) * 1e-6);
   if (error) refuse("cannot read ExposureTime back", error);
   rate_hz_ = settings_.trigger == "off" ? arv_camera_get_frame_rate(c, error) : 0;

@@ -65,6 +65,11 @@ class AravisLink {
  private:
   struct Slot;
   void configure();
+  void set_pixel_format();
+  void set_region();
+  void set_exposure();
+  void set_timing();
+  void read_back();
   void open_stream();
   void add_buffer();
   /// Between us and the stream's thread, whenever a slot changes hands. Aravis' queues order that too, but inside of a

@@ -43,7 +43,8 @@ class Camera {
   virtual std::optional<Stamp> next_frame_at() const { return std::nullopt; }
   virtual void stop() noexcept = 0;
   virtual CameraCounters counters() const = 0;
-  /// Exposes one frame now, on a camera that is set to software trigger.  Errors: kRefused on one that is not.
+  /// Exposes one frame now, on a started camera that is set to software trigger.  Errors: kRefused on one that is not
+  /// set to it, kNotReady before start().
   virtual Status trigger() { return Error{ErrorCode::kRefused, 0, {}, "camera: not set to software trigger"}; }
   virtual Statistics statistics() const { return {}; }
 };

@@ -4,11 +4,13 @@
 #include <cstdint>
 #include <deque>
 #include <optional>
+#include <utility>
 
-#include "drivers/camera/camera.hpp"
+#include "core/clock.hpp"
 
 namespace tankrig {
 
+template <class Frame>
 struct FramePair {
   Frame left, right;
   Duration apart{};  ///< left's mid-exposure less right's
@@ -32,6 +34,8 @@ struct TriggerPairingCounts {
 
 /// Pure. A pair is two frames within the tolerance; the trigger number (a camera's own sequence, and how far the two
 /// are shifted, learnt at each pair) tells why a frame has none. Each stream in the order of its sequence.
+/// `Frame` has a std::uint64_t `sequence` and a Stamp `stamp`, the middle of its exposure.
+template <class Frame>
 class TriggerPairing {
  public:
   explicit TriggerPairing(const TriggerPairingSettings& settings = {}) : settings_(settings) {}
@@ -39,10 +43,11 @@ class TriggerPairing {
   void add_left(Frame frame) { left_.push_back(std::move(frame)); }
   void add_right(Frame frame) { right_.push_back(std::move(frame)); }
   /// Nothing until another frame comes.
-  std::optional<FramePair> next();
+  std::optional<FramePair<Frame>> next();
   const TriggerPairingCounts& counts() const { return counts_; }
 
  private:
+  static std::int64_t number(const Frame& frame) { return static_cast<std::int64_t>(frame.sequence); }
   /// Takes the oldest frame of `own` away. `shift`: its partner's number less its own.
   void drop(std::deque<Frame>& own, const std::deque<Frame>& other, std::optional<std::int64_t> shift);
   void bound(std::deque<Frame>& own, const std::deque<Frame>& other);
@@ -55,5 +60,60 @@ class TriggerPairing {
   std::optional<std::int64_t> doubtful_;
   TriggerPairingCounts counts_;
 };
+
+template <class Frame>
+std::optional<FramePair<Frame>> TriggerPairing<Frame>::next() {
+  while (!left_.empty() && !right_.empty()) {
+    const Duration apart = left_.front().stamp - right_.front().stamp;
+    if (apart > settings_.tolerance) {
+      drop(right_, left_, shift_ ? std::optional(-*shift_) : std::nullopt);
+    } else if (-apart > settings_.tolerance) {
+      drop(left_, right_, shift_);
+    } else {
+      FramePair<Frame> pair{std::move(left_.front()), std::move(right_.front()), apart};
+      left_.pop_front();
+      right_.pop_front();
+      const std::int64_t shift = number(pair.right) - number(pair.left);
+      const bool shifted = shift_ && *shift_ != shift;
+      counts_.renumbered += shifted;
+      if (std::exchange(doubtful_, std::nullopt)) ++(shifted ? counts_.partner_missed : counts_.off_time);
+      shift_ = shift;
+      ++counts_.pairs;
+      return pair;
+    }
+  }
+  bound(left_, right_);
+  bound(right_, left_);
+  return std::nullopt;
+}
+
+template <class Frame>
+void TriggerPairing<Frame>::drop(std::deque<Frame>& own, const std::deque<Frame>& other,
+                                 std::optional<std::int64_t> shift) {
+  const std::int64_t mine = number(own.front());
+  const std::int64_t lefts = &own == &left_ ? mine : mine + shift.value_or(0);
+  const std::int64_t partner = number(other.front());
+  const std::optional<std::int64_t> doubtful = std::exchange(doubtful_, std::nullopt);
+  if (doubtful && *doubtful == lefts) {
+    counts_.off_time += 2;
+  } else {
+    counts_.partner_missed += doubtful.has_value();
+    if (!shift)
+      ++counts_.before_first_pair;
+    else if (partner == mine + *shift)
+      doubtful_ = lefts;
+    else
+      ++(partner > mine + *shift ? counts_.partner_lost : counts_.partner_missed);
+  }
+  own.pop_front();
+}
+
+template <class Frame>
+void TriggerPairing<Frame>::bound(std::deque<Frame>& own, const std::deque<Frame>& other) {
+  while (other.empty() && own.size() > settings_.most_waiting) {
+    own.pop_front();
+    ++counts_.partner_silent;
+  }
+}
 
 }  // namespace tankrig

@@ -33,7 +33,7 @@ struct CanCounters {
 /// Names as in the session's events.csv: "can_sent", "can_received", ..., and "can_state" (order of CanState).
 Statistics statistics_of(const CanCounters& counters, CanState state);
 
-/// Threads: one (the cycle's), except where said; state() and counters() any.
+/// Threads: one at a time, except where said; state() and counters() any.
 class CanBus {
  public:
   virtual ~CanBus() = default;
@@ -49,6 +49,9 @@ class CanBus {
   /// As the error frames read so far tell it, and the interface.
   virtual CanState state() const noexcept = 0;
   virtual CanCounters counters() const noexcept = 0;
+  /// Looks for an interface or hub that went away, and takes it up again: after kDisconnected, again and again, from a
+  /// thread that may wait.  Errors: kNotReady while it is away.
+  virtual Status reopen() noexcept = 0;
   /// Readable when a frame waits; for poll. -1 while there is none to ask.
   virtual int descriptor() const noexcept = 0;
 };

@@ -46,6 +46,13 @@ bool is_up(int fd, const std::string& interface) noexcept {
   return ::ioctl(fd, SIOCGIFFLAGS, &r) == 0 && (r.ifr_flags & IFF_UP);
 }
 
+/// What waits to be told is of before: the interface has been down, or was when it was bound to.
+void forget_error(int fd) noexcept {
+  int error = 0;
+  socklen_t size = sizeof error;
+  ::getsockopt(fd, SOL_SOCKET, SO_ERROR, &error, &size);
+}
+
 bool is_can(int fd, const std::string& interface) noexcept {
   ifreq r = request(interface);
   return ::ioctl(fd, SIOCGIFHWADDR, &r) == 0 && r.ifr_hwaddr.sa_family == ARPHRD_CAN;
@@ -195,6 +202,7 @@ CanCarrier::Presence CanCarrier::look() noexcept {
     return Presence::kGone;
   }
   if (index != index_ && bind_to(index) != 0) return Presence::kGone;
+  forget_error(fd_.get());
   return is_up(fd_.get(), name_) ? Presence::kUp : Presence::kDown;
 }
 

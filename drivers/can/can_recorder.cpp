@@ -2,11 +2,14 @@
 
 #include <fcntl.h>
 #include <poll.h>
+#include <pthread.h>
 #include <sys/eventfd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
+#include <condition_variable>
+#include <mutex>
 #include <string_view>
 #include <system_error>
 #include <utility>
@@ -23,6 +26,7 @@ using std::chrono::steady_clock;
 constexpr auto kFlushPeriod = std::chrono::milliseconds(500);
 constexpr auto kLookPeriod = std::chrono::milliseconds(50);
 constexpr std::size_t kFlushBytes = 64 << 10;
+constexpr int kFramesPerLook = 100;
 
 std::string reason(int error) { return std::generic_category().message(error); }
 
@@ -59,118 +63,159 @@ std::int64_t wall_ns(const std::optional<timespec>& stamp) {
 
 }  // namespace
 
-CanRecorder::CanRecorder(const CanSettings& settings, const std::filesystem::path& file)
-    : carrier_(CanCarrier::open(settings, CanCarrier::Role::kListener)),
-      file_(open_log(file)),
-      wake_(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {
-  if (wake_.get() < 0) throw InputError("can.log: eventfd: " + reason(errno));
-  waiting_.reserve(2 * kFlushBytes);
-  thread_ = std::thread([this] { run(); });
-}
+/// All but the thread itself.
+struct CanRecorder::Impl {
+  using Count = std::atomic<std::uint64_t>;
+
+  Impl(const CanSettings& settings, const std::filesystem::path& where)
+      : carrier(CanCarrier::open(settings, CanCarrier::Role::kListener)),
+        file(open_log(where)),
+        wake(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {
+    if (wake.get() < 0) throw InputError("can.log: eventfd: " + reason(errno));
+    waiting.reserve(2 * kFlushBytes);
+  }
+
+  void run();
+  bool drain();
+  bool take_one();
+  void write_out();
+  void take_line();
+
+  CanCarrier carrier;
+  OwnedDescriptor file, wake;
+  std::string waiting;  ///< lines not yet written
+  std::string line;
+  std::uint32_t drops_told = 0;
+  bool lost = false;
+  Count recorded{0}, receive_dropped{0}, malformed{0}, lost_to_disk{0}, write_errors{0}, reopened{0};
+  std::atomic<int> disk_errno{0};
+
+  std::mutex mutex;  ///< ended
+  std::condition_variable end;
+  bool ended = false;
+};
+
+CanRecorder::CanRecorder(const CanSettings& settings, const std::filesystem::path& file, Duration patience)
+    : impl_(std::make_shared<Impl>(settings, file)), patience_(patience), thread_([impl = impl_] { impl->run(); }) {}
 
 CanRecorder::~CanRecorder() { stop(); }
 
 void CanRecorder::stop() {
   if (!thread_.joinable()) return;
-  ::eventfd_write(wake_.get(), 1);
-  thread_.join();
+  ::eventfd_write(impl_->wake.get(), 1);
+  std::unique_lock lock(impl_->mutex);
+  const bool ended = impl_->end.wait_for(lock, patience_, [this] { return impl_->ended; });
+  lock.unlock();
+  if (ended) {
+    thread_.join();
+    return;
+  }
+  impl_->write_errors.fetch_add(1, std::memory_order_relaxed);
+  impl_->disk_errno.store(ETIMEDOUT, std::memory_order_relaxed);
+  thread_.detach();
 }
 
-void CanRecorder::run() {
+void CanRecorder::Impl::run() {
+  ::pthread_setname_np(::pthread_self(), "can-log");
   auto flush_at = steady_clock::now() + kFlushPeriod;
   bool stopping = false;
   while (!stopping) {
     const auto left = std::chrono::ceil<std::chrono::milliseconds>(flush_at - steady_clock::now());
-    const auto wait = std::clamp(left, std::chrono::milliseconds(0), lost_ ? kLookPeriod : kFlushPeriod);
-    pollfd polled[] = {{wake_.get(), POLLIN, 0}, {lost_ ? -1 : carrier_.descriptor(), POLLIN, 0}};
+    const auto wait = std::clamp(left, std::chrono::milliseconds(0), lost ? kLookPeriod : kFlushPeriod);
+    pollfd polled[] = {{wake.get(), POLLIN, 0}, {lost ? -1 : carrier.descriptor(), POLLIN, 0}};
     ::poll(polled, 2, static_cast<int>(wait.count()));
     stopping = polled[0].revents != 0;
-    if (lost_ && carrier_.look() == CanCarrier::Presence::kUp) {
-      lost_ = false;
-      reopened_.fetch_add(1, std::memory_order_relaxed);
+    if (lost && carrier.look() == CanCarrier::Presence::kUp) {
+      lost = false;
+      reopened.fetch_add(1, std::memory_order_relaxed);
     }
-    drain();
-    if (stopping || waiting_.size() >= kFlushBytes || steady_clock::now() >= flush_at) {
+    while (drain() && stopping) {
+    }
+    if (stopping || waiting.size() >= kFlushBytes || steady_clock::now() >= flush_at) {
       write_out();
       flush_at = steady_clock::now() + kFlushPeriod;
     }
   }
-  lost_to_disk_.fetch_add(std::count(waiting_.begin(), waiting_.end(), '\n'), std::memory_order_relaxed);
+  lost_to_disk.fetch_add(std::count(waiting.begin(), waiting.end(), '\n'), std::memory_order_relaxed);
+  const std::lock_guard lock(mutex);
+  ended = true;
+  end.notify_all();
 }
 
-/// At most as many frames as fit between two looks at the clock.
-void CanRecorder::drain() {
-  for (int i = 0; i < 1000 && carrier_.descriptor() >= 0; ++i)
-    if (!take_one()) return;
+/// At most as many frames as fit between two looks at the clock. True: there may be more.
+bool CanRecorder::Impl::drain() {
+  for (int i = 0; i < kFramesPerLook; ++i)
+    if (carrier.descriptor() < 0 || !take_one()) return false;
+  return true;
 }
 
-bool CanRecorder::take_one() {
-  const CanDatagram datagram = receive_datagram(carrier_.descriptor());
+bool CanRecorder::Impl::take_one() {
+  const CanDatagram datagram = receive_datagram(carrier.descriptor());
   if (datagram.bytes < 0) {
     if (datagram.error == EINTR || datagram.error == ECONNRESET) return true;
-    if (datagram.error != EAGAIN) lost_ = true;
+    if (datagram.error != EAGAIN) lost = true;
     return false;
   }
-  if (datagram.bytes == 0 && at_end(carrier_.descriptor())) {
-    carrier_.lose();
-    lost_ = true;
+  if (datagram.bytes == 0 && at_end(carrier.descriptor())) {
+    carrier.lose();
+    lost = true;
     return false;
   }
-  if (datagram.drops) receive_dropped_.fetch_add(*datagram.drops - std::exchange(drops_told_, *datagram.drops));
+  if (datagram.drops) receive_dropped.fetch_add(*datagram.drops - std::exchange(drops_told, *datagram.drops));
   if (!datagram.classic() && !datagram.fd()) {
-    malformed_.fetch_add(1, std::memory_order_relaxed);
+    malformed.fetch_add(1, std::memory_order_relaxed);
     return true;
   }
   CanLogEntry entry;
   entry.wall_ns = wall_ns(datagram.wall);
-  entry.interface = carrier_.name();
+  entry.interface = carrier.name();
   entry.fd = datagram.fd();
   entry.frame.can_id = datagram.frame.can_id;
   entry.frame.len = datagram.frame.len;
   if (entry.fd) entry.frame.flags = datagram.frame.flags;
   std::copy_n(datagram.frame.data, datagram.frame.len, entry.frame.data);
-  line_.clear();
-  append_line(entry, line_);
-  line_ += '\n';
-  take_line(line_);
+  line.clear();
+  append_line(entry, line);
+  line += '\n';
+  take_line();
   return true;
 }
 
-void CanRecorder::take_line(const std::string& line) {
-  if (waiting_.size() + line.size() > kMostBytesWaiting) {
-    lost_to_disk_.fetch_add(1, std::memory_order_relaxed);
+void CanRecorder::Impl::take_line() {
+  if (waiting.size() + line.size() > kMostBytesWaiting) {
+    lost_to_disk.fetch_add(1, std::memory_order_relaxed);
     return;
   }
-  waiting_ += line;
+  waiting += line;
 }
 
-void CanRecorder::write_out() {
+void CanRecorder::Impl::write_out() {
   std::size_t done = 0;
-  while (done < waiting_.size()) {
-    const ssize_t n = ::write(file_.get(), waiting_.data() + done, waiting_.size() - done);
+  while (done < waiting.size()) {
+    const ssize_t n = ::write(file.get(), waiting.data() + done, waiting.size() - done);
     if (n < 0 && errno == EINTR) continue;
     if (n <= 0) {
-      write_errors_.fetch_add(1, std::memory_order_relaxed);
-      disk_errno_.store(n < 0 ? errno : ENOSPC, std::memory_order_relaxed);
+      write_errors.fetch_add(1, std::memory_order_relaxed);
+      disk_errno.store(n < 0 ? errno : ENOSPC, std::memory_order_relaxed);
       break;
     }
     done += static_cast<std::size_t>(n);
   }
-  const auto lines = std::count(waiting_.begin(), waiting_.begin() + static_cast<std::ptrdiff_t>(done), '\n');
-  recorded_.fetch_add(lines, std::memory_order_relaxed);
-  waiting_.erase(0, done);
+  const auto lines = std::count(waiting.begin(), waiting.begin() + static_cast<std::ptrdiff_t>(done), '\n');
+  recorded.fetch_add(lines, std::memory_order_relaxed);
+  waiting.erase(0, done);
 }
 
 CanRecorderCounters CanRecorder::counters() const noexcept {
   const auto read = [](const auto& count) { return count.load(std::memory_order_relaxed); };
   CanRecorderCounters c;
-  c.recorded = read(recorded_);
-  c.receive_dropped = read(receive_dropped_);
-  c.malformed = read(malformed_);
-  c.lost_to_disk = read(lost_to_disk_);
-  c.write_errors = read(write_errors_);
-  c.reopened = read(reopened_);
-  c.disk_errno = read(disk_errno_);
+  c.recorded = read(impl_->recorded);
+  c.receive_dropped = read(impl_->receive_dropped);
+  c.malformed = read(impl_->malformed);
+  c.lost_to_disk = read(impl_->lost_to_disk);
+  c.write_errors = read(impl_->write_errors);
+  c.reopened = read(impl_->reopened);
+  c.disk_errno = read(impl_->disk_errno);
   return c;
 }
 

@@ -1,10 +1,9 @@
 // can.log: everything that passes on the bus, written as `candump -L` would.
 #pragma once
 
-#include <atomic>
 #include <cstdint>
 #include <filesystem>
-#include <string>
+#include <memory>
 #include <thread>
 
 #include "drivers/can/can_carrier.hpp"
@@ -30,33 +29,23 @@ class CanRecorder {
  public:
   static constexpr std::size_t kMostBytesWaiting = 4 << 20;
 
-  /// Creates `file`, or goes on behind its last whole line.  Errors: InputError, as open_can(), or for the file.
-  CanRecorder(const CanSettings& settings, const std::filesystem::path& file);
+  /// Creates `file`, or goes on behind its last whole line. `patience`: how long stop() waits for the disk.
+  /// Errors: InputError, as open_can(), or for the file.
+  CanRecorder(const CanSettings& settings, const std::filesystem::path& file,
+              Duration patience = std::chrono::seconds(5));
   ~CanRecorder();
   CanRecorder(const CanRecorder&) = delete;
   CanRecorder& operator=(const CanRecorder&) = delete;
 
-  /// Takes what has been received so far, writes it and ends.
+  /// Takes what has been received so far, writes it and ends. A thread whose disk hangs is left behind, with the frames
+  /// it has not written: write_errors and disk_errno (ETIMEDOUT) say so.
   void stop();
   CanRecorderCounters counters() const noexcept;
 
  private:
-  using Count = std::atomic<std::uint64_t>;
-
-  void run();
-  void drain();
-  bool take_one();
-  void write_out();
-  void take_line(const std::string& line);
-
-  CanCarrier carrier_;
-  OwnedDescriptor file_, wake_;
-  std::string waiting_;  ///< lines not yet written
-  std::string line_;
-  std::uint32_t drops_told_ = 0;
-  bool lost_ = false;
-  Count recorded_{0}, receive_dropped_{0}, malformed_{0}, lost_to_disk_{0}, write_errors_{0}, reopened_{0};
-  std::atomic<int> disk_errno_{0};
+  struct Impl;
+  std::shared_ptr<Impl> impl_;  ///< its thread's too
+  const Duration patience_;
   std::thread thread_;
 };
 

@@ -35,7 +35,6 @@ CanSocket::CanSocket(CanCarrier carrier, const CanSettings& settings, const Cloc
 Status CanSocket::try_send(const CanFrame& frame) noexcept {
   if (frame.id > CAN_SFF_MASK || frame.length > CAN_MAX_DLEN)
     return Error{ErrorCode::kOutOfRange, 0, clock_.now(), "can: send: id above 0x7FF or more than 8 bytes"};
-  if (away()) look_again();
   if (away()) return missing(kSend);
   if (!put(carrier_.descriptor(), frame)) {
     const int error = errno;
@@ -54,9 +53,8 @@ Status CanSocket::try_send(const CanFrame& frame) noexcept {
 void CanSocket::send_regardless(const CanFrame& frame) noexcept { put(carrier_.descriptor(), frame); }
 
 Result<std::optional<CanFrame>> CanSocket::try_receive() noexcept {
-  if (away()) look_again();
   // What was received before the interface went away is still delivered.
-  for (int i = 0; i < kLook && carrier_.descriptor() >= 0; ++i) {
+  for (int i = 0; i < kLook && descriptor() >= 0; ++i) {
     const CanDatagram datagram = receive_datagram(carrier_.descriptor());
     if (datagram.bytes < 0) {
       // A peer that closed with frames unread resets once; what it sent before still waits.
@@ -118,7 +116,7 @@ Error CanSocket::lost(int error, const char* where) noexcept {
   if (error == ENETDOWN) {
     set_state(CanState::kDown);
   } else if (error == ENODEV || error == ENXIO || error == EPIPE || error == ECONNRESET || error == ENOTCONN) {
-    carrier_.lose();
+    closed_ = error != ENODEV && error != ENXIO;  // an interface that is unplugged is not
     set_state(CanState::kGone);
   } else {
     return {ErrorCode::kIo, error, clock_.now(), where};
@@ -131,10 +129,13 @@ Error CanSocket::missing(const char* where) const noexcept {
   return {ErrorCode::kDisconnected, state() == CanState::kDown ? ENETDOWN : ENODEV, clock_.now(), where};
 }
 
-void CanSocket::look_again() noexcept {
+Status CanSocket::reopen() noexcept {
+  constexpr const char* kWhere = "can: look for the interface";
+  if (!away()) return {};
   const Stamp now = clock_.now();
-  if (now - last_look_ < reopen_period_) return;
+  if (now - last_look_ < reopen_period_) return Error{ErrorCode::kNotReady, 0, now, kWhere};
   last_look_ = now;
+  if (std::exchange(closed_, false)) carrier_.lose();
   switch (carrier_.look()) {
     case CanCarrier::Presence::kUp:
       set_state(CanState::kErrorActive);
@@ -147,6 +148,8 @@ void CanSocket::look_again() noexcept {
       set_state(CanState::kGone);
       break;
   }
+  if (away()) return Error{ErrorCode::kNotReady, 0, now, kWhere};
+  return {};
 }
 
 CanCounters CanSocket::counters() const noexcept {

@@ -13,10 +13,9 @@
 
 namespace tankrig {
 
-/// A lost interface or hub is looked for every reopen_period from within try_send and try_receive, with the calls of
-/// CanCarrier::look(). A bus-off ends with the kernel's restart (restart-ms, or by hand `ip link set can0 type can
+/// A bus-off ends with the kernel's restart (restart-ms, or by hand `ip link set can0 type can
 /// restart`), with the interface set down and up, or with the first frame received.
-/// Threads: one; state(), counters() and send_regardless() any.  RT: all but the constructor.
+/// Threads: one at a time; state(), counters() and send_regardless() any.  RT: all but the constructor and reopen().
 class CanSocket final : public CanBus {
  public:
   CanSocket(CanCarrier carrier, const CanSettings& settings, const Clock& clock);
@@ -27,7 +26,9 @@ class CanSocket final : public CanBus {
   Result<std::optional<CanFrame>> try_receive() noexcept override;
   CanState state() const noexcept override { return state_.load(std::memory_order_relaxed); }
   CanCounters counters() const noexcept override;
-  int descriptor() const noexcept override { return carrier_.descriptor(); }
+  /// At most every reopen_period of the settings.
+  Status reopen() noexcept override;
+  int descriptor() const noexcept override { return closed_ ? -1 : carrier_.descriptor(); }
 
   static constexpr int kLook = 256;
 
@@ -40,7 +41,6 @@ class CanSocket final : public CanBus {
   bool away() const noexcept { return state() == CanState::kDown || state() == CanState::kGone; }
   Error lost(int error, const char* where) noexcept;
   Error missing(const char* where) const noexcept;
-  void look_again() noexcept;
   static void add(Count& count) noexcept { count.fetch_add(1, std::memory_order_relaxed); }
 
   CanCarrier carrier_;
@@ -49,6 +49,7 @@ class CanSocket final : public CanBus {
   const Clock& clock_;
   StampConverter stamps_;
   Stamp last_look_{};
+  bool closed_ = false;  ///< by the other side; here by reopen()
   std::uint32_t drops_told_ = 0;
   std::atomic<CanState> state_;
   Count sent_{0}, received_{0}, send_buffer_full_{0}, receive_dropped_{0}, error_frames_{0}, bus_off_{0}, no_ack_{0},

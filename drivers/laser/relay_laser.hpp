@@ -26,7 +26,8 @@ struct RelayLaserSettings {
   Duration query_period = std::chrono::milliseconds{50};  ///< with a status query: contacts are read so often
   Duration answer_timeout = std::chrono::milliseconds{50};
   int attempts = 3;  ///< so many failed answers in a row: the relay is not to be trusted, laser off
-  Duration caller_timeout = std::chrono::seconds{1};  ///< on without set() or state() for longer: laser off; 0: never
+  /// On without set() or state() for longer: laser off. Shorter than the arm's watchdog: the laser goes off first.
+  Duration caller_timeout = std::chrono::milliseconds{250};
   Duration opening_timeout = std::chrono::seconds{3};
 };
 
@@ -36,6 +37,10 @@ RelayProtocol relay_protocol_from(const ConfigNode& laser);
 /// Reads `device`, `baud`, `on_byte`, `off_byte`, `status_query`, `warm_up_s`, `refresh_ms`, `query_period_ms`,
 /// `answer_timeout_ms`, `attempts`, `caller_timeout_ms`, `opening_timeout_s`.  Errors: InputError.
 RelayLaserSettings relay_laser_settings_from(const ConfigNode& laser, const std::filesystem::path& runtime);
+
+/// Where the cycle hangs, the laser must go off before the arm is stopped.
+/// Errors: InputError unless the caller_timeout of `settings`, read from `laser`, is shorter than `arm_watchdog`.
+void check_goes_off_first(const ConfigNode& laser, const RelayLaserSettings& settings, Duration arm_watchdog);
 
 /// De-energised whenever in doubt: off is sent first on opening and after every return of the line, and last at the
 /// end; a line that hangs up, a relay that does not answer or answers wrongly, and a caller that has gone silent drop
@@ -79,6 +84,7 @@ class RelayLaser final : public Laser {
 
   void run();
   void step();
+  Stamp not_before(Request wanted) const noexcept;
   void wait(Stamp until) noexcept;
   void send(Request request) noexcept;
   void receive();

@@ -24,9 +24,17 @@ RelayLaserSettings relay_laser_settings_from(const ConfigNode& laser, const std:
   s.query_period = laser.milliseconds_or("query_period_ms", s.query_period, {5, 10000});
   s.answer_timeout = laser.milliseconds_or("answer_timeout_ms", s.answer_timeout, {5, 5000});
   s.attempts = laser.integer_or("attempts", s.attempts, {1, 10});
-  s.caller_timeout = laser.milliseconds_or("caller_timeout_ms", s.caller_timeout, {0, 60000});
+  s.caller_timeout = laser.milliseconds_or("caller_timeout_ms", s.caller_timeout, {1, 60000});
   s.opening_timeout = from_seconds(laser.number_or("opening_timeout_s", seconds(s.opening_timeout), {0.05, 60}));
   return s;
+}
+
+void check_goes_off_first(const ConfigNode& laser, const RelayLaserSettings& settings, Duration arm_watchdog) {
+  if (settings.caller_timeout < arm_watchdog) return;
+  const auto ms = [](Duration d) { return std::to_string(d / std::chrono::milliseconds{1}); };
+  laser.fail("caller_timeout_ms", "found " + ms(settings.caller_timeout) +
+                                      ", expected less than the arm's watchdog_ms (" + ms(arm_watchdog) +
+                                      "): where the cycle hangs the laser goes off first");
 }
 
 }  // namespace tankrig

@@ -1,17 +1,18 @@
 // The laser relay's device thread: what is sent, what is answered, and what follows when it is not.
 #include <poll.h>
-#include <pthread.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <utility>
 
 #include "core/clock.hpp"
+#include "core/thread_priority.hpp"
 #include "drivers/laser/relay_laser.hpp"
 
 namespace tankrig {
 namespace {
 
+constexpr int kPriority = 48;  // below the cycle's, above the triggers'
 constexpr Duration kLongestWait = SignOfLife::kUsual / 4;
 constexpr Duration kReopenPeriod = std::chrono::milliseconds{100};
 constexpr int kLateAnswers = 20;  // so many answer time-outs long an answer may still come
@@ -22,7 +23,7 @@ Stamp now() noexcept { return MonotonicClock{}.now(); }
 }  // namespace
 
 void RelayLaser::run() {
-  ::pthread_setname_np(::pthread_self(), "laser-relay");
+  keep_time("laser-relay", kPriority);
   try {
     while (!stop_) step();
   } catch (...) {
@@ -39,8 +40,7 @@ void RelayLaser::step() {
     return;
   }
   bool on = (command_.load() & kOn) != 0 && !dying_;
-  if (on && settings_.caller_timeout.count() > 0 &&
-      t - Stamp{last_call_ns_.load(std::memory_order_relaxed)} > settings_.caller_timeout) {
+  if (on && t - Stamp{last_call_ns_.load(std::memory_order_relaxed)} > settings_.caller_timeout) {
     command_.fetch_and(static_cast<std::uint8_t>(~kOn));
     ++counts_.caller_timeouts;
     on = false;
@@ -52,7 +52,7 @@ void RelayLaser::step() {
   if (off_overtakes) {
     abandon();
     send(Request::kOff);
-  } else if (waiting_for_ == Request::kNone && t >= quiet_until_) {
+  } else if (waiting_for_ == Request::kNone && t >= not_before(wanted)) {
     if (wanted != confirmed_) {
       send(wanted);
     } else if (settings_.refresh.count() > 0 && t >= refresh_at_) {
@@ -69,9 +69,9 @@ void RelayLaser::step() {
     until = t + kLongestWait;
     if (settings_.refresh.count() > 0) until = std::min(until, refresh_at_);
     if (settings_.protocol.status_query) until = std::min(until, query_at_);
-    if (wanted != confirmed_ || quiet_until_ > until) until = quiet_until_;
+    if (wanted != confirmed_ || quiet_until_ > until) until = not_before(wanted);
   }
-  if (on && settings_.caller_timeout.count() > 0)
+  if (on)
     until = std::min(until, Stamp{last_call_ns_.load(std::memory_order_relaxed)} + settings_.caller_timeout +
                                 std::chrono::milliseconds{1});
   wait(until);
@@ -81,6 +81,12 @@ void RelayLaser::step() {
     abandon();
     failed(ErrorCode::kTimeout, 0);
   }
+}
+
+/// After noise the line is left to fall quiet; but noise that never ends must not keep an off from being sent.
+Stamp RelayLaser::not_before(Request wanted) const noexcept {
+  if (wanted == Request::kOn || confirmed_ == Request::kOff) return quiet_until_;
+  return std::min(quiet_until_, sent_ + kQuietAfterGarbage);
 }
 
 void RelayLaser::wait(Stamp until) noexcept {

@@ -12,7 +12,6 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cerrno>
 #include <cstring>
 #include <optional>
@@ -98,25 +97,39 @@ std::string why_not_opened(const std::string& device, int error) {
 
 struct SerialPort::Impl {
   SerialSettings settings;
-  std::atomic<int> fd{-1};  // locked, non-blocking; read by write_regardless() from anywhere
+  const int nowhere = ::open("/dev/null", O_RDWR | O_CLOEXEC);
+  const int fd = ::fcntl(nowhere, F_DUPFD_CLOEXEC, 0);  // the line, else nowhere; write_regardless() knows no other
+  bool is_open = false;                                 // the line is there, locked, non-blocking
+  bool hung_up = false;                                 // closed by reopen(), which may wait
 
-  ~Impl() { close(); }
+  ~Impl() {
+    close();
+    ::close(fd);
+    ::close(nowhere);
+  }
 
   void close() noexcept {
-    if (fd < 0) return;
+    if (!is_open) return;
     ::ioctl(fd, TIOCNXCL);
-    ::close(fd.exchange(-1));
+    ::dup3(nowhere, fd, O_CLOEXEC);
+    is_open = hung_up = false;
   }
 
   Error lost(int os_errno, const char* where) noexcept {
-    close();
+    hung_up = true;
     return failure(ErrorCode::kDisconnected, os_errno, where);
   }
 
+  bool connected() const noexcept { return is_open && !hung_up; }
+
   /// 0, or the errno that says why the line is not ours.
   int claim() noexcept {
-    fd = ::open(settings.device.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
-    if (fd < 0) return errno;
+    const int line = ::open(settings.device.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+    if (line < 0) return errno;
+    is_open = ::dup3(line, fd, O_CLOEXEC) == fd;
+    const int error = errno;
+    ::close(line);
+    if (!is_open) return error;
     if (!::isatty(fd)) return errno == EIO ? EIO : ENOTTY;
     return ::flock(fd, LOCK_EX | LOCK_NB) == 0 ? 0 : errno;
   }
@@ -188,7 +201,7 @@ SerialPort& SerialPort::operator=(SerialPort&&) noexcept = default;
 
 Result<std::size_t> SerialPort::try_read(std::span<std::uint8_t> into) noexcept {
   constexpr const char* kWhere = "serial line: read";
-  if (impl_->fd < 0) return failure(ErrorCode::kDisconnected, 0, kWhere);
+  if (!impl_->connected()) return failure(ErrorCode::kDisconnected, 0, kWhere);
   if (into.empty()) return std::size_t{0};
   const ssize_t n = ::read(impl_->fd, into.data(), into.size());
   if (n > 0) return static_cast<std::size_t>(n);
@@ -202,7 +215,7 @@ Result<std::size_t> SerialPort::try_read(std::span<std::uint8_t> into) noexcept 
 
 Result<std::size_t> SerialPort::try_write(std::span<const std::uint8_t> bytes) noexcept {
   constexpr const char* kWhere = "serial line: write";
-  if (impl_->fd < 0) return failure(ErrorCode::kDisconnected, 0, kWhere);
+  if (!impl_->connected()) return failure(ErrorCode::kDisconnected, 0, kWhere);
   if (bytes.empty()) return std::size_t{0};
   const ssize_t n = ::write(impl_->fd, bytes.data(), bytes.size());
   if (n >= 0) return static_cast<std::size_t>(n);
@@ -216,14 +229,14 @@ void SerialPort::write_regardless(std::span<const std::uint8_t> bytes) const noe
 
 Status SerialPort::discard_input() noexcept {
   constexpr const char* kWhere = "serial line: discard input";
-  if (impl_->fd < 0) return failure(ErrorCode::kDisconnected, 0, kWhere);
+  if (!impl_->connected()) return failure(ErrorCode::kDisconnected, 0, kWhere);
   if (::tcflush(impl_->fd, TCIFLUSH) != 0) return impl_->lost(errno, kWhere);
   return {};
 }
 
 Status SerialPort::wait_readable(Duration timeout) noexcept {
   constexpr const char* kWhere = "serial line: wait";
-  if (impl_->fd < 0) return failure(ErrorCode::kDisconnected, 0, kWhere);
+  if (!impl_->connected()) return failure(ErrorCode::kDisconnected, 0, kWhere);
   const MonotonicClock clock;
   const Stamp deadline = clock.now() + std::max(timeout, Duration{0});
   for (;;) {
@@ -254,7 +267,7 @@ Status SerialPort::reopen() noexcept {
   return {};
 }
 
-int SerialPort::descriptor() const noexcept { return impl_->fd; }
+int SerialPort::descriptor() const noexcept { return impl_->connected() ? impl_->fd : -1; }
 const SerialSettings& SerialPort::settings() const noexcept { return impl_->settings; }
 
 }  // namespace tankrig

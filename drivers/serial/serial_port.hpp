@@ -42,7 +42,8 @@ class SerialPort {
   Status discard_input() noexcept;
   /// Waits until bytes can be read.  Errors: kTimeout, kDisconnected.
   Status wait_readable(Duration timeout) noexcept;
-  /// Opens the line again after kDisconnected.  Errors: kNotReady while the device is away.
+  /// Closes the line, and opens it again: after kDisconnected, soon, so that an adapter that is plugged in again finds
+  /// its name free.  Errors: kNotReady while the device is away.
   Status reopen() noexcept;
 
   /// -1 while disconnected.

@@ -25,7 +25,6 @@ class Rectifier {
   cv::Mat1f right_fine(const cv::Mat1f& grey) const;
 
   cv::Size size() const { return size_; }
-  double focal_px() const { return focal_px_; }
   double baseline() const { return baseline_; }
 
   double depth(double disparity) const { return focal_px_ * baseline_ / disparity; }

@@ -3,8 +3,8 @@
 namespace tankrig {
 namespace {
 
-// Triples of profiles in a line (StripeSign). Over the simulated rigs, light 0 to 1, noise 0 to 0.1, or 2000 particles
-// per cubic metre: a stripe in view has 29 or more, a picture without one 9 or less, which the arm's own edges make.
+// Triples of profiles in a line (StripeSign). A picture without a stripe has those that the arm's own edges make; how
+// many it has on the simulated rigs, and one with a stripe, docs/safety.md says.
 constexpr int kPresent = 16, kAbsent = 12;
 constexpr double kLeastContrast = 0.5;    // of a stray beam, relative to the newest stripe
 constexpr std::size_t kMostWaiting = 64;  // frames
@@ -17,9 +17,10 @@ void BeamWatch::add_camera(StripeInView in_view) {
 }
 
 void BeamWatch::add(const CycleRecord& record) {
-  if (record.laser_commanded != commanded_ || record.laser_emitting != emitting_) switched_ = record.stamp;
+  const bool emitting = record.laser_known ? record.laser_emitting : emitting_;
+  if (record.laser_commanded != commanded_ || emitting != emitting_) switched_ = record.stamp;
   commanded_ = record.laser_commanded;
-  emitting_ = record.laser_emitting;
+  emitting_ = emitting;
   was_lit_ = was_lit_ || emitting_;
 }
 

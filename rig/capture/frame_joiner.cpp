@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <cstring>
 
+#include "rig/session/event_kinds.hpp"
+
 namespace tankrig {
 namespace {
 
@@ -88,7 +90,8 @@ void FrameJoiner::drain() {
 void FrameJoiner::finish() {
   drain();
   for (const Waiting& w : waiting_)
-    not_used(cameras_[static_cast<std::size_t>(w.camera)], "joints_after", w.frame.stamp);
+    not_used(cameras_[static_cast<std::size_t>(w.camera)],
+             joints_.interpolate(w.frame.stamp).ok() ? "laser_unknown" : "joints_after", w.frame.stamp);
   waiting_.clear();
 }
 
@@ -120,33 +123,38 @@ bool FrameJoiner::try_join(const Waiting& waiting) {
   record.camera = camera.name;
   record.sequence = frame.sequence;
   record.stamp = frame.stamp;
+  record.stamp_sigma = frame.stamp_sigma;
   record.exposure = frame.exposure;
   record.phase = segment.phase;
   record.pass = segment.pass;
   record.laser_on = on;
   record.q = joints.value().q;
   record.sync_residual = joints.value().residual;
-  if (settings_.target)
-    record.sync_on_target =
-        seconds(record.sync_residual) * speed_on_target(*settings_.target, joints.value().q, joints.value().velocity);
-  if (!passes_gate(camera, record)) return true;
+  const double speed =
+      settings_.target ? speed_on_target(*settings_.target, joints.value().q, joints.value().velocity) : 0;
+  record.sync_on_target = seconds(record.sync_residual) * speed;
+  if (!passes_gate(camera, record, speed)) return true;
   record.index = camera.index++;
   residuals_.push_back(record.sync_residual);
   residuals_on_target_.push_back(record.sync_on_target);
+  stamp_sigmas_.push_back(record.stamp_sigma);
   ++counts_[camera.name + ".recorded"];
   sink_.frame(record, frame.image);
   return true;
 }
 
-bool FrameJoiner::passes_gate(const PerCamera& camera, const FrameRecord& record) {
-  const double time = seconds(record.sync_residual);
+bool FrameJoiner::passes_gate(const PerCamera& camera, const FrameRecord& record, double speed_on_target) {
   const SyncGate& gate = settings_.sync;
-  if (time <= gate.max_residual && record.sync_on_target <= gate.max_residual_on_target) return true;
-  char reason[128];
-  std::snprintf(reason, sizeof reason, ": sync_gate: %.3f ms, %.3f mm on the target, expected at most %g ms and %g mm",
-                1e3 * time, 1e3 * record.sync_on_target, 1e3 * gate.max_residual, 1e3 * gate.max_residual_on_target);
+  const double time = gate.worst(record.sync_residual, record.stamp_sigma), length = time * speed_on_target;
+  if (time <= gate.max_residual && length <= gate.max_residual_on_target) return true;
+  char reason[160];
+  std::snprintf(reason, sizeof reason,
+                ": sync_gate: %.3f ms, of these %g sigma of its stamp %.3f ms, %.3f mm on the target, expected at most "
+                "%g ms and %g mm",
+                1e3 * time, gate.kSigmas, 1e3 * (time - seconds(record.sync_residual)), 1e3 * length,
+                1e3 * gate.max_residual, 1e3 * gate.max_residual_on_target);
   ++counts_[camera.name + ".sync_gate"];
-  sink_.event(record.stamp, "drop", camera.name + reason);
+  sink_.event(record.stamp, event_kind::kDrop, camera.name + reason);
   return false;
 }
 
@@ -154,10 +162,13 @@ Duration FrameJoiner::residual(double share) const { return quantile(residuals_,
 
 double FrameJoiner::residual_on_target(double share) const { return quantile(residuals_on_target_, share); }
 
+Duration FrameJoiner::stamp_sigma(double share) const { return quantile(stamp_sigmas_, share); }
+
 void FrameJoiner::not_used(const PerCamera& camera, const char* reason, Stamp when, std::uint64_t count) {
   counts_[camera.name + "." + reason] += count;
   if (std::strcmp(reason, "not_recorded") != 0)
-    sink_.event(when, "drop", camera.name + ": " + reason + (count > 1 ? " x " + std::to_string(count) : ""));
+    sink_.event(when, event_kind::kDrop,
+                camera.name + ": " + reason + (count > 1 ? " x " + std::to_string(count) : ""));
 }
 
 }  // namespace tankrig

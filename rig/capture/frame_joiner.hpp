@@ -22,7 +22,8 @@ namespace tankrig {
 ///   joint_gap        the joint samples around it are too far apart
 ///   laser_switching  the laser went on or off while it was exposed
 ///   laser_wrong      sweep frame without laser, or dark frame with it
-///   sync_gate        its joints are known less well than the rig file allows
+///   laser_unknown    the scan ended before the laser told of its time
+///   sync_gate        its joints are known less well than the rig file allows (rig/sync/sync_gate.hpp)
 /// Threads: one.  RT: never.
 class FrameJoiner {
  public:
@@ -52,6 +53,8 @@ class FrameJoiner {
   Duration residual(double share) const;
   /// Likewise of the residual on the target [m].
   double residual_on_target(double share) const;
+  /// Likewise of the standard deviation of their stamps.
+  Duration stamp_sigma(double share) const;
 
  private:
   struct PerCamera {
@@ -71,7 +74,7 @@ class FrameJoiner {
   bool records(const PerCamera& camera, const Segment& segment) const;
   const Segment* segment_of(const PerCamera& camera, const Frame& frame) const;
   bool try_join(const Waiting& waiting);
-  bool passes_gate(const PerCamera& camera, const FrameRecord& record);
+  bool passes_gate(const PerCamera& camera, const FrameRecord& record, double speed_on_target);
   void not_used(const PerCamera& camera, const char* reason, Stamp when, std::uint64_t count = 1);
 
   const ScanPlan& plan_;
@@ -83,7 +86,7 @@ class FrameJoiner {
   std::vector<PerCamera> cameras_;
   std::deque<Waiting> waiting_;
   std::map<std::string, std::uint64_t> counts_;
-  std::vector<Duration> residuals_;
+  std::vector<Duration> residuals_, stamp_sigmas_;
   std::vector<double> residuals_on_target_;
 };
 

@@ -13,8 +13,9 @@ class LaserTimeline {
  public:
   enum class Light { kOff, kOn, kMixed, kNotYetKnown };
 
-  /// Records in order of their stamps.
+  /// Records in order of their stamps. One that could not read the laser says nothing of it.
   void add(const CycleRecord& record) {
+    if (!record.laser_known) return;
     if (edges_.empty() || edges_.back().emitting != record.laser_emitting)
       edges_.push_back({edges_.empty() ? Stamp{std::numeric_limits<std::int64_t>::min()} : record.laser_since,
                         record.laser_emitting});

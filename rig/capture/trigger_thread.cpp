@@ -1,6 +1,11 @@
 #include "rig/capture/trigger_thread.hpp"
 
+#include <poll.h>
+#include <sys/eventfd.h>
+#include <unistd.h>
+
 #include <cerrno>
+#include <system_error>
 
 #include "core/thread_priority.hpp"
 
@@ -13,22 +18,26 @@ constexpr int kPriority = 45;             // below the cycle's, above everything
 }  // namespace
 
 TriggerThread::TriggerThread(Camera& camera, Clock& clock)
-    : camera_(camera), clock_(clock), requests_(kWaiting), fired_(kToldLater) {
-  sem_init(&news_, 0, 0);
+    : camera_(camera),
+      clock_(clock),
+      requests_(kWaiting),
+      fired_(kToldLater),
+      news_(::eventfd(0, EFD_SEMAPHORE | EFD_NONBLOCK | EFD_CLOEXEC)) {
+  if (news_ < 0) throw std::system_error(errno, std::generic_category(), "trigger thread: eventfd");
 }
 
 TriggerThread::~TriggerThread() {
   ending_.store(true, std::memory_order_relaxed);
-  sem_post(&news_);
+  ::eventfd_write(news_, 1);
   if (thread_.joinable()) thread_.join();
-  sem_destroy(&news_);
+  ::close(news_);
 }
 
 bool TriggerThread::request(const TriggerRequest& request) noexcept {
   if (!requests_.try_push(request)) return false;
   if (!clock_.real_time()) return true;
   life_.expect(request.fire_at);
-  sem_post(&news_);
+  ::eventfd_write(news_, 1);
   return true;
 }
 
@@ -40,8 +49,11 @@ void TriggerThread::run() {
   keep_time("tankrig-trigger", kPriority);
   try {
     while (true) {
-      while (sem_wait(&news_) != 0 && errno == EINTR) {
-      }
+      pollfd door{news_, POLLIN, 0};
+      if (::poll(&door, 1, -1) < 0 && errno != EINTR)
+        throw std::system_error(errno, std::generic_category(), "trigger thread: poll");
+      eventfd_t one;
+      if (::eventfd_read(news_, &one) != 0) continue;
       if (ending_.load(std::memory_order_relaxed)) return;
       TriggerRequest request;
       if (!requests_.try_pop(request)) continue;

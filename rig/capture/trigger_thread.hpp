@@ -1,8 +1,6 @@
 // The device thread that triggers one camera: a bounded queue in, what became of the triggers out.
 #pragma once
 
-#include <semaphore.h>
-
 #include <atomic>
 #include <thread>
 
@@ -55,7 +53,7 @@ class TriggerThread {
   Clock& clock_;
   SpscRing<TriggerRequest> requests_;
   SpscRing<FiredTrigger> fired_;
-  sem_t news_;
+  const int news_;  // eventfd: a wake-up that never waits
   std::atomic<bool> ending_{false};
   SignOfLife life_;
   std::optional<TriggerRequest> next_;  // of due()

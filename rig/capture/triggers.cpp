@@ -1,5 +1,7 @@
 #include "rig/capture/triggers.hpp"
 
+#include "rig/session/event_kinds.hpp"
+
 namespace tankrig {
 
 void Triggers::add_camera(int number, Camera& camera, RecordWhen record, const TriggerSettings& trigger) {
@@ -39,13 +41,27 @@ void Triggers::collect(One& one) {
       continue;
     }
     ++one.refused;
-    sink_.event(fired.fired, "drop", one.name + ": trigger_refused: " + describe(fired.error));
+    sink_.event(fired.fired, event_kind::kDrop, one.name + ": trigger_refused: " + describe(fired.error));
   }
   const std::uint64_t lost = one.record.lost();
   one.record.settle(clock_.now());
-  if (const std::uint64_t now = one.record.lost(); now > lost)
-    sink_.event(clock_.now(), "drop", one.name + ": trigger_lost x " + std::to_string(now - lost));
+  tell_lost(one, lost);
   if (const auto delay = one.record.delay(); delay && !one.delay_is_given) one.schedule.set_delay(*delay);
+}
+
+void Triggers::tell_lost(const One& one, std::uint64_t before) {
+  if (const std::uint64_t now = one.record.lost(); now > before)
+    sink_.event(clock_.now(), event_kind::kDrop, one.name + ": trigger_lost x " + std::to_string(now - before));
+}
+
+void Triggers::restarted(int number) {
+  for (const auto& one : cameras_) {
+    if (one->number != number) continue;
+    collect(*one);
+    const std::uint64_t lost = one->record.lost();
+    one->record.finish();
+    tell_lost(*one, lost);
+  }
 }
 
 std::string Triggers::collect() {

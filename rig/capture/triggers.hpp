@@ -36,6 +36,8 @@ class Triggers final : public CycleListener {
   /// Since when the triggers of this camera have brought no frame, if it leaves several unanswered.
   std::optional<Stamp> unanswered_since(int number) const;
   void add_frame(int number, const Frame& frame);
+  /// The camera was (re)started: triggers from before will bring no frame.
+  void restarted(int number);
   /// No frame and no cycle comes after it.
   void finish();
 
@@ -64,6 +66,7 @@ class Triggers final : public CycleListener {
   };
 
   void collect(One& one);
+  void tell_lost(const One& one, std::uint64_t before);
 
   const ScanPlan& plan_;
   const ScanSettings& settings_;

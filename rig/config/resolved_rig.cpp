@@ -31,18 +31,18 @@ std::string laser_yaml(const RigConfig& rig) {
          "\n  switches_per_frame: " + (rig.scan.laser_switches_per_frame ? "true" : "false") + "\n";
 }
 
-std::string obstacles_yaml(const RigObstacles& o) {
+std::string obstacles_yaml(const Obstacles& o) {
   std::string out = "obstacles:\n  tank_size_m: " + yaml_of(o.tank_size) + "\n  wMb: " + yaml_of(o.wMb) +
                     "\n  margin_m: " + exact_text(o.margin) + "\n  link_radius_m: " + exact_text(o.link_radius) +
                     "\n  tool_length_m: " + exact_text(o.tool_length) + "\n";
   if (!o.carried.empty()) out += "  carried:\n";
-  for (const RigCarriedBody& body : o.carried)
-    out += "    - {from_e_m: " + yaml_of(body.from_e) + ", to_e_m: " + yaml_of(body.to_e) +
+  for (const Capsule& body : o.carried)
+    out += "    - {from_e_m: " + yaml_of(body.a) + ", to_e_m: " + yaml_of(body.b) +
            ", radius_m: " + exact_text(body.radius) + "}\n";
   return out;
 }
 
-std::string motion_limits_yaml(const RigMotionLimits& m) {
+std::string motion_limits_yaml(const MotionLimits& m) {
   return "  motion_limits:\n    angle_margin_rad: " + exact_text(m.angle_margin) +
          "\n    max_velocity_rad_s: " + exact_text(m.max_velocity) +
          "\n    max_ticks_per_s: " + exact_text(m.max_ticks_per_s) + "\n";
@@ -81,7 +81,7 @@ std::string resolved_rig_yaml(const RigConfig& rig, const std::string& mesh) {
   out += cameras_yaml(rig.cameras) + laser_yaml(rig);
   out += "object:\n  mesh: " + yaml_quoted(mesh) + "\n  bMo: " + yaml_of(rig.object.bMo) + "\n";
   out += obstacles_yaml(rig.obstacles) + "scan:\n" + scan_section_yaml(rig.scan, rig.read_lux);
-  for (const char* name : {"reconstruction", "evaluation", "mock", "workspace", "devices", "emulation"})
+  for (const char* name : kForeignSections)
     if (const auto node = rig.section(name)) out += std::string(name) + ":\n" + indented(node->yaml());
   return out;
 }

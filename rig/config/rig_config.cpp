@@ -15,7 +15,6 @@
 namespace tankrig {
 namespace {
 
-constexpr std::array kOtherSections{"reconstruction", "evaluation", "mock", "workspace", "devices", "emulation"};
 constexpr std::array kOwnKeys{"base", "name",    "description", "backend", "scene",  "applied_preset", "arm",
                               "scan", "presets", "cameras",     "laser",   "object", "obstacles"};
 
@@ -23,11 +22,11 @@ void refuse_unknown_keys(const ConfigNode& root) {
   for (const std::string& key : root.keys()) {
     const auto is_key = [&](const char* known) { return key == known; };
     if (std::any_of(kOwnKeys.begin(), kOwnKeys.end(), is_key) ||
-        std::any_of(kOtherSections.begin(), kOtherSections.end(), is_key))
+        std::any_of(kForeignSections.begin(), kForeignSections.end(), is_key))
       continue;
     std::string known;
     for (const char* k : kOwnKeys) known += std::string(k) + ", ";
-    for (const char* k : kOtherSections) known += std::string(k) + (k == kOtherSections.back() ? "" : ", ");
+    for (const char* k : kForeignSections) known += std::string(k) + (k == kForeignSections.back() ? "" : ", ");
     root.fail(key, "unknown key, expected one of: " + known);
   }
 }
@@ -36,7 +35,7 @@ void read_arm(const ConfigNode& node, RigConfig& rig) {
   rig.arm = read_arm_model(node);
   rig.scan.limits.angles = rig.arm.limits;
   if (const auto limits = node.optional_child("motion_limits")) {
-    RigMotionLimits& m = rig.motion_limits;
+    MotionLimits& m = rig.motion_limits;
     m.angle_margin = limits->number_or("angle_margin_rad", m.angle_margin, {0, 1});
     m.max_velocity = limits->number_or("max_velocity_rad_s", m.max_velocity, {0.01, 10});
     m.max_ticks_per_s = limits->number_or("max_ticks_per_s", m.max_ticks_per_s, {1, 1e6});
@@ -102,7 +101,7 @@ void read_laser(const ConfigNode& node, RigConfig& rig) {
   node.finish();
 }
 
-void read_obstacles(const ConfigNode& node, RigObstacles& o) {
+void read_obstacles(const ConfigNode& node, Obstacles& o) {
   o.tank_size = read_vector(node, "tank_size_m");
   if (!(o.tank_size.minCoeff() > 0))
     node.fail("tank_size_m", "found a side that is not positive, expected three lengths");
@@ -168,13 +167,12 @@ ConfigNode rig_file(const std::filesystem::path& file) {
   return root.over(base);
 }
 
-std::vector<std::string> rig_presets(const std::filesystem::path& file) {
-  const auto presets = rig_file(file).optional_child("presets");
-  return presets ? presets->keys() : std::vector<std::string>{};
+RigConfig load_rig(const std::filesystem::path& file, const std::string& preset) {
+  return read_rig(rig_file(file), preset);
 }
 
-RigConfig load_rig(const std::filesystem::path& file, const std::string& preset) {
-  RigConfig rig(rig_file(file));
+RigConfig read_rig(const ConfigNode& file, const std::string& preset) {
+  RigConfig rig(file);
   const ConfigNode& root = rig.root;
   refuse_unknown_keys(root);
   rig.name = root.text("name");

@@ -1,6 +1,7 @@
 // The rig file: which arm, cameras, laser and object stand where, and how a scan goes. etc/rigs/<name>/rig.yaml.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -9,6 +10,7 @@
 #include "core/arm_model.hpp"
 #include "core/camera_model.hpp"
 #include "core/config_node.hpp"
+#include "rig/plan/motion_check.hpp"
 #include "rig/plan/scan_settings.hpp"
 #include "rig/plan/trigger_settings.hpp"
 #include "rig/session/session.hpp"
@@ -39,28 +41,9 @@ struct RigObject {
   Transform bMo = Transform::Identity();
 };
 
-/// A body that moves with the end effector: a segment in e with a radius [m].
-struct RigCarriedBody {
-  Vector3d from_e = Vector3d::Zero(), to_e = Vector3d::Zero();
-  double radius = 0;
-};
-
-/// What the arm must keep away from, and how thick it is.  Units: metres.
-struct RigObstacles {
-  Vector3d tank_size{2.0, 2.0, 1.5};  ///< inner; the floor's centre is w's origin
-  Transform wMb = Transform::Identity();
-  double margin = 0.02;  ///< smallest clearance that is not refused
-  double link_radius = 0.045;
-  double tool_length = 0;  ///< beyond e, along its z
-  std::vector<RigCarriedBody> carried;
-};
-
-/// What a motion may do beyond the joint limits of the arm model.
-struct RigMotionLimits {
-  double angle_margin = 0.05;     ///< kept from every joint limit: the laboratory's [rad]
-  double max_velocity = 1.0;      ///< any joint [rad/s]
-  double max_ticks_per_s = 2000;  ///< any actuator
-};
+/// The sections that other folders read themselves.
+inline constexpr std::array kForeignSections{"reconstruction", "evaluation", "mock",
+                                             "workspace",      "devices",    "emulation"};
 
 /// A rig file, read and checked. `scan` is complete: laser and camera facts it needs are filled in from their sections.
 struct RigConfig {
@@ -72,18 +55,16 @@ struct RigConfig {
   std::filesystem::path scene;  ///< what is simulated or emulated, absolute; empty on a real rig
   std::string preset;           ///< applied to `scan`; empty if none
   ArmModel arm;
-  RigMotionLimits motion_limits;
+  MotionLimits motion_limits;
   std::array<double, kJoints> backlash_ticks{};  ///< total play between every encoder and its link; 0: not known
   ScanSettings scan;
   bool read_lux = true;  ///< ask the lux meter before and after the sweep
   std::vector<RigCamera> cameras;
   RigLaser laser;
   RigObject object;
-  RigObstacles obstacles;
+  Obstacles obstacles;  ///< without the object
 
-  /// The sections other folders read themselves: "reconstruction", "evaluation", "mock", "workspace", "devices",
-  /// "emulation".
-  /// Nothing if the file does not have it.
+  /// One of kForeignSections; nothing if the file does not have it.
   std::optional<ConfigNode> section(std::string_view name) const;
 
   const RigCamera* find_camera(CameraRole role) const;
@@ -97,13 +78,12 @@ struct RigConfig {
 /// A rig file as YAML; with `base: FILE`, all that rig says and this file does not.  Errors: InputError.
 ConfigNode rig_file(const std::filesystem::path& file);
 
-/// Names of the presets in a rig file.
-std::vector<std::string> rig_presets(const std::filesystem::path& file);
-
 /// Reads a rig file and applies one of its presets to its scan ("" for none). Keys of section()s are not looked at
 /// here: whoever reads one calls finish() on it. Errors: InputError "FILE:LINE: key: found ..., expected ..."; an
 /// unknown key is one.
 RigConfig load_rig(const std::filesystem::path& file, const std::string& preset = "");
+/// The same of a rig file that is read already.
+RigConfig read_rig(const ConfigNode& file, const std::string& preset = "");
 
 /// The rig as it was used, presets and changes applied: a rig file again. `mesh` is what it names as the object's mesh,
 /// relative to where the text will be stored.

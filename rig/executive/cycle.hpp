@@ -6,8 +6,10 @@
 #include <optional>
 #include <thread>
 
+#include "core/awake_processors.hpp"
 #include "core/clock.hpp"
 #include "core/locked_memory.hpp"
+#include "core/watched_silence.hpp"
 #include "rig/executive/cycle_grid.hpp"
 #include "rig/executive/cycle_times.hpp"
 #include "rig/executive/executive.hpp"
@@ -15,26 +17,43 @@
 
 namespace tankrig {
 
+/// For how long no step may be made in real time.
+struct CyclePatience {
+  Duration noticed = std::chrono::milliseconds{250};  ///< longer: it hangs
+  Duration given_up = std::chrono::seconds{3};        ///< so much longer: it does not come back
+};
+
 /// Steps the executive at every point of its grid, from begin() to end().
 /// In real time nothing the caller does holds a step up: a caller that hangs is noticed by its heartbeat. Overruns keep
-/// the grid and are counted; too many of them within their window stop the executive. Under a virtual clock step and
-/// caller take turns, which makes a run bit-reproducible, and no time is taken.
+/// the grid and are counted; too many of them within their window stop the executive. A step that hangs is noticed by
+/// the caller's turns: from then on, and in every turn, the laser is switched off and the arm stopped past it. Under a
+/// virtual clock step and caller take turns, which makes a run bit-reproducible, and no time is taken.
 /// Threads: one, the supervisor's.
-/// RT: its thread allocates nothing, takes no lock and waits for nothing but the next point (tests/executive).
+/// RT: its thread allocates nothing, takes no lock and waits for nothing but the next point (tests/real_time).
 class Cycle {
  public:
   /// Asks the system for what `real_time` says, and goes on without what it is refused: see check_real_time().
-  Cycle(Executive& executive, Clock& clock, Duration period, const RealTimeSettings& real_time = {});
+  Cycle(Executive& executive, Clock& clock, Duration period, const RealTimeSettings& real_time = {},
+        const CyclePatience& patience = {});
+  /// The program dies, by its last resort, if the thread was left behind.
   ~Cycle() { end(); }
   Cycle(const Cycle&) = delete;
   Cycle& operator=(const Cycle&) = delete;
 
   /// Does nothing the second time.
   void begin();
-  /// Lets about one period pass; at least one step has been made when the first call returns.
+  /// Lets about one period pass; at least one step has been made when the first call returns, or it hangs.
   void turn() noexcept;
-  /// No step is made after it returns.
-  void end() noexcept;
+  /// No step is made after it returns true. False if its thread does not come back: then that is left behind, and with
+  /// it this object and all that it uses, to the end of the program. If it does come back, it goes on making safe.
+  bool end() noexcept;
+
+  /// As the last turn saw it: inside a step, or without a processor, for longer than it may be.
+  bool hangs() const noexcept { return silence_.so_far() > patience_.noticed; }
+  /// Likewise: it will not come back.
+  bool given_up() const noexcept { return silence_.so_far() > patience_.noticed + patience_.given_up; }
+  /// A cycle of this program was left behind, and may still use its devices.  Threads: any.
+  static bool any_left_behind() noexcept;
 
   std::uint64_t cycles() const noexcept { return steps_.load(std::memory_order_acquire); }
   std::uint64_t overruns() const noexcept { return overruns_.load(std::memory_order_relaxed); }
@@ -50,12 +69,15 @@ class Cycle {
   void step() noexcept;
   void timed_step() noexcept;
   void publish() noexcept;
+  void watch() noexcept;
 
   Executive& executive_;
   Clock& clock_;
   const Duration period_;
   const RealTimeSettings real_time_;
+  const CyclePatience patience_;
   std::optional<LockedMemory> memory_;
+  std::optional<AwakeProcessors> awake_;
   RealTimeGrant granted_;
 
   // The stepping thread's.
@@ -66,7 +88,10 @@ class Cycle {
   std::optional<Stamp> began_;  // the step before
 
   std::atomic<std::uint64_t> steps_{0}, overruns_{0}, missed_{0};
-  std::atomic<bool> ending_{false};
+  std::atomic<bool> ending_{false}, ended_{false};
+
+  // The caller's.
+  WatchedSilence silence_;
   std::thread thread_;
 };
 

@@ -54,6 +54,8 @@ const char* to_string(Fault fault) noexcept {
       return "thread died";
     case Fault::kMovedInHold:
       return "arm moved though held";
+    case Fault::kHoldRefused:
+      return "light at rest refused";
   }
   return "?";
 }

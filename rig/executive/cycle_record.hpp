@@ -33,6 +33,7 @@ enum class Fault : std::uint8_t {
   kBeamStray,       ///< the camera sees a beam though it is off
   kThread,          ///< a thread the scan depends on has died
   kMovedInHold,     ///< the arm moved while it was held for light at rest
+  kHoldRefused,     ///< the arm was not at rest when it was to be held for light
 };
 const char* to_string(Fault fault) noexcept;
 

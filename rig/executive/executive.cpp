@@ -157,14 +157,18 @@ InterlockOutputs Executive::decide(const CycleRecord& record) noexcept {
   in.beam = beam_.load(std::memory_order_relaxed);
 
   const bool ended = state_ == ExecutiveState::kStopped || state_ == ExecutiveState::kDone;
+  const bool hold_asked = in.hold && !guard_.state().last_hold;
   const InterlockOutputs allowed = guard_.step(in);
   if (allowed.recovered || (in.reset && ended && !guard_.state().latched)) recover();
   raise(allowed.trip, in.beam, record.stamp);
+  if (hold_asked && guard_.state().armed && !guard_.state().holding)  // the edge is lost: it would stay dark
+    raise(Fault::kHoldRefused, {ErrorCode::kRefused, 0, record.stamp, "arm: expected at rest"});
   return allowed;
 }
 
-/// Nothing of what was planned goes on: the arm waits where it is measured to be.
+/// Nothing of what was planned goes on: the laser is disarmed, the arm waits where it is measured to be.
 void Executive::recover() noexcept {
+  guard_.disarm();
   state_ = ExecutiveState::kWaiting;
   fault_ = Fault::kNone;
   error_ = {};
@@ -205,6 +209,10 @@ void Executive::act(CycleRecord& record, const InterlockOutputs& allowed) noexce
     return;
   }
   if (allowed.motion) record.desired = follow(record);
+  if (stop_asked()) {  // since this step began, which may be long ago: the next one says so
+    make_safe(record);
+    return;
+  }
   if (!raised_) write_outputs(record);
   if (raised_) {
     state_ = ExecutiveState::kFault;

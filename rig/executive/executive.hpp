@@ -49,6 +49,11 @@ class Executive {
   void request_stop() noexcept { stop_.store(true, std::memory_order_relaxed); }
   /// Likewise while `flag` is set, whoever sets it: it needs no supervisor to be passed on. Before the first cycle.
   void stop_also_on(const std::atomic<bool>& flag) noexcept { outside_stop_ = &flag; }
+  /// For whoever finds the cycle hanging: laser off, then arm stopped, past it; stopped if it goes on.
+  void stop_past_cycle() noexcept {
+    request_stop();
+    guard_.make_safe_past_cycle();
+  }
   /// One edge: from fault, stopped or done to waiting at the measured posture, if everything is well now. The laser
   /// must be armed again by an edge, and no plan runs until the next start().
   void request_reset() noexcept {

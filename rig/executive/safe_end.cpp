@@ -16,9 +16,11 @@ void SafeEnd::add(const CycleRecord& r) {
   if (!over) return;
   if (!ended_at_) ended_at_ = r.stamp;
   left_.laser_dark = r.laser_known && !r.laser_powered && !r.laser_emitting;
-  if (!r.has_joints || r.joints.stamp <= *ended_at_) return;
-  rest_.add(r.joints);
-  left_.arm_at_rest = rest_.at_rest();
+  if (r.has_joints && r.joints.stamp > *ended_at_) {
+    rest_.add(r.joints);
+    news_ = r.stamp;
+  }
+  left_.arm_at_rest = rest_.at_rest() && now_ - news_ <= kNewsAge;
 }
 
 bool SafeEnd::settled() const noexcept {

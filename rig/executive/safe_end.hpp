@@ -13,7 +13,7 @@ namespace tankrig {
 /// What was confirmed by the devices themselves after the end, not what was commanded.
 struct OutputsLeft {
   bool laser_dark = false;   ///< Laser::state() was read: neither powered nor emitting
-  bool arm_at_rest = false;  ///< measured velocities were below creep for a while
+  bool arm_at_rest = false;  ///< measured velocities have been below creep for a while, and still are measured
 
   bool safe() const noexcept { return laser_dark && arm_at_rest; }
 };
@@ -24,6 +24,9 @@ std::string to_string(const OutputsLeft& left);
 /// Looks at the cycle's records from the end of the plan, a stop or a fault on.  Threads: one.
 class SafeEnd {
  public:
+  /// The arm is not known to be at rest any more when it has not been heard of for longer.
+  static constexpr Duration kNewsAge = std::chrono::milliseconds{250};
+
   explicit SafeEnd(const SafetySettings& settings) : settings_(settings), rest_(settings.rest_velocity) {}
 
   /// Records in order of their stamps.
@@ -39,7 +42,7 @@ class SafeEnd {
   const SafetySettings settings_;
   std::optional<Stamp> ended_at_;
   RestWatch rest_;  // of joint samples after the end
-  Stamp now_{};
+  Stamp now_{}, news_{};
   OutputsLeft left_;
 };
 

@@ -15,7 +15,7 @@ struct ObstacleBox {
   Vector3d half_size = Vector3d::Zero();  ///< [m]
 };
 
-/// A segment with a radius. Rigid with e unless said otherwise.
+/// A segment with a radius [m].
 struct Capsule {
   Vector3d a = Vector3d::Zero(), b = Vector3d::Zero();
   double radius = 0;
@@ -23,7 +23,7 @@ struct Capsule {
 
 /// What the arm must not touch, and how thick the arm is.  Units: metres.
 struct Obstacles {
-  Vector3d tank_size{2.0, 2.0, 1.5};  ///< inner x, y of the walls and their height; the floor is w's z = 0
+  Vector3d tank_size{2.0, 2.0, 1.5};  ///< inner x, y of the walls and their height; the floor's centre is w's origin
   Transform wMb = Transform::Identity();
   std::vector<ObstacleBox> boxes;
   double link_radius = 0.045;    ///< of every link, b to e
@@ -34,7 +34,7 @@ struct Obstacles {
 
 /// What a joint may do beyond its limits in the arm model.
 struct MotionLimits {
-  double angle_margin = 0;        ///< distance kept from every joint limit [rad]
+  double angle_margin = 0.05;     ///< kept from every joint limit: the laboratory's [rad]
   double stop_margin = 0.02;      ///< how far beyond a limit a joint may stand at its stop when the plan begins [rad]
   double max_velocity = 1.0;      ///< any joint [rad/s]
   double max_ticks_per_s = 2000;  ///< any actuator; the laboratory's RPM_LIMIT

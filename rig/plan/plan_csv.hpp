@@ -8,9 +8,6 @@
 
 namespace tankrig {
 
-/// Kind of the event whose stamp is the plan's time 0.
-inline constexpr char kPlanZeroEvent[] = "plan";
-
 /// One line a segment. Its motion is not written: what the arm did is in joints.csv.
 std::string plan_csv(const ScanPlan& plan);
 

@@ -104,14 +104,13 @@ Finding can_finding(const fs::path& root, const CanNeed& need, const std::option
     return refused(what, Verdict::kAbsent, "no such interface",
                    "plug the adapter in; ip -details link shows those there are");
   const std::string state = first_line(net / "operstate"), queue = first_line(net / "tx_queue_len");
+  if (link && link->state == CanState::kBusOff)  // the kernel calls it down too
+    return refused(what, Verdict::kBad, "bus-off", "ip link set " + need.interface + " type can restart");
   if (state == "down") return refused(what, Verdict::kBad, "down", up);
   if (link && link->bitrate && *link->bitrate != need.bitrate)
     return refused(what, Verdict::kBad, std::to_string(*link->bitrate) + " bit/s",
                    "ip link set " + need.interface + " down; " + up);
   Finding f{what, Verdict::kGood, std::to_string(need.bitrate) + " bit/s, queue " + queue + " frames, " + load};
-  if (link && link->state == CanState::kBusOff)
-    return refused(what, Verdict::kBad, f.measured + ", bus-off",
-                   "ip link set " + need.interface + " type can restart");
   const int frames = std::atoi(queue.c_str());
   if (need.load > kLargestCarrierLoad)
     return refused(what, Verdict::kBad, f.measured, "a lower devices.arm.can.exchange_rate_hz");
@@ -182,11 +181,14 @@ std::optional<NetworkInterface> interface_towards(const std::string& address) {
   ifaddrs* all = nullptr;
   if (::getifaddrs(&all) != 0) return std::nullopt;
   std::string name;
+  in_addr_t longest = 0;
   for (const ifaddrs* i = all; i; i = i->ifa_next) {
     if (!i->ifa_addr || !i->ifa_netmask || i->ifa_addr->sa_family != AF_INET) continue;
     const auto own = reinterpret_cast<const sockaddr_in*>(i->ifa_addr)->sin_addr.s_addr;
     const auto mask = reinterpret_cast<const sockaddr_in*>(i->ifa_netmask)->sin_addr.s_addr;
-    if (((own ^ wanted.s_addr) & mask) == 0) name = i->ifa_name;
+    if (((own ^ wanted.s_addr) & mask) != 0 || (!name.empty() && ntohl(mask) <= longest)) continue;
+    name = i->ifa_name;
+    longest = ntohl(mask);
   }
   ::freeifaddrs(all);
   if (name.empty()) return std::nullopt;

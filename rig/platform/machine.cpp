@@ -12,6 +12,7 @@
 #include <thread>
 #include <vector>
 
+#include "core/awake_processors.hpp"
 #include "core/clock.hpp"
 #include "core/input_error.hpp"
 #include "core/locked_memory.hpp"
@@ -96,6 +97,15 @@ Finding governor_finding(const fs::path& root) {
   return f;
 }
 
+Finding sleep_finding(const fs::path& root) {
+  const std::string driver = first_line(root / "sys/devices/system/cpu/cpuidle/current_driver");
+  if (driver.empty() || driver == "none") return {"sleep states", Verdict::kAbsent, "none to be seen"};
+  if (::access((root.string() + kLatencyRequests).c_str(), W_OK) == 0)
+    return {"sleep states", Verdict::kGood, "kept off while the cycle runs"};
+  return {"sleep states", Verdict::kUsable, std::string(kLatencyRequests) + " may not be written",
+          "put etc/udev/99-tankrig.rules into /etc/udev/rules.d and start again (docs/real_time.md)"};
+}
+
 Finding privileges_finding(const RealTimeSettings& settings) {
   RealTimeSettings without = settings;
   without.lock_memory = false;
@@ -163,9 +173,11 @@ double measure_disk(const fs::path& folder, std::size_t bytes) {
   const std::vector<char> block(1 << 20, 'x');
   const MonotonicClock clock;
   const Stamp begin = clock.now();
-  for (std::size_t written = 0; written < bytes; written += block.size())
-    if (::write(file.get(), block.data(), block.size()) != static_cast<ssize_t>(block.size()))
-      throw InputError(folder, std::string("cannot be written to: ") + std::strerror(errno));
+  for (std::size_t written = 0; written < bytes; written += block.size()) {
+    const ssize_t taken = ::write(file.get(), block.data(), block.size());
+    if (taken != static_cast<ssize_t>(block.size()))
+      throw InputError(folder, std::string("cannot be written to: ") + std::strerror(taken < 0 ? errno : ENOSPC));
+  }
   if (::fsync(file.get()) != 0) throw InputError(folder, std::string("fsync: ") + std::strerror(errno));
   return static_cast<double>(bytes) / std::max(1e-6, seconds(clock.now() - begin));
 }
@@ -176,6 +188,7 @@ std::map<std::string, std::string> platform_facts(const fs::path& root, const Re
   return {{"kernel", kernel_release(root)},
           {"preemption", preemption(root)},
           {"governor", found.empty() ? "none" : listed(found)},
+          {"sleep", granted.processors_awake ? "kept off" : "allowed"},
           {"scheduling", granted.fifo ? "SCHED_FIFO " + std::to_string(settings.priority) : "not real time"},
           {"memory", granted.memory_locked ? "locked" : "not locked"},
           {"processor", settings.cpu && granted.cpu ? std::to_string(*settings.cpu) : "any"}};

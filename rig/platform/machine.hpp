@@ -17,6 +17,9 @@ Finding kernel_finding(const std::filesystem::path& root);
 /// "performance" on every processor is good, any other governor usable; a machine without frequency scaling shows none.
 Finding governor_finding(const std::filesystem::path& root);
 
+/// Good if the cycle may keep the processors out of deep sleep; a machine without sleep states shows none.
+Finding sleep_finding(const std::filesystem::path& root);
+
 Finding privileges_finding(const RealTimeSettings& settings);
 Finding memory_lock_finding(const RealTimeSettings& settings);
 
@@ -34,7 +37,7 @@ Finding disk_finding(double measured, double needed);
 /// Errors: InputError if the folder cannot be written to.
 double measure_disk(const std::filesystem::path& folder, std::size_t bytes);
 
-/// What a session keeps of all this: kernel, preemption, governor, scheduling, memory, processor.
+/// What a session keeps of all this: kernel, preemption, governor, sleep, scheduling, memory, processor.
 std::map<std::string, std::string> platform_facts(const std::filesystem::path& root, const RealTimeSettings& settings,
                                                   const RealTimeGrant& granted);
 

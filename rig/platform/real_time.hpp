@@ -10,9 +10,10 @@ namespace tankrig {
 
 /// What the system gave the cycle.
 struct RealTimeGrant {
-  bool fifo = false;           ///< SCHED_FIFO at the priority asked for
-  bool cpu = false;            ///< its processor; true if none was asked for
-  bool memory_locked = false;  ///< true only if it was asked for
+  bool fifo = false;              ///< SCHED_FIFO at the priority asked for
+  bool cpu = false;               ///< its processor; true if none was asked for
+  bool memory_locked = false;     ///< true only if it was asked for
+  bool processors_awake = false;  ///< no deep sleep while it runs; a scan goes on without it
 };
 
 /// What of `settings` this process would be refused, in words that say how to get it; empty if nothing. Tries it on a
@@ -23,7 +24,8 @@ std::string missing_real_time(const RealTimeSettings& settings);
 /// required.  Errors: InputError, one line.
 std::string check_real_time(const RealTimeSettings& settings);
 
-/// Makes the calling thread the cycle's: name, priority, processor, a stack already touched. Memory is not its concern.
+/// Makes the calling thread the cycle's: name, priority, processor, a stack already touched. Memory and sleep are not
+/// its concern.
 RealTimeGrant become_real_time(const RealTimeSettings& settings) noexcept;
 
 }  // namespace tankrig

@@ -39,9 +39,20 @@ boost::shared_ptr<ros::M_string> latched(const std::string& topic) {
 
 struct BagFile::Implementation {
   std::string file;
-  rosbag::Bag bag;
+  std::unique_ptr<rosbag::Bag> bag = std::make_unique<rosbag::Bag>();
   std::map<std::string, std::uint32_t> sequence;                     // by topic
   std::map<std::string, boost::shared_ptr<ros::M_string>> latching;  // by topic
+
+  Implementation() = default;
+  Implementation(const Implementation&) = delete;
+  Implementation& operator=(const Implementation&) = delete;
+  ~Implementation() {
+    try {
+      bag->close();
+    } catch (const rosbag::BagException&) {
+      (void)bag.release();  // leaked: its destructor would close it once more, throw, and end the program
+    }
+  }
 
   template <class Action>
   void guard(Action action) {
@@ -67,7 +78,7 @@ struct BagFile::Implementation {
       if (!known) known = latched<Message>(topic);
       header = known;
     }
-    guard([&] { bag.write(topic, ros_time(wall_ns), message, header); });
+    guard([&] { bag->write(topic, ros_time(wall_ns), message, header); });
   }
 };
 
@@ -75,13 +86,13 @@ bool BagFile::available() noexcept { return true; }
 
 BagFile::BagFile(const std::string& file) : bag_(std::make_unique<Implementation>()) {
   bag_->file = file;
-  bag_->guard([&] { bag_->bag.open(file, rosbag::bagmode::Write); });
+  bag_->guard([&] { bag_->bag->open(file, rosbag::bagmode::Write); });
 }
 
 BagFile::~BagFile() = default;
 
 void BagFile::close() {
-  bag_->guard([&] { bag_->bag.close(); });
+  bag_->guard([&] { bag_->bag->close(); });
 }
 
 void BagFile::compressed_image(const std::string& topic, std::int64_t wall_ns, const std::string& frame_id,

@@ -15,7 +15,7 @@ InterlockLimits interlock_limits(const SafetySettings& settings) noexcept;
 /// Runs the safety step and acts on it. What a step allows is allowed once: without a new step neither light nor motion
 /// is commanded again; none is in a program that is dying. Off, stop and rest are always allowed. The end of its life
 /// switches the laser off, then stops the arm. The interfaces let nobody else switch a laser on or
-/// move an arm. Threads: one, the cycle's; construction and end in another.  RT: all
+/// move an arm. Threads: one, the cycle's; construction and end in another; otherwise where said.  RT: all
 /// but construction and end.
 class GuardedOutputs {
  public:
@@ -28,6 +28,11 @@ class GuardedOutputs {
 
   /// Once per cycle, before any output.
   const InterlockOutputs& step(InterlockInputs in) noexcept;
+  /// The laser must be armed again by an edge; what this step allowed is taken back.
+  void disarm() noexcept {
+    state_.armed = state_.holding = false;
+    allowed_ = {};
+  }
   const InterlockState& state() const noexcept { return state_; }
 
   /// On if the step wants light, else off; only where that is a change of what the laser's driver took last.
@@ -40,6 +45,11 @@ class GuardedOutputs {
   /// stopped.
   Result<JointVector> move(const JointVector& velocity) noexcept;
   Status arm_stop() noexcept { return arm_.stop(); }
+  /// Laser off, then arm stopped, where the cycle's thread hangs.  Threads: any.
+  void make_safe_past_cycle() noexcept {
+    [[maybe_unused]] const Status dark = laser_.off();
+    [[maybe_unused]] const Status rest = arm_.stop();
+  }
   /// With a reset: what the driver itself keeps is forgotten, where it is over.
   Status clear_arm_faults() noexcept { return arm_.clear_faults(); }
 

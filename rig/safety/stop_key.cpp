@@ -38,7 +38,14 @@ StopKey::StopKey(int descriptor, std::atomic<bool>& stop) : descriptor_(descript
   ::sigfillset(&others);
   for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGSYS, SIGTRAP}) ::sigdelset(&others, signal);
   ::pthread_sigmask(SIG_SETMASK, &others, &before);
-  thread_ = std::thread([this] { run(); });
+  try {
+    thread_ = std::thread([this] { run(); });
+  } catch (...) {
+    ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
+    restore();
+    ::close(wake_);
+    throw;
+  }
   ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
 }
 

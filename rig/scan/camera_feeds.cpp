@@ -52,6 +52,7 @@ void CameraFeeds::schedule(bool ended) {
 
 void CameraFeeds::start(Feed& feed) {
   joiner_.restarted(feed.number);
+  triggers_.restarted(feed.number);
   tell_.asks();
   const Status started = ask(feed, [&] { return feed.camera->start(); });
   feed.running = started.ok();

@@ -52,7 +52,9 @@ class CameraFeeds {
   /// triggered.
   void check_silence();
 
-  /// What was waited for too long, last: "camera mono: held the supervisor up for 412 ms"; empty: nothing.
+  void begin_round() { held_up_.clear(); }
+  /// What was waited for too long, last in this round: "camera mono: held the supervisor up for 412 ms"; empty:
+  /// nothing.
   const std::string& held_up() const { return held_up_; }
   /// Frames the drivers lost, "CAMERA.incomplete", "CAMERA.overrun".
   std::map<std::string, std::uint64_t> counts() const;

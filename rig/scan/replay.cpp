@@ -5,13 +5,13 @@
 #include "core/input_error.hpp"
 #include "rig/capture/frame_joiner.hpp"
 #include "rig/plan/plan_csv.hpp"
+#include "rig/session/event_kinds.hpp"
 
 namespace tankrig {
 namespace {
 
 constexpr std::size_t kJointSamples = 4096;
 constexpr double kLaserToldWithin = 1;  // [s]
-constexpr std::string_view kEmitting = "emitting", kDark = "dark";
 constexpr Stamp kEndOfTime{std::numeric_limits<std::int64_t>::max()};
 
 /// Gives frames the numbers they were recorded with, and counts.
@@ -56,8 +56,11 @@ class Replay {
       numbers_[camera.name] = joiner_.add_camera(camera.name, RecordWhen::kAll, kEachInItsSegment);
     joiner_.start(recorded.plan_zero);
     for (const SessionEvent& event : recorded.events)
-      if (event.kind == "laser" && (event.text == kEmitting || event.text == kDark)) edges_.push_back(&event);
-    laser_.add({});  // dark before it is ever told of
+      if (event.kind == event_kind::kLaser && (event.text == kLaserEmitting || event.text == kLaserDark))
+        edges_.push_back(&event);
+    CycleRecord dark;  // before it is ever told of
+    dark.laser_known = true;
+    laser_.add(dark);
   }
 
   ReplayCounts run(const std::function<void(Stamp)>& before) {
@@ -90,8 +93,9 @@ class Replay {
   void tell_laser(Stamp now) {
     CycleRecord record;
     record.stamp = now;
+    record.laser_known = true;
     for (; edge_ < edges_.size() && seconds(edges_[edge_]->stamp - now) < kLaserToldWithin; ++edge_) {
-      emitting_ = edges_[edge_]->text == kEmitting;
+      emitting_ = edges_[edge_]->text == kLaserEmitting;
       record.laser_emitting = emitting_;
       record.laser_since = edges_[edge_]->stamp;
       laser_.add(record);
@@ -108,6 +112,7 @@ class Replay {
       Frame frame;
       frame.image = session_.image(record);
       frame.stamp = record.stamp;
+      frame.stamp_sigma = record.stamp_sigma;
       frame.exposure = record.exposure;
       frame.sequence = record.sequence;
       joiner_.add(camera, std::move(frame));
@@ -146,13 +151,13 @@ RecordedScan read_recorded_scan(const Session& session) {
                     read_joints_csv(session.path / "joints.csv").records,
                     read_events_csv(session.path / "events.csv").records};
   for (const SessionEvent& event : scan.events)
-    if (event.kind == kPlanZeroEvent) {
+    if (event.kind == event_kind::kPlan) {
       scan.plan_zero = event.stamp;
       return scan;
     }
   if (!session.frames.empty())
     throw InputError(session.path / "events.csv",
-                     std::string("found no event of kind ") + kPlanZeroEvent + ", expected the plan's time 0");
+                     "found no event of kind " + std::string(event_kind::kPlan) + ", expected the plan's time 0");
   return scan;
 }
 

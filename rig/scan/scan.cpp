@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <optional>
+#include <memory>
+#include <utility>
 
 #include "core/input_error.hpp"
 #include "rig/capture/frame_joiner.hpp"
@@ -14,6 +15,7 @@
 #include "rig/scan/before_start.hpp"
 #include "rig/scan/camera_feeds.hpp"
 #include "rig/scan/scan_log.hpp"
+#include "rig/session/event_kinds.hpp"
 
 namespace tankrig {
 namespace {
@@ -30,16 +32,19 @@ class ScanRun {
  public:
   explicit ScanRun(ScanJob& job)
       : job_(job),
+        plan_(job.plan),
+        settings_(job.settings),
         begin_(job.clock.now()),
-        executive_(job.plan, job.settings, job.arm, job.laser),
-        joints_(kJointSamples, from_seconds(job.settings.max_joint_gap)),
-        joiner_(job.plan, job.settings, joints_, laser_, job.sink),
-        triggers_(job.plan, job.settings, job.clock, job.sink),
-        beam_(job.settings.safety.beam, job.settings.laser_pairs ? Duration{0} : kBeamSettles, laser_, joints_),
-        feeds_(job.cameras, job.settings, job.clock, joiner_, triggers_, beam_, feed_events()),
-        end_(job.settings.safety),
-        log_(job.plan, job.sink),
-        cycle_(executive_, job.clock, from_seconds(1.0 / job.settings.cycle_hz), job.settings.real_time) {
+        executive_(plan_, settings_, job.arm, job.laser),
+        joints_(kJointSamples, from_seconds(settings_.max_joint_gap)),
+        joiner_(plan_, settings_, joints_, laser_, job.sink),
+        triggers_(plan_, settings_, job.clock, job.sink),
+        beam_(settings_.safety.beam, settings_.laser_pairs ? Duration{0} : kBeamSettles, laser_, joints_),
+        feeds_(job.cameras, settings_, job.clock, joiner_, triggers_, beam_, feed_events()),
+        end_(settings_.safety),
+        log_(plan_, job.sink),
+        cycle_(executive_, job.clock, from_seconds(1.0 / settings_.cycle_hz), settings_.real_time,
+               {from_seconds(settings_.heartbeat_timeout), from_seconds(settings_.safety.rest_timeout)}) {
     executive_.stop_also_on(job_.stop);
     executive_.set_listener(&triggers_);
   }
@@ -47,11 +52,11 @@ class ScanRun {
   ScanResult run() {
     try {
       start();
-      while (!end_.settled()) {
+      while (!end_.settled() && !cycle_.given_up()) {
         take_turn();
         supervise();
       }
-      cycle_.end();
+      left_behind_ = !cycle_.end();
       triggers_.finish();
       joiner_.finish();
       take_stock(status());
@@ -66,10 +71,13 @@ class ScanRun {
     }
   }
 
+  /// The cycle still uses this run.
+  bool left_behind() const { return left_behind_; }
+
  private:
   /// A device may take its time to start; the supervisor is well meanwhile.
   CameraFeedEvents feed_events() {
-    return {[this] { executive_.heartbeat(job_.clock.now()); },
+    return {[this] { executive_.heartbeat(well_at_ = job_.clock.now()); },
             [this](Stamp frame) {
               if (!plan_zero_) start_plan(on_frame_grid(frame));
             },
@@ -81,69 +89,84 @@ class ScanRun {
     triggers_.begin();
     cycle_.begin();
     take_turn();
-    if (!feeds_.start_grid_camera()) start_plan(job_.clock.now() + from_seconds(job_.settings.frame_period));
+    if (!feeds_.start_grid_camera()) start_plan(job_.clock.now() + from_seconds(settings_.frame_period));
     executive_.heartbeat(job_.clock.now());
-    executive_.set_armed(job_.plan.uses_laser());  // last: an edge while anything is missing is lost
+    executive_.set_armed(plan_.uses_laser());  // last: an edge while anything is missing is lost
   }
 
   /// About one period of the cycle, and what it left in the ring.
   void take_turn() {
     if (job_.stop.load(std::memory_order_relaxed)) executive_.request_stop();
     cycle_.turn();
+    if (cycle_.hangs()) tell_hang();
+    if (hung_ && !end_.ended()) executive_.stop_past_cycle();
     triggers_.turn();
-    round_began_ = job_.clock.now();
+    round_began_ = well_at_ = job_.clock.now();
     CycleRecord record;
     while (executive_.try_pop(record)) consume(record);
-    if (end_.ended()) executive_.set_armed(false);
+    if (ended()) executive_.set_armed(false);
     if (!plan_zero_ && round_began_ - begin_ > kFirstFrameTimeout)
       device_failed("camera: no frame to set the frame grid by");
   }
 
   /// Everything beside the cycle: interlock, cameras, disk, screen. Its heartbeat is as old as the round that gave it,
-  /// so a camera or a disk that holds a round up for longer than heartbeat_timeout costs the beam in the next cycle.
+  /// or as the newest camera it began to start, so a camera or a disk that holds a round up for longer than
+  /// heartbeat_timeout costs the beam in the next cycle.
   void supervise() {
+    feeds_.begin_round();
     read_interlock();
-    if (plan_zero_) feeds_.schedule(end_.ended());
+    if (plan_zero_) feeds_.schedule(ended());
     feeds_.grab();
     if (const std::string dead = triggers_.collect(); !dead.empty()) thread_died(dead);
-    if (!end_.ended()) feeds_.check_silence();
+    if (!ended()) feeds_.check_silence();
     joiner_.drain();
     executive_.set_beam(beam_.judge());
     report_progress();
-    executive_.heartbeat(round_began_);
+    executive_.heartbeat(well_at_);
+  }
+
+  /// Nothing of the plan goes on.
+  bool ended() const { return end_.ended() || hung_; }
+
+  /// Laser and arm have been told past it.
+  void tell_hang() {
+    if (std::exchange(hung_, true)) return;
+    char line[80];
+    std::snprintf(line, sizeof line, "cycle: hangs: no step for %g s", settings_.heartbeat_timeout);
+    device_failed(line);
+    job_.sink.event(job_.clock.now(), event_kind::kFault,
+                    std::string(line) + "; laser switched off and arm stopped past it");
   }
 
   /// An open interlock ends a scan even where it opens before the executive is armed; a plan without light goes on.
   void read_interlock() {
     const bool closed = job_.interlock_closed && job_.interlock_closed();
     executive_.set_interlock(closed);
-    if (!closed && job_.plan.uses_laser() && !end_.ended()) device_failed(kInterlockOpen);
+    if (!closed && plan_.uses_laser() && !ended()) device_failed(kInterlockOpen);
   }
 
   /// The way out by an exception: the sink and the cameras are not asked again, the executive runs until all is safe.
   void leave_safe(const char* why) noexcept {
     executive_.request_stop();
-    const Stamp give_up = job_.clock.now() + from_seconds(2 * job_.settings.safety.rest_timeout);
-    while (!end_.settled() && job_.clock.now() < give_up) {
+    const Stamp give_up = job_.clock.now() + from_seconds(2 * settings_.safety.rest_timeout);
+    while (!end_.settled() && !cycle_.given_up() && job_.clock.now() < give_up) {
       cycle_.turn();
       CycleRecord record;
       while (executive_.try_pop(record)) end_.add(record);
     }
-    cycle_.end();
+    left_behind_ = !cycle_.end();
     const OutputsLeft& left = job_.result.left = end_.left();
     try {
       take_stock(std::string("stopped: ") + why);
-      job_.sink.event(job_.clock.now(), left.safe() ? "stop" : "fault", why + ("; " + to_string(left)));
+      job_.sink.event(job_.clock.now(), left.safe() ? event_kind::kStop : event_kind::kFault,
+                      why + ("; " + to_string(left)));
     } catch (...) {  // the sink is most likely what failed
     }
   }
 
   void consume(const CycleRecord& record) {
     end_.add(record);
-    if (record.has_joints) {
-      joints_.push(record.joints);
-      job_.sink.joints(record.joints);
-    }
+    if (record.has_joints) take_joints(record.joints);
     laser_.add(record);
     beam_.add(record);
     log_.add(record, record.fault == Fault::kHeartbeat ? feeds_.held_up() : failure_);
@@ -151,27 +174,37 @@ class ScanRun {
     last_ = record;
   }
 
+  /// An arm that lost its reference has no angles: neither for frames nor for the session.
+  void take_joints(const JointState& state) {
+    if (!state.q.allFinite() || !state.velocity.allFinite()) {
+      ++joints_without_angles_;
+      return;
+    }
+    joints_.push(state);
+    job_.sink.joints(state);
+  }
+
   /// A whole number of frame periods after `frame`, and a period ahead of now.
   Stamp on_frame_grid(Stamp frame) const {
-    const double period = job_.settings.frame_period;
+    const double period = settings_.frame_period;
     const double periods = std::max(0.0, seconds(job_.clock.now() - frame) / period);
     return frame + from_seconds((static_cast<double>(static_cast<std::int64_t>(periods)) + 2) * period);
   }
 
   /// `zero`, or whole frame periods later, so that people see the laser armed for indicator_delay before it shines.
   Stamp indicated(Stamp zero) const {
-    const auto lit = first_light(job_.plan);
+    const auto lit = first_light(plan_);
     if (!lit) return zero;
-    const double delay = job_.settings.safety.indicator_delay + kCyclesToArm / job_.settings.cycle_hz;
+    const double delay = settings_.safety.indicator_delay + kCyclesToArm / settings_.cycle_hz;
     const double short_of = delay - *lit - seconds(zero - job_.clock.now());
-    const double period = job_.settings.frame_period;
+    const double period = settings_.frame_period;
     return short_of > 0 ? zero + from_seconds(std::ceil(short_of / period) * period) : zero;
   }
 
   void start_plan(Stamp soonest) {
     const Stamp zero = indicated(soonest);
     plan_zero_ = zero;
-    job_.sink.event(zero, kPlanZeroEvent, "time 0 of the plan");
+    job_.sink.event(zero, event_kind::kPlan, "time 0 of the plan");
     joiner_.start(zero);
     executive_.start(zero);
   }
@@ -187,10 +220,10 @@ class ScanRun {
   }
 
   void report_progress() {
-    if (!job_.progress || !plan_zero_ || end_.ended() || last_.stamp < next_progress_) return;
+    if (!job_.progress || !plan_zero_ || ended() || last_.stamp < next_progress_) return;
     next_progress_ = last_.stamp + kProgressPeriod;
-    const Segment& segment = job_.plan.segments()[last_.segment];
-    job_.progress({std::clamp(last_.plan_time / job_.plan.duration(), 0.0, 1.0), segment.phase, segment.name});
+    const Segment& segment = plan_.segments()[last_.segment];
+    job_.progress({std::clamp(last_.plan_time / plan_.duration(), 0.0, 1.0), segment.phase, segment.name});
   }
 
   std::string status() const {
@@ -205,6 +238,7 @@ class ScanRun {
     for (const auto& [name, share] : {std::pair{"p50", 0.5}, std::pair{"p99", 0.99}, std::pair{"max", 1.0}}) {
       out.push_back({std::string("sync.residual_") + name + "_ms", 1e3 * seconds(joiner_.residual(share))});
       out.push_back({std::string("sync.residual_") + name + "_mm", 1e3 * joiner_.residual_on_target(share)});
+      out.push_back({std::string("sync.stamp_sigma_") + name + "_ms", 1e3 * seconds(joiner_.stamp_sigma(share))});
     }
     for (const Statistic& s : triggers_.statistics()) out.push_back(s);
     return out;
@@ -217,10 +251,10 @@ class ScanRun {
     r.counts = joiner_.counts();
     r.counts.merge(feeds_.counts());
     for (const auto& [reason, count] : triggers_.counts()) r.counts[reason] += count;
+    if (joints_without_angles_ > 0) r.counts["joints.without_angles"] = joints_without_angles_;
     r.counts["cycle.overruns"] = cycle_.overruns();
     r.counts["cycle.records_dropped"] = executive_.records_dropped();
-    r.times = cycle_.times();
-    r.granted = cycle_.granted();
+    if (!left_behind_) r.times = cycle_.times(), r.granted = cycle_.granted();
     r.max_following_error = max_following_error_;
     r.worst_residual = joiner_.residual(1);
     r.residual_p99 = joiner_.residual(0.99);
@@ -232,13 +266,15 @@ class ScanRun {
     const Stamp now = job_.clock.now();
     if (cycle_.overruns() > 0)
       job_.sink.event(
-          now, "overrun",
+          now, event_kind::kOverrun,
           std::to_string(cycle_.overruns()) + " cycles late, " + std::to_string(cycle_.missed_cycles()) + " left out");
-    if (job_.plan.uses_laser() && job_.settings.safety.beam.verify) job_.sink.event(now, "summary", beam_.summary());
+    if (plan_.uses_laser() && settings_.safety.beam.verify) job_.sink.event(now, event_kind::kSummary, beam_.summary());
     log_.summary(now, max_following_error_, job_.result.worst_residual, job_.result.left);
   }
 
   ScanJob& job_;
+  const ScanPlan plan_;  // a copy, as the settings: what the cycle uses may outlive the job
+  const ScanSettings settings_;
   Stamp begin_;
   Executive executive_;
   JointHistory joints_;
@@ -251,10 +287,12 @@ class ScanRun {
   ScanLog log_;
   CycleRecord last_;
   std::optional<Stamp> plan_zero_;
-  Stamp round_began_{};
+  Stamp round_began_{}, well_at_{};
   std::string failure_;  // why the supervisor wants an end
   Stamp next_progress_{};
   double max_following_error_ = 0;
+  std::uint64_t joints_without_angles_ = 0;
+  bool hung_ = false, left_behind_ = false;
   Cycle cycle_;  // last: its thread ends before what it steps is gone
 };
 
@@ -263,11 +301,14 @@ class ScanRun {
 ScanResult run_scan(ScanJob& job) {
   if (job.clock.real_time())
     if (const std::string missing = check_real_time(job.settings.real_time); !missing.empty())
-      job.sink.event(job.clock.now(), kRealTimeEvent, missing);
+      job.sink.event(job.clock.now(), event_kind::kRealTime, missing);
   if (job.plan.uses_laser()) check_laser_ready(job.settings, job.laser, job.interlock_closed && job.interlock_closed());
   check_light(job.plan, job.settings.safety);
-  ScanRun run(job);
-  return run.run();
+  const auto end = [](ScanRun* run) {
+    if (!run->left_behind()) delete run;
+  };
+  const std::unique_ptr<ScanRun, decltype(end)> run(new ScanRun(job), end);
+  return run->run();
 }
 
 }  // namespace tankrig

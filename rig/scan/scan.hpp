@@ -20,9 +20,6 @@
 
 namespace tankrig {
 
-/// Kind of the event that tells what the system refuses the cycle, where the rig file goes without it.
-inline constexpr char kRealTimeEvent[] = "real_time";
-
 struct ScanProgress {
   double fraction = 0;  ///< of the plan's time, [0, 1]
   Phase phase = Phase::kMove;
@@ -64,9 +61,11 @@ struct ScanJob {
 /// Runs the plan. One that uses no laser never arms it and does not mind its interlock. Under a VirtualClock
 /// single-threaded and bit-reproducible; under a MonotonicClock in real time. However it ends - plan done, stop asked
 /// for, fault, exception of the sink - the laser is commanded off first, then the arm to rest, again in every cycle
-/// until both are confirmed or rest_timeout has passed. Errors: check_laser_ready's, in real time check_real_time's;
-/// rethrows what the sink or the progress callback throws, after an event if the sink still takes one. A failing device
-/// is no exception but a status.
+/// until both are confirmed or rest_timeout has passed. So it ends too where the cycle hangs in real time: noticed
+/// after heartbeat_timeout, then done past it, and left behind after rest_timeout more: then nothing is confirmed, and
+/// clock, devices and `stop` must live as long as the program (Cycle::any_left_behind()). Errors: check_laser_ready's,
+/// in real time check_real_time's; rethrows what the sink or the progress callback throws, after an event if the sink
+/// still takes one. A failing device is no exception but a status.
 ScanResult run_scan(ScanJob& job);
 
 }  // namespace tankrig

@@ -29,6 +29,7 @@ class ScanLog {
   const ScanPlan& plan_;
   ScanSink& sink_;
   CycleRecord last_;
+  bool emitting_ = false;  // as the laser last told
   std::string stop_, fault_;
 };
 

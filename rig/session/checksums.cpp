@@ -53,6 +53,13 @@ std::map<std::string, std::string> read_sums(const fs::path& session) {
 
 }  // namespace
 
+std::string in_words(const ChecksumDifference& difference) {
+  using Kind = ChecksumDifference::Kind;
+  return difference.file + (difference.kind == Kind::kChanged   ? ": changed"
+                            : difference.kind == Kind::kMissing ? ": missing"
+                                                                : ": not listed");
+}
+
 bool is_derived(const std::string& file) {
   for (const char* folder : {"clouds/", "results/", "pictures/"})
     if (file.starts_with(folder)) return true;
@@ -93,12 +100,7 @@ std::vector<ChecksumDifference> compare_checksums(const fs::path& session) {
 
 std::vector<std::string> check_checksums(const fs::path& session) {
   std::vector<std::string> out;
-  for (const auto& [file, kind] : compare_checksums(session)) {
-    using Kind = ChecksumDifference::Kind;
-    out.push_back(file + (kind == Kind::kChanged   ? ": changed"
-                          : kind == Kind::kMissing ? ": missing"
-                                                   : ": not listed"));
-  }
+  for (const ChecksumDifference& difference : compare_checksums(session)) out.push_back(in_words(difference));
   return out;
 }
 

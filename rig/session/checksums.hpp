@@ -15,6 +15,9 @@ struct ChecksumDifference {
   Kind kind;
 };
 
+/// "FILE: changed", "FILE: missing" or "FILE: not listed".
+std::string in_words(const ChecksumDifference& difference);
+
 /// Whether a file was made from the recording, and may be made again: clouds/, results/, pictures/, report.html.
 bool is_derived(const std::string& file);
 

@@ -22,16 +22,28 @@ void check_cameras(const Session& session) {
   }
 }
 
+void lose(Session& session, const std::string& what) {
+  session.warnings.push_back(what);
+  session.all_there = false;
+}
+
 /// A recording that was cut, or ran out of disk, can list frames whose images were never written.
 void drop_frames_without_image(Session& session) {
   const std::size_t listed = session.frames.size();
   std::erase_if(session.frames, [&](const FrameRecord& frame) { return !fs::exists(session.path / frame.file); });
   if (const std::size_t lost = listed - session.frames.size())
-    session.warnings.push_back(std::to_string(lost) + " frames of " + std::to_string(listed) +
-                               " in frames.csv have no image and are left out");
+    lose(session, std::to_string(lost) + " frames of " + std::to_string(listed) +
+                      " in frames.csv have no image and are left out");
 }
 
 }  // namespace
+
+std::string lines_missing(const SessionInfo& info, const std::string& table, std::size_t found) {
+  const auto span = info.tables.find(table);
+  if (span == info.tables.end() || found >= span->second.lines) return "";
+  return table + ".csv: " + std::to_string(found) + " of " + std::to_string(span->second.lines) +
+         (span->second.lines == 1 ? " line" : " lines") + " there";
+}
 
 const char* to_string(Phase phase) {
   switch (phase) {
@@ -67,17 +79,19 @@ Session Session::open(const fs::path& path) {
   session.path = path;
   session.info = read_session_yaml(path / "session.yaml");
   const bool unfinished = session.info.status == "recording";
-  if (unfinished) session.warnings.push_back("the recording was cut short: it never reached its end");
+  if (unfinished) lose(session, "the recording was cut short: it never reached its end");
   if (!calibration_is_as_recorded(path / "session.yaml", session.info))
     session.warnings.push_back("calibration in session.yaml was changed after the recording: its SHA-256 differs");
 
   auto table = read_frames_csv(path / "frames.csv", unfinished);
   session.frames = std::move(table.records);
-  if (table.cut_short) session.warnings.push_back("frames.csv: its last line is incomplete and left out");
+  if (table.cut_short) lose(session, "frames.csv: its last line is incomplete and left out");
+  if (const std::string missing = lines_missing(session.info, "frames", session.frames.size()); !missing.empty())
+    lose(session, missing);
   check_cameras(session);
   if (session.info.status != "complete" || has_spool(path)) drop_frames_without_image(session);
   if (!spool_segments(path).empty())
-    session.warnings.push_back("frames in the spool are not pictures yet: tankrig session recover " + path.string());
+    lose(session, "frames in the spool are not pictures yet: tankrig session recover " + path.string());
   return session;
 }
 

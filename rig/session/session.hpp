@@ -32,6 +32,7 @@ struct FrameRecord {
   int index = 0;               ///< position in its camera's sequence, from 0
   std::uint64_t sequence = 0;  ///< the device's count
   Stamp stamp{};               ///< middle of the exposure
+  Duration stamp_sigma{};      ///< one standard deviation of `stamp`; 0 if not known
   Duration exposure{};
   Phase phase = Phase::kMove;
   int pass = 0;                  ///< sweep pass, from 0
@@ -75,6 +76,9 @@ struct TableSpan {
   Stamp first{}, last{};  ///< of its first and last line
 };
 
+/// The most light a session keeps [lx]; the sun has 1e5.
+inline constexpr double kMaxLux = 1e7;
+
 /// session.yaml, whole.
 struct SessionInfo {
   std::string name;
@@ -104,12 +108,16 @@ struct SessionInfo {
   std::optional<SessionObject> object;
 };
 
+/// "TABLE.csv: N of M lines there" if fewer lines were found than session.yaml says; empty otherwise.
+std::string lines_missing(const SessionInfo& info, const std::string& table, std::size_t found);
+
 /// A session read back.
 struct Session {
   std::filesystem::path path;
   SessionInfo info;
   std::vector<FrameRecord> frames;    ///< in file order
   std::vector<std::string> warnings;  ///< what was cut short, left out, or changed since the recording
+  bool all_there = true;              ///< no frame of the recording is known to be missing from `frames`
 
   /// Errors: InputError naming file, line, field.
   static Session open(const std::filesystem::path& path);

@@ -1,7 +1,6 @@
 #include "rig/session/session_facts.hpp"
 
-#include <charconv>
-#include <map>
+#include <algorithm>
 
 #include "rig/session/session_yaml.hpp"
 #include "rig/session/sha256.hpp"
@@ -11,72 +10,130 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What yaml_quoted() made of a text; nothing if it is cut.
-std::optional<std::string> unquoted(std::string_view text) {
-  if (text.size() < 2 || text.front() != '"' || text.back() != '"') return std::nullopt;
-  text = text.substr(1, text.size() - 2);
-  std::string out;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    if (text[i] != '\\') {
-      out += text[i];
-      continue;
-    }
-    if (++i == text.size()) return std::nullopt;
-    if (text[i] == 'n')
-      out += '\n';
-    else if (text[i] == 't')
-      out += '\t';
-    else if (text[i] == 'x' && i + 2 < text.size()) {
-      unsigned char value = 0;
-      std::from_chars(text.data() + i + 1, text.data() + i + 3, value, 16);
-      out += static_cast<char>(value), i += 2;
-    } else
-      out += text[i];
-  }
-  return out;
-}
+constexpr const char* kNotProven = "the calibration is not proven to be the recorded one";
 
-/// The top-level "key: value" lines of a session.yaml, damaged or not, that are whole.
-std::map<std::string, std::string> whole_lines(const std::string& text) {
-  std::map<std::string, std::string> lines;
-  for (std::size_t begin = 0, end; (end = text.find('\n', begin)) != std::string::npos; begin = end + 1) {
+/// A line of session.yaml that begins with a key, and the indented ones after it.
+struct Block {
+  std::string key, text;
+  bool whole = false;  ///< has its line end
+};
+
+std::vector<Block> blocks_of(const std::string& text) {
+  std::vector<Block> blocks;
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = std::min(text.find('\n', begin), text.size() - 1) + 1;
     const std::string line = text.substr(begin, end - begin);
-    const std::size_t colon = line.find(": ");
-    if (colon != std::string::npos && !line.starts_with(' '))
-      lines.emplace(line.substr(0, colon), line.substr(colon + 2));
+    begin = end;
+    if (blocks.empty() || !line.starts_with(' ')) blocks.push_back({line.substr(0, line.find(':')), "", false});
+    blocks.back().text += line;
+    blocks.back().whole = line.ends_with('\n');
   }
-  return lines;
+  return blocks;
 }
 
-/// Who, when and how, from the lines that are left.
-SessionInfo facts_of(const std::string& text) {
+/// With a key of our own after it: a quoted text that has lost its end would swallow it.
+bool read_block(const Block& block, const SessionSection& section, const fs::path& file, SessionInfo& info) {
+  if (!block.whole) return false;
+  SessionInfo with = info;
+  try {
+    const ConfigNode root = ConfigNode::parse(block.text + "end_of_block: here\n", file);
+    root.text("end_of_block");
+    section.read(root, with);
+    root.finish();
+  } catch (const InputError&) {
+    return false;
+  }
+  info = std::move(with);
+  return true;
+}
+
+/// The sections of a damaged session.yaml that are whole, and the keys of the others. The sections stand in a fixed
+/// order: where a line makes no sense, the list before it may lack its end, and what should stand there is lost.
+class Salvage {
+ public:
+  Salvage(const std::string& text, const fs::path& file) {
+    std::vector<Block> blocks = blocks_of(text);
+    const auto calibration =
+        std::find_if(blocks.begin(), blocks.end(), [](const Block& b) { return b.key == "cameras"; });
+    const bool cut = calibration == blocks.end();
+    blocks.erase(calibration, blocks.end());
+    for (const Block& block : blocks) take(block, file);
+    if (cut) doubt();
+    told_until(sections_.size());
+  }
+
   SessionInfo info;
-  info.kind = "scan";
-  const auto lines = whole_lines(text);
-  const auto take = [&](const char* key, std::string& value) {
-    if (const auto line = lines.find(key); line != lines.end()) value = unquoted(line->second).value_or(value);
-  };
-  take("name", info.name), take("status", info.status), take("kind", info.kind);
-  take("created_utc", info.created_utc), take("operator", info.operator_name), take("notes", info.notes);
-  take("rig", info.rig), take("rig_sha256", info.rig_hash), take("software", info.software), take("noise", info.noise);
-  take("calibration_sha256", info.calibration_hash);
-  const auto number = [&](const char* key) -> std::optional<double> {
-    double value = 0;
-    const auto line = lines.find(key);
-    if (line == lines.end() || !parse_number(line->second, value)) return std::nullopt;
-    return value;
-  };
-  if (const auto seed = lines.find("seed"); seed != lines.end()) parse_number(seed->second, info.seed);
-  info.light = number("light"), info.lux_before = number("lux_before"), info.lux_after = number("lux_after");
-  if (const auto source = lines.find("lux_source"); source != lines.end())
-    if (source->second == "meter" || source->second == "hand") info.lux_source = source->second;
-  info.simulated_s = number("simulated_s").value_or(0);
-  if (info.kind != "import") info.kind = "scan";
-  return info;
+  std::vector<std::string> lost;
+
+ private:
+  void take(const Block& block, const fs::path& file) {
+    const auto section = std::find_if(sections_.begin() + static_cast<std::ptrdiff_t>(next_), sections_.end(),
+                                      [&](const SessionSection& s) { return s.key == block.key; });
+    if (section == sections_.end() || !read_block(block, *section, file, info)) return doubt();
+    told_until(static_cast<std::size_t>(section - sections_.begin()));
+    ++next_;
+    several_lines_ = std::count(block.text.begin(), block.text.end(), '\n') > 1;
+  }
+
+  void doubt() {
+    if (several_lines_) lost.emplace_back(sections_[next_ - 1].key);
+    several_lines_ = false, in_doubt_ = true;
+  }
+
+  /// Of the sections that were not found before this one, an optional one may never have been there.
+  void told_until(std::size_t here) {
+    for (; next_ < here; ++next_)
+      if (sections_[next_].required || in_doubt_) lost.emplace_back(sections_[next_].key);
+    in_doubt_ = false;
+  }
+
+  const std::vector<SessionSection>& sections_ = session_sections();
+  std::size_t next_ = 0;        ///< the section after the last one that was read
+  bool several_lines_ = false;  ///< that one has
+  bool in_doubt_ = false;       ///< since it there were lines that make no sense
+};
+
+SessionInfo described(const DescribeRig& describe, const fs::path& rig_yaml) {
+  SessionInfo rig;
+  try {
+    if (describe) describe(rig_yaml, rig);
+  } catch (const InputError&) {
+    return {};
+  }
+  return rig;
 }
 
-void take_calibration(const SessionInfo& from, SessionInfo& to) {
-  to.cameras = from.cameras, to.calibration = from.calibration, to.object = from.object;
+bool told_before(const SessionInfo& info) {
+  return std::any_of(info.recovered.begin(), info.recovered.end(), [](const std::string& loss) {
+    return loss.starts_with("session.yaml: ") && loss.find(kNotProven) != std::string::npos;
+  });
+}
+
+/// Cameras, calibration and object, from where they are proven to be as recorded, or else from where they are at all.
+/// Returns what is to be said of them. An unproven calibration keeps the recorded SHA-256: readers go on warning.
+std::string find_calibration(const fs::path& session, const DescribeRig& describe, SessionFindings& out) {
+  std::string& recorded = out.info.calibration_hash;
+  if (!out.calibration.empty() && sha256_of_text(out.calibration) == recorded) try {
+      if (!out.info_known) read_calibration_yaml(out.calibration, session / "session.yaml", out.info);
+      out.info_known = true;
+      return "";
+    } catch (const InputError&) {
+    }
+  const SessionInfo rig = described(describe, session / "rig.yaml");
+  const std::string of_rig = rig.cameras.empty() ? "" : calibration_yaml(rig);
+  const bool same = !of_rig.empty() && of_rig == out.calibration, proven = same || sha256_of_text(of_rig) == recorded;
+  if (out.info_known && !proven) return out.calibration = calibration_yaml(out.info), kNotProven;
+  if (of_rig.empty()) return "";
+  take_calibration(rig, out.info);
+  const std::string changed = out.info_known ? "its calibration was changed; " : "";
+  out.info_known = true;
+  out.calibration = of_rig;
+  if (out.info.rig.empty()) out.info.rig = rig.rig;
+  const bool keep = !proven && !recorded.empty();
+  if (!keep) recorded = sha256_of_text(of_rig);
+  return same     ? "the SHA-256 of its calibration is damaged, rig.yaml says the same calibration"
+         : proven ? changed + "the recorded calibration is in rig.yaml (its SHA-256 is right)"
+                  : std::string("cameras and calibration are taken from rig.yaml, ") + kNotProven;
 }
 
 }  // namespace
@@ -85,42 +142,34 @@ void examine_session_yaml(const fs::path& session, const DescribeRig& describe, 
   const fs::path file = session / "session.yaml";
   std::error_code ignored;
   const bool there = fs::is_regular_file(file, ignored);
-  std::string why = there ? "" : "missing";
-  try {
-    if (there) {
+  const std::string text = there ? read_whole_file(file) : "";
+  std::string why = "missing";
+  std::vector<std::string> lost;
+  out.calibration = recorded_calibration(text);
+  if (there) try {
       out.info = read_session_yaml(file);
-      if (calibration_is_as_recorded(file, out.info)) {
-        out.info_known = true;
-        return;
-      }
-      why = "its calibration is not as recorded: its SHA-256 differs";
       out.info_known = true;
+      why = "";
+    } catch (const InputError& e) {
+      why = "cannot be read (" + within(session, e.what()) + ")";
+      Salvage salvaged(text, file);
+      out.info = std::move(salvaged.info), lost = std::move(salvaged.lost);
     }
-  } catch (const InputError& e) {
-    why = "cannot be read (" + std::string(e.what()).substr(session.string().size() + 1) + ")";
-  }
+  const std::string of_calibration = find_calibration(session, describe, out);
+  if (why.empty() && (of_calibration.empty() || (of_calibration == kNotProven && told_before(out.info)))) return;
   out.info_damaged = true;
-  if (there && !out.info_known) out.info = facts_of(read_whole_file(file));
-  const std::string recorded = out.info.calibration_hash;
-  SessionInfo rig;
-  try {
-    if (describe) describe(session / "rig.yaml", rig);
-  } catch (const InputError&) {
-    rig = {};
-  }
-  const bool proven = !rig.cameras.empty() && sha256_of_text(calibration_yaml(rig)) == recorded;
-  if (proven || (!out.info_known && !rig.cameras.empty())) {
-    take_calibration(rig, out.info);
-    if (out.info.rig.empty()) out.info.rig = rig.rig, out.info.rig_hash = rig.rig_hash;
-    out.info_known = true;
-    why += proven ? "; the recorded calibration is in rig.yaml (its SHA-256 is right)"
-                  : "; cameras and calibration are taken from rig.yaml";
-    if (out.info.status.empty()) why += "; when, by whom and in what light it was recorded is lost";
-  }
+  why += (why.empty() || of_calibration.empty() ? "" : "; ") + of_calibration;
+  if (!there && out.info_known) why += "; when, by whom and in what light it was recorded is lost";
+  for (const std::string& key : lost) why += (&key == &lost.front() ? "; lost, as far as there was any: " : ", ") + key;
   out.losses.push_back("session.yaml: " + why);
-  if (out.info.name.empty()) out.info.name = fs::absolute(session).filename().string();
+  if (out.info.name.empty()) out.info.name = fs::absolute(session).lexically_normal().filename().string();
   if (out.info.status.empty()) out.info.status = "recording";
   if (out.info.kind.empty()) out.info.kind = "scan";
+}
+
+std::string within(const fs::path& session, const std::string& message) {
+  const std::string before = (session / "").string();
+  return message.starts_with(before) ? message.substr(before.size()) : message;
 }
 
 }  // namespace tankrig

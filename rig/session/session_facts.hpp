@@ -5,8 +5,12 @@
 
 namespace tankrig {
 
-/// Fills in info, info_known and info_damaged, and says in `losses` what is not as it was recorded. A calibration from
-/// rig.yaml is taken for the recorded one if it has its SHA-256.
+/// Fills in info, calibration, info_known and info_damaged, and says in `losses` what is not as it was recorded. A
+/// calibration from rig.yaml is taken for the recorded one if it has its SHA-256, or is to the letter the one that
+/// session.yaml holds beside a damaged SHA-256.
 void examine_session_yaml(const std::filesystem::path& session, const DescribeRig& describe, SessionFindings& findings);
+
+/// `message` of an error without the session's own path before it.
+std::string within(const std::filesystem::path& session, const std::string& message);
 
 }  // namespace tankrig

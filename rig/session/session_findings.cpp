@@ -3,11 +3,13 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cstdio>
 #include <map>
 #include <opencv2/imgcodecs.hpp>
 
 #include "rig/session/checksums.hpp"
+#include "rig/session/jpeg_file.hpp"
 #include "rig/session/png_file.hpp"
 #include "rig/session/session_facts.hpp"
 #include "rig/session/sha256.hpp"
@@ -33,10 +35,15 @@ std::string span_text(Stamp zero, Stamp from, Stamp to) {
   return "from " + seconds_text(from - zero) + " to " + seconds_text(to - zero);
 }
 
+bool has_check_sums(const fs::path& picture) { return picture.extension() == ".png"; }
+
 bool is_whole_picture(const fs::path& file) {
   std::error_code ignored;
   if (!fs::is_regular_file(file, ignored)) return false;
-  if (file.extension() == ".png") return is_whole_png(read_whole_file(file));
+  if (has_check_sums(file)) return is_whole_png(read_whole_file(file));
+  std::string ending = file.extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
+  if ((ending == ".jpg" || ending == ".jpeg") && !is_whole_jpeg(read_whole_file(file))) return false;
   try {
     return !cv::imread(file.string(), cv::IMREAD_ANYCOLOR).empty();
   } catch (const cv::Exception&) {
@@ -86,7 +93,7 @@ class Examination {
       for (const auto& [file, kind] : compare_checksums(session_)) differs_[file] = kind;
       seal_read_ = true;
     } catch (const InputError& e) {
-      lose("SHA256SUMS", "cannot be read (" + std::string(e.what()).substr(session_.string().size() + 1) + ")");
+      lose("SHA256SUMS", "cannot be read (" + within(session_, e.what()) + ")");
     }
   }
 
@@ -137,7 +144,8 @@ class Examination {
         }
         in_spool_.insert(frame->file);
         if (!known.insert(frame->file).second) continue;
-        out_.frames.text += spooled.line;
+        const bool as_written_now = out_.frames.text.starts_with(frames_header());
+        out_.frames.text += as_written_now ? frames_line(*frame) : spooled.line;
         out_.frames.records.push_back(std::move(*frame));
         out_.frames.damaged = true;
       }
@@ -157,8 +165,11 @@ class Examination {
     std::vector<char> whole(all.size());
     tbb::parallel_for(std::size_t{0}, all.size(), [&](std::size_t i) {
       const fs::path file = session_ / all[i].file;
-      const bool as_sealed = seal_read_ && !differs_.contains(all[i].file) && fs::exists(file);
-      whole[i] = stays_inside(all[i].file) && (in_spool_.contains(all[i].file) || as_sealed || is_whole_picture(file));
+      const bool unlike_seal = differs_.contains(all[i].file);
+      const bool as_sealed = seal_read_ && !unlike_seal && fs::exists(file);
+      // A seal with a wrong sum does not condemn a PNG: that has sums of its own.
+      const bool whole_alone = (!unlike_seal || has_check_sums(file)) && is_whole_picture(file);
+      whole[i] = stays_inside(all[i].file) && (in_spool_.contains(all[i].file) || as_sealed || whole_alone);
     });
     std::map<std::string, std::vector<const FrameRecord*>> lost;
     std::error_code ignored;
@@ -185,12 +196,11 @@ class Examination {
   }
 
   void leave_out(const std::vector<char>& whole) {
-    std::string text = frames_header();
     std::size_t line = 0;
     std::vector<FrameRecord> kept;
     const std::string& old = out_.frames.text;
     std::size_t begin = old.find('\n') + 1;
-    text = old.substr(0, begin);
+    std::string text = old.substr(0, begin);
     for (; line < whole.size(); ++line) {
       const std::size_t end = old.find('\n', begin) + 1;
       if (whole[line]) text += old.substr(begin, end - begin), kept.push_back(out_.frames.records[line]);
@@ -220,14 +230,15 @@ class Examination {
   /// Against what session.yaml says was recorded.
   void compare_lengths() {
     const auto compare = [&](const char* table, std::size_t found, Stamp last) {
-      const auto span = out_.info.tables.find(table);
-      if (span == out_.info.tables.end() || found >= span->second.lines) return;
-      std::string text = std::to_string(found) + " of " + plural(span->second.lines, "line") + " there";
+      std::string text = lines_missing(out_.info, table, found);
+      if (text.empty()) return;
+      const TableSpan& span = out_.info.tables.at(table);
       if (found == 0)
-        text += ", all lost " + span_text(zero(), span->second.first, span->second.last);
-      else if (last < span->second.last)
-        text += ", the end lost " + span_text(zero(), last, span->second.last);
-      lose(std::string(table) + ".csv", text);
+        text += ", all lost " + span_text(zero(), span.first, span.last);
+      else if (last < span.last)
+        text += ", the end lost " + span_text(zero(), last, span.last);
+      told_.insert(std::string(table) + ".csv");
+      out_.losses.push_back(text);
     };
     const auto last = [](const auto& table) { return table.records.empty() ? Stamp{} : table.records.back().stamp; };
     compare("joints", out_.joints.records.size(), last(out_.joints));

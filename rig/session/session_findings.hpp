@@ -18,6 +18,7 @@ using DescribeRig = std::function<void(const std::filesystem::path& rig_yaml, Se
 
 struct SessionFindings {
   SessionInfo info;           ///< of session.yaml, or as much as can be made of it and rig.yaml
+  std::string calibration;    ///< cameras, calibration and object to the letter, as session.yaml is to have them
   bool info_known = false;    ///< cameras and calibration are
   bool info_damaged = false;  ///< session.yaml is not as it was written
   SalvagedTable<JointState> joints;

@@ -1,5 +1,7 @@
 #include "rig/session/session_recover.hpp"
 
+#include <unistd.h>
+
 #include <algorithm>
 
 #include "rig/session/checksums.hpp"
@@ -42,11 +44,22 @@ class LostAndFound {
   fs::path session_, folder_;
 };
 
+/// Whole or not at all.
 void copy_session(const fs::path& from, const fs::path& to) {
   if (fs::exists(to)) throw InputError(to, "exists already, expected a new session directory");
+  if (lies_within(to, from))
+    throw InputError(to, "lies in the session " + from.string() + ", expected a place outside");
   const SessionLock at_rest(from);
   if (to.has_parent_path()) fs::create_directories(to.parent_path());
-  fs::copy(from, to, fs::copy_options::recursive);
+  const fs::path temporary = to.string() + ".tmp-" + std::to_string(::getpid());
+  try {
+    fs::copy(from, temporary, fs::copy_options::recursive);
+    fs::rename(temporary, to);
+  } catch (const fs::filesystem_error& e) {
+    std::error_code ignored;
+    fs::remove_all(temporary, ignored);
+    throw InputError(e.path1(), "cannot be copied to " + to.string() + ": " + e.code().message());
+  }
 }
 
 template <class Record>
@@ -101,7 +114,7 @@ Recovery recover_session(const fs::path& source, const RecoverOptions& options) 
   const LostAndFound lost(session);
   lost.keep("session.yaml");
   write_whole_file(session / "session.yaml",
-                   session_yaml(mended_info(found)));  // first: what was lost is never forgotten
+                   session_yaml(mended_info(found), found.calibration));  // first: what was lost is never forgotten
   lost.move("SHA256SUMS");
   mend_table(session, "joints.csv", found.joints, lost);
   mend_table(session, "events.csv", found.events, lost);
@@ -109,6 +122,7 @@ Recovery recover_session(const fs::path& source, const RecoverOptions& options) 
   for (const std::string& file : found.set_aside) lost.move(file);
   if (!write_spooled_pictures(session, options.pictures)) return result;
   empty_spool(session, lost);
+  Session::open(session);  // what cannot be opened is not sealed
   write_checksums(session);
   sync_file_system(session);
   result.finished = true;

@@ -24,9 +24,9 @@ std::string frames_of(const Session& session, const std::string& camera) {
   return out;
 }
 
-double worst_sync_ms(const Session& session) {
+double worst_ms(const Session& session, Duration FrameRecord::*of) {
   Duration worst{};
-  for (const FrameRecord& frame : session.frames) worst = std::max(worst, frame.sync_residual);
+  for (const FrameRecord& frame : session.frames) worst = std::max(worst, frame.*of);
   return seconds(worst) * 1e3;
 }
 
@@ -56,7 +56,10 @@ std::vector<std::pair<std::string, std::string>> session_summary(const Session& 
     add("camera " + camera.name, std::string(to_string(camera.role)) + ", " + std::to_string(camera.model.width) +
                                      " x " + std::to_string(camera.model.height) + " px, " +
                                      frames_of(session, camera.name));
-  if (info.kind == "scan") add("worst distance to a joint sample", rounded(worst_sync_ms(session), 3, "ms"));
+  if (info.kind == "scan") {
+    add("worst distance to a joint sample", rounded(worst_ms(session, &FrameRecord::sync_residual), 3, "ms"));
+    add("worst sigma of a stamp", rounded(worst_ms(session, &FrameRecord::stamp_sigma), 3, "ms"));
+  }
   if (info.object) add("object", info.object->mesh);
   for (const auto& [reason, count] : info.counts) add(reason, std::to_string(count));
   if (info.timing)

@@ -26,14 +26,15 @@ std::vector<std::string> joints_columns() {
   return columns;
 }
 
-constexpr char kResidualColumn[] = "sync_residual_mm";  // sessions recorded before it was written do not have it
+/// Older sessions have none of these, or the first.
+constexpr std::array kLaterColumns{"sync_residual_mm", "stamp_sigma_ns"};
 
-std::vector<std::string> frames_columns(bool with_residual_mm = true) {
+std::vector<std::string> frames_columns(std::size_t later = kLaterColumns.size()) {
   std::vector<std::string> columns{"camera",      "index", "sequence", "stamp_ns",
                                    "exposure_ns", "phase", "pass",     "laser_on"};
   add_joint_columns(columns, "q_", "_rad");
   columns.emplace_back("sync_residual_ns");
-  if (with_residual_mm) columns.emplace_back(kResidualColumn);
+  columns.insert(columns.end(), kLaterColumns.begin(), kLaterColumns.begin() + later);
   for (const char* c : {"plane_a", "plane_b", "plane_c", "plane_d_m", "file"}) columns.emplace_back(c);
   return columns;
 }
@@ -118,7 +119,8 @@ FrameRecord parse_frame(Fields fields) {
   else
     frame.q = fields.joints();
   frame.sync_residual = Duration{fields.whole()};
-  if (fields.table.columns[fields.next] == kResidualColumn) frame.sync_on_target = 1e-3 * fields.real();
+  if (fields.table.columns[fields.next] == kLaterColumns[0]) frame.sync_on_target = 1e-3 * fields.real();
+  if (fields.table.columns[fields.next] == kLaterColumns[1]) frame.stamp_sigma = Duration{fields.whole()};
   if (fields.empty()) {
     fields.next += 4;
   } else {
@@ -190,6 +192,7 @@ std::string frames_line(const FrameRecord& frame) {
   for (int i = 0; i < kJoints; ++i) fields.push_back(frame.q ? exact_text((*frame.q)[i]) : "");
   fields.push_back(std::to_string(frame.sync_residual.count()));
   fields.push_back(tenths_of_microns(frame.sync_on_target));
+  fields.push_back(std::to_string(frame.stamp_sigma.count()));
   for (int i = 0; i < 3; ++i) fields.push_back(frame.cPl ? exact_text(frame.cPl->normal[i]) : "");
   fields.push_back(frame.cPl ? exact_text(frame.cPl->offset) : "");
   fields.push_back(csv_field(frame.file));
@@ -205,8 +208,9 @@ std::optional<JointState> parse_joints_line(std::string_view line) {
 }
 
 std::optional<FrameRecord> parse_frames_line(std::string_view line) {
-  if (auto frame = parse_line(line, frames_columns(), parse_frame)) return frame;
-  return parse_line(line, frames_columns(false), parse_frame);
+  for (std::size_t later = kLaterColumns.size(); later > 0; --later)
+    if (auto frame = parse_line(line, frames_columns(later), parse_frame)) return frame;
+  return parse_line(line, frames_columns(0), parse_frame);
 }
 
 std::optional<SessionEvent> parse_events_line(std::string_view line) {
@@ -219,8 +223,9 @@ SessionTable<JointState> read_joints_csv(const std::filesystem::path& file, bool
 
 SessionTable<FrameRecord> read_frames_csv(const std::filesystem::path& file, bool recording) {
   const std::string text = read_whole_file(file);
-  const bool with_residual_mm = !text.starts_with(line_of(frames_columns(false)));
-  return read_table<FrameRecord>(file, frames_columns(with_residual_mm), recording, parse_frame);
+  std::size_t later = 0;
+  while (later < kLaterColumns.size() && !text.starts_with(line_of(frames_columns(later)))) ++later;
+  return read_table<FrameRecord>(file, frames_columns(later), recording, parse_frame);
 }
 
 SessionTable<SessionEvent> read_events_csv(const std::filesystem::path& file, bool recording) {

@@ -5,6 +5,7 @@
 
 #include "core/input_error.hpp"
 #include "core/utc.hpp"
+#include "rig/session/event_kinds.hpp"
 #include "rig/session/session_tables.hpp"
 #include "rig/session/session_yaml.hpp"
 #include "rig/session/spool.hpp"
@@ -46,9 +47,11 @@ void count(TableSpan& span, Stamp stamp) {
 }  // namespace
 
 SessionWriter::SessionWriter(fs::path path, SessionInfo info, SessionWriterOptions options)
-    : path_(make_folder(std::move(path))), lock_(path_), info_(beginning(std::move(info), path_)) {
+    : path_(make_folder(std::move(path))),
+      lock_(std::make_shared<SessionLock>(path_)),
+      info_(beginning(std::move(info), path_)) {
   write_whole_file(path_ / "session.yaml", session_yaml(info_));
-  disk_.emplace(path_, options.ring_bytes, options.wait_when_full, options.patience);
+  disk_ = DiskThreads::start(path_, lock_, options.ring_bytes, options.wait_when_full, options.patience);
 }
 
 SessionWriter::~SessionWriter() {
@@ -73,7 +76,7 @@ void SessionWriter::frame(const FrameRecord& frame, const cv::Mat& image) {
     count(info_.tables["frames"], record.stamp);
   } else {
     ++info_.counts[record.camera + "." + kDroppedByRing];
-    event(record.stamp, "drop",
+    event(record.stamp, event_kind::kDrop,
           record.camera + " frame " + std::to_string(record.index) + ": the disk had no time for it");
   }
 }
@@ -105,6 +108,8 @@ void SessionWriter::close(const std::string& status, const PictureOptions& pictu
   const auto attempt = [&](const auto& step) {
     try {
       step();
+    } catch (const DiskHangs&) {
+      throw;
     } catch (const std::exception& e) {
       if (failure) return;
       failure = std::current_exception();

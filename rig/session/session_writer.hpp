@@ -2,12 +2,12 @@
 #pragma once
 
 #include <filesystem>
-#include <optional>
+#include <memory>
 #include <string>
 #include <string_view>
 
 #include "drivers/arm/arm.hpp"
-#include "rig/session/disk_thread.hpp"
+#include "rig/session/disk_threads.hpp"
 #include "rig/session/session.hpp"
 #include "rig/session/session_lock.hpp"
 #include "rig/session/spool_pictures.hpp"
@@ -18,12 +18,12 @@ struct SessionWriterOptions {
   bool wait_when_full =
       true;  ///< virtual clock: wait for the disk. Real clock: false, the frame is dropped and counted
   std::size_t ring_bytes = 256 << 20;  ///< frames that may wait for the disk: seconds of two 1.3-megapixel cameras
-  Duration patience = std::chrono::seconds(5);  ///< longest single write before the disk is given up
+  DiskPatience patience = {};
 };
 
 /// From its first moment the directory is a session that opens: status "recording", tables that grow, frames in the
 /// spool (rig/session/spool.hpp). close() makes pictures of them. What a kill, a full disk or a cut at any byte loses
-/// is at most the last second (rig/session/disk_thread.hpp); `tankrig session recover` makes a whole session of the
+/// is at most the last second (rig/session/disk_threads.hpp); `tankrig session recover` makes a whole session of the
 /// rest. Threads: one; the disk has its own, and unless `wait_when_full` nothing here waits for it before close().
 /// Errors: InputError naming the file, from the call that finds it or the next one. Never silently.
 class SessionWriter {
@@ -56,16 +56,17 @@ class SessionWriter {
 
   /// Writes everything out, the final session.yaml, and the pictures. `status`: "complete" or "stopped: REASON". If
   /// something could not be written, the status says that instead, and its error is thrown when the rest is safe.
-  /// Stopped early by `pictures.stop`, the frames left in the spool are a warning of Session::open.
+  /// Stopped early by `pictures.stop`, the frames left in the spool are a warning of Session::open. Errors also:
+  /// DiskHangs, and then nothing more is written: the status on the disk is still "recording".
   void close(const std::string& status, const PictureOptions& pictures = {});
 
  private:
   void take_counts();
 
   std::filesystem::path path_;
-  SessionLock lock_;
+  std::shared_ptr<SessionLock> lock_;
   SessionInfo info_;
-  std::optional<DiskThread> disk_;
+  std::shared_ptr<DiskThreads> disk_;
   bool closed_ = false;
 };
 

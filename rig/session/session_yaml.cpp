@@ -29,11 +29,6 @@ TableSpan read_span(const ConfigNode& node) {
   return {read_count(node, "lines"), stamp("first_ns"), stamp("last_ns")};
 }
 
-std::optional<double> read_optional(const ConfigNode& node, const char* key, ConfigNode::Range range) {
-  if (!node.has(key)) return std::nullopt;
-  return node.number(key, range);
-}
-
 std::string yaml_of(const ClockPair& pair) {
   return "{stamp_ns: " + std::to_string(pair.stamp.ns) + ", wall_ns: " + std::to_string(pair.wall_ns) + "}";
 }
@@ -94,7 +89,7 @@ std::string calibration_yaml(const SessionInfo& info) {
   return out;
 }
 
-std::string session_yaml(const SessionInfo& info) {
+std::string session_yaml(const SessionInfo& info, const std::string& calibration) {
   std::string out = std::string("format: ") + kFormat + "\n";
   const auto text = [&](const char* key, const std::string& value) {
     out += std::string(key) + ": " + yaml_quoted(value) + "\n";
@@ -134,56 +129,118 @@ std::string session_yaml(const SessionInfo& info) {
            ", last_ns: " + std::to_string(span.last.ns) + "}\n";
   if (!info.recovered.empty()) out += "recovered:\n";
   for (const std::string& loss : info.recovered) out += "  - " + yaml_quoted(loss) + "\n";
-  const std::string calibration = calibration_yaml(info);
-  text("calibration_sha256", sha256_of_text(calibration));
+  text("calibration_sha256", info.calibration_hash);
   return out + calibration;
+}
+
+std::string session_yaml(const SessionInfo& info) {
+  const std::string calibration = calibration_yaml(info);
+  SessionInfo hashed = info;
+  hashed.calibration_hash = sha256_of_text(calibration);
+  return session_yaml(hashed, calibration);
+}
+
+const std::vector<SessionSection>& session_sections() {
+  using Node = const ConfigNode&;
+  using Info = SessionInfo&;
+  static const std::vector<SessionSection> kSections{
+      {"format", true, [](Node n, Info) { n.choice("format", {kFormat}); }},
+      {"name", true, [](Node n, Info i) { i.name = n.text("name"); }},
+      {"status", true, [](Node n, Info i) { i.status = n.text("status"); }},
+      {"kind", true,
+       [](Node n, Info i) {
+         i.kind = n.choice("kind", {"scan", "import"});
+       }},
+      {"created_utc", true, [](Node n, Info i) { i.created_utc = n.text("created_utc"); }},
+      {"clock", false,
+       [](Node n, Info i) {
+         const ConfigNode clock = n.child("clock");
+         i.clock_begin = read_clock_pair(clock, "begin");
+         i.clock_end = read_clock_pair(clock, "end");
+       }},
+      {"operator", true, [](Node n, Info i) { i.operator_name = n.text("operator"); }},
+      {"notes", true, [](Node n, Info i) { i.notes = n.text("notes"); }},
+      {"rig", true, [](Node n, Info i) { i.rig = n.text("rig"); }},
+      {"rig_sha256", true, [](Node n, Info i) { i.rig_hash = n.text("rig_sha256"); }},
+      {"software", true, [](Node n, Info i) { i.software = n.text("software"); }},
+      {"noise", true, [](Node n, Info i) { i.noise = n.text("noise"); }},
+      {"seed", true, [](Node n, Info i) { i.seed = read_count(n, "seed"); }},
+      {"light", false,
+       [](Node n, Info i) {
+         i.light = n.number("light", {0, 1});
+       }},
+      {"lux_source", false,
+       [](Node n, Info i) {
+         i.lux_source = n.choice("lux_source", {"meter", "hand"});
+       }},
+      {"lux_before", false,
+       [](Node n, Info i) {
+         i.lux_before = n.number("lux_before", {0, kMaxLux});
+       }},
+      {"lux_after", false,
+       [](Node n, Info i) {
+         i.lux_after = n.number("lux_after", {0, kMaxLux});
+       }},
+      {"simulated_s", false,
+       [](Node n, Info i) {
+         i.simulated_s = n.number("simulated_s", {0, 1e9});
+       }},
+      {"counts", true,
+       [](Node n, Info i) {
+         const ConfigNode counts = n.child("counts");
+         for (const std::string& reason : counts.keys()) i.counts[reason] = read_count(counts, reason);
+       }},
+      {"devices", false,
+       [](Node n, Info i) {
+         const ConfigNode devices = n.child("devices");
+         for (const std::string& name : devices.keys()) i.devices[name] = devices.number(name);
+       }},
+      {"timing", false, [](Node n, Info i) { i.timing = read_timing(n.child("timing")); }},
+      {"platform", false,
+       [](Node n, Info i) {
+         const ConfigNode platform = n.child("platform");
+         for (const std::string& what : platform.keys()) i.platform[what] = platform.text(what);
+       }},
+      {"tables", false,
+       [](Node n, Info i) {
+         const ConfigNode tables = n.child("tables");
+         for (const std::string& name : tables.keys()) i.tables[name] = read_span(tables.child(name));
+       }},
+      {"recovered", false, [](Node n, Info i) { i.recovered = n.texts("recovered"); }},
+      {"calibration_sha256", true, [](Node n, Info i) { i.calibration_hash = n.text("calibration_sha256"); }}};
+  return kSections;
 }
 
 SessionInfo read_session_yaml(const std::filesystem::path& file) {
   const ConfigNode root = ConfigNode::load(file);
-  root.choice("format", {kFormat});
   SessionInfo info;
-  info.name = root.text("name");
-  info.status = root.text("status");
-  info.kind = root.choice("kind", {"scan", "import"});
-  info.created_utc = root.text("created_utc");
-  if (const auto clock = root.optional_child("clock")) {
-    info.clock_begin = read_clock_pair(*clock, "begin");
-    info.clock_end = read_clock_pair(*clock, "end");
-  }
-  info.operator_name = root.text("operator");
-  info.notes = root.text("notes");
-  info.rig = root.text("rig");
-  info.rig_hash = root.text("rig_sha256");
-  info.software = root.text("software");
-  info.noise = root.text("noise");
-  info.seed = read_count(root, "seed");
-  info.light = read_optional(root, "light", {0, 1});
-  if (root.has("lux_source")) info.lux_source = root.choice("lux_source", {"meter", "hand"});
-  info.lux_before = read_optional(root, "lux_before", {0, 1e7});
-  info.lux_after = read_optional(root, "lux_after", {0, 1e7});
-  info.simulated_s = root.number_or("simulated_s", 0, {0, 1e9});
-  const ConfigNode counts = root.child("counts");
-  for (const std::string& reason : counts.keys()) info.counts[reason] = read_count(counts, reason);
-  if (const auto devices = root.optional_child("devices"))
-    for (const std::string& name : devices->keys()) info.devices[name] = devices->number(name);
-  if (const auto timing = root.optional_child("timing")) info.timing = read_timing(*timing);
-  if (const auto platform = root.optional_child("platform"))
-    for (const std::string& what : platform->keys()) info.platform[what] = platform->text(what);
-  if (const auto tables = root.optional_child("tables"))
-    for (const std::string& name : tables->keys()) info.tables[name] = read_span(tables->child(name));
-  if (root.has("recovered")) info.recovered = root.texts("recovered");
-  info.calibration_hash = root.text("calibration_sha256");
+  for (const SessionSection& section : session_sections())
+    if (section.required || root.has(section.key)) section.read(root, info);
   read_calibration(root, info);
   root.finish();
   return info;
 }
 
-bool calibration_is_as_recorded(const std::filesystem::path& file, const SessionInfo& info) {
-  const std::string text = read_whole_file(file);
+void read_calibration_yaml(const std::string& text, const std::filesystem::path& file, SessionInfo& info) {
+  const ConfigNode root = ConfigNode::parse(text, file);
+  SessionInfo read;
+  read_calibration(root, read);
+  root.finish();
+  take_calibration(read, info);
+}
+
+void take_calibration(const SessionInfo& from, SessionInfo& to) {
+  to.cameras = from.cameras, to.calibration = from.calibration, to.object = from.object;
+}
+
+std::string recorded_calibration(const std::string& text) {
   const std::size_t begin = text.find("\ncameras:");
-  return begin != std::string::npos &&
-         sha256_of_text(std::string_view(text).substr(begin + 1)) == info.calibration_hash;
+  return begin == std::string::npos ? "" : text.substr(begin + 1);
+}
+
+bool calibration_is_as_recorded(const std::filesystem::path& file, const SessionInfo& info) {
+  const std::string calibration = recorded_calibration(read_whole_file(file));
+  return !calibration.empty() && sha256_of_text(calibration) == info.calibration_hash;
 }
 
 }  // namespace tankrig

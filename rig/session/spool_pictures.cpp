@@ -2,6 +2,7 @@
 
 #include <tbb/parallel_for.h>
 
+#include <atomic>
 #include <exception>
 #include <mutex>
 
@@ -25,16 +26,21 @@ void write_picture(const fs::path& file, const cv::Mat& image) {
   write_png(file, image);
 }
 
-/// The pictures of one segment. True if it holds nothing else. A picture that cannot be written keeps no other from it.
-bool write_segment(const fs::path& session, const SpoolSegment& segment) {
-  std::atomic<bool> understood = segment.stray_bytes() == 0;
+/// The pictures of one segment. True if it holds nothing else, and nobody asked to stop. A picture that cannot be
+/// written keeps no other from it.
+bool write_segment(const fs::path& session, const SpoolSegment& segment, const std::function<bool()>& stop) {
+  std::atomic<bool> done = segment.stray_bytes() == 0;
   std::mutex mutex;
   std::exception_ptr failure;
   tbb::parallel_for(std::size_t{0}, segment.frames().size(), [&](std::size_t i) {
+    if (stop && stop()) {
+      done = false;
+      return;
+    }
     const SpooledFrame& frame = segment.frames()[i];
     const auto record = parse_frames_line(frame.line);
     if (!record || !stays_inside(record->file)) {
-      understood = false;
+      done = false;
       return;
     }
     try {
@@ -45,7 +51,7 @@ bool write_segment(const fs::path& session, const SpoolSegment& segment) {
     }
   });
   if (failure) std::rethrow_exception(failure);
-  return understood;
+  return done;
 }
 
 }  // namespace
@@ -60,14 +66,16 @@ bool write_spooled_pictures(const fs::path& session, const PictureOptions& optio
     done.clear(), batch = 0;
   };
   for (std::size_t i = 0; i < segments.size(); ++i) {
-    if (options.stop && options.stop->load(std::memory_order_relaxed)) return remove_done(), false;
+    if (options.stop && options.stop()) return remove_done(), false;
     if (options.progress) options.progress(static_cast<double>(i) / static_cast<double>(segments.size()));
     batch += fs::file_size(segments[i]);
-    if (write_segment(session, SpoolSegment(segments[i]))) done.push_back(segments[i]);
+    if (write_segment(session, SpoolSegment(segments[i]), options.stop)) done.push_back(segments[i]);
     if (batch >= kBatchBytes) remove_done();
   }
   remove_done();
-  if (has_spool(session) && spool_segments(session).empty()) fs::remove_all(spool_folder(session));
+  const bool left = !spool_segments(session).empty();
+  if (left && options.stop && options.stop()) return false;
+  if (has_spool(session) && !left) fs::remove_all(spool_folder(session));
   if (options.progress) options.progress(1);
   return true;
 }

@@ -1,16 +1,16 @@
 // The spool turned into pictures, after the run, with every core.
 #pragma once
 
-#include <atomic>
 #include <filesystem>
 #include <functional>
 
 namespace tankrig {
 
-/// What a caller may want of the conversion: news of its progress in [0, 1], and a way to end it early.
+/// What a caller may want of the conversion: news of its progress in [0, 1], and a way to end it early, which is asked
+/// by several threads.
 struct PictureOptions {
   std::function<void(double)> progress = {};
-  const std::atomic<bool>* stop = nullptr;
+  std::function<bool()> stop = {};
 };
 
 /// Writes the picture of every whole frame of the spool to the file its line names. A segment is removed once its

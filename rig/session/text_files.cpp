@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
@@ -96,6 +97,12 @@ bool stays_inside(const fs::path& name) {
   for (const fs::path& part : name)
     if (part == "..") return false;
   return true;
+}
+
+bool lies_within(const fs::path& path, const fs::path& folder) {
+  const fs::path inner = fs::weakly_canonical(fs::absolute(path)), outer = fs::weakly_canonical(fs::absolute(folder));
+  const auto end = outer.has_filename() ? outer.end() : std::prev(outer.end());
+  return std::mismatch(outer.begin(), end, inner.begin(), inner.end()).first == end;
 }
 
 void sync_file_system(const fs::path& path) {

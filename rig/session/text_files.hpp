@@ -24,6 +24,9 @@ std::string read_whole_file(const std::filesystem::path& file);
 /// Whether a relative file name leads to no place outside the folder it is relative to.
 bool stays_inside(const std::filesystem::path& name);
 
+/// Whether `path`, there or not, is `folder` or below it, symbolic links followed.
+bool lies_within(const std::filesystem::path& path, const std::filesystem::path& folder);
+
 /// Returns when everything written to the file system of `path` so far is on the disk itself: safe from a power cut.
 void sync_file_system(const std::filesystem::path& path);
 

@@ -61,7 +61,7 @@ std::string flat_frames_csv(const Session& session, Stamp start, const WallClock
   for (const char* name :
        {"camera", "index", "sequence", "time_s", "wall_ns", "exposure_s", "phase", "pass", "laser_on"})
     header.add(name);
-  header.joints("q_", "_rad").add("sync_residual_s");
+  header.joints("q_", "_rad").add("sync_residual_s").add("stamp_sigma_s");
   for (const char* name : {"bMe_x_m", "bMe_y_m", "bMe_z_m", "bMe_qx", "bMe_qy", "bMe_qz", "bMe_qw", "file"})
     header.add(name);
   std::string out = header.str();
@@ -74,7 +74,7 @@ std::string flat_frames_csv(const Session& session, Stamp start, const WallClock
       line.joints(*frame.q);
     else
       line.empty(kJoints);
-    line.add(seconds(frame.sync_residual));
+    line.add(seconds(frame.sync_residual)).add(seconds(frame.stamp_sigma));
     if (frame.q && session.info.calibration.arm) {
       const Transform bMe = session.info.calibration.arm->bMe(*frame.q);
       for (const double value : Vector3d(bMe.translation())) line.add(value);

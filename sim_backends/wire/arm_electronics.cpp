@@ -122,7 +122,8 @@ ArmReply ArmElectronics::sensors(Stamp when) {
     SensorSlot slot;
     const double offset =
         j == kElbow && faults_.elbow_offset != 0 ? faults_.elbow_offset / signed_slope(elbow_, axes[j].ticks) : 0;
-    slot.position = peaks(random_) ? 0 : wrapped(std::round(axes[j].ticks + offset) - encoder_base_[j]);
+    const int waver = faults_.wavering_joint == static_cast<int>(j) ? std::uniform_int_distribution(-1, 1)(random_) : 0;
+    slot.position = peaks(random_) ? 0 : wrapped(std::round(axes[j].ticks + offset) - encoder_base_[j] + waver);
     slot.speed = wrapped(axes[j].speed);
     slot.water_ingress = faults_.water_joint == static_cast<int>(j) ? kWet : 0;
     slot.temperature = raw(parameters_.temperature_c, kScaling.celsius_per_count);

@@ -25,6 +25,7 @@ class CanWire final : public ArmWire {
   Stamp attend(Stamp now) override {
     for (;;) {
       const auto received = bus_->try_receive();
+      if (!received.ok()) (void)bus_->reopen();
       if (!received.ok() || !received.value()) break;
       take(*received.value());
     }
@@ -103,7 +104,7 @@ class CanWire final : public ArmWire {
         for (std::uint8_t& byte : noise.data) byte = static_cast<std::uint8_t>(random_());
         put(noise);
       }
-    if (reply->kind == ArmSlot::kSensors && asked.master)
+    if (reply->kind == ArmSlot::kSensors && asked.master && !faults.no_master)
       put({ids.master, 3, {reply->master.temperature, reply->master.voltage, reply->master.current}, {}});
     const auto& to = reply->kind == ArmSlot::kSensors ? ids.sensors : ids.pid_answer;
     for (std::size_t j = 0; j < kJoints - (faults.truncated ? 1 : 0); ++j)

@@ -39,6 +39,8 @@ struct ArmEmulatorFaults {
   bool garbage = false;         ///< random bytes (or foreign frames) before every answer
   bool wrong_checksum = false;  ///< serial
   bool truncated = false;       ///< answers are cut off; on CAN the last joint's frame is missing
+  bool no_master = false;       ///< CAN: the master's frame is missing
+  int wavering_joint = -1;      ///< the joint whose encoder reads a tick more or less now and then
   bool stale = false;           ///< the same answer again and again
   bool wrong_ids = false;       ///< CAN: answers under other identifiers
   bool wrong_lengths = false;   ///< CAN: sensor frames of seven bytes

@@ -132,7 +132,7 @@ struct EmulatedTank::Impl {
   const JointVector resting = ArmEmulatorParameters{}.power_up;
   MockLaser laser;
   FaultScript script;
-  double last_lux = 0;
+  double last_lux = world.lux();
   std::optional<CanHub> hub;
   std::optional<ArmEmulator> arm;
   std::optional<RelayEmulator> relay;

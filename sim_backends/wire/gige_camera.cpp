@@ -168,7 +168,7 @@ void GigeCameraEmulator::Impl::Device::send(const GigeExposures::Exposure& expos
 
 void GigeCameraEmulator::Impl::power_up() {
   auto fresh = std::make_unique<Device>(*this);
-  if (!fresh->control->serving())
+  if (!fresh->control->serving() || !fresh->stream.ready())
     throw InputError("emulated GigE camera " + settings.serial + ": cannot serve at " + settings.address +
                      ": it must be an address of a network interface of this machine (ip addr add " + settings.address +
                      "/8 dev lo) and its port 3956 must be free");

@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <limits>
 #include <utility>
 
 #include "sim_backends/wire/wire_priority.hpp"
@@ -134,7 +135,9 @@ void GigeControl::run() {
   for (const int fd : sockets_) events.push_back({fd, POLLIN, 0});
   events.push_back({ending_, POLLIN, 0});
   while (true) {
-    if (::poll(events.data(), events.size(), -1) < 0) continue;
+    const int ready = ::poll(events.data(), events.size(), until_silence());
+    if (ready < 0) continue;
+    if (ready == 0) drop_silent_controller(clock_.now());
     if (events.back().revents != 0) return;
     for (const pollfd& e : events)
       if (e.revents != 0) receive(e.fd);
@@ -167,10 +170,7 @@ GigeControl::Bytes GigeControl::answer(std::span<const std::uint8_t> packet, con
   const bool writes = command == kWriteRegister || command == kWriteMemory;
   if (writes && last_write_.id == id && last_write_.peer == peer) return last_write_.answer;
 
-  if (controller_ && arrival - heard_ > std::chrono::milliseconds(registers_.get(kHeartbeatMs))) {
-    controller_.reset();
-    write_register(kControlPrivilege, 0, arrival);
-  }
+  drop_silent_controller(arrival);
   std::uint16_t status = 0;
   const Bytes data = carry_out(command, packet.subspan(kHeader, word16(packet.subspan(4))), arrival,
                                !controller_ || *controller_ == peer, status);
@@ -237,6 +237,20 @@ GigeControl::Bytes GigeControl::carry_out(std::uint16_t command, std::span<const
 void GigeControl::write_register(std::uint32_t address, std::uint32_t value, Stamp arrival) {
   registers_.set(address, value);
   written_(address, value, arrival);
+}
+
+/// In ms, as poll() wants it: until the controller has been silent for too long; for ever where there is none.
+int GigeControl::until_silence() const {
+  if (!controller_) return -1;
+  const Duration left = heard_ + std::chrono::milliseconds(registers_.get(kHeartbeatMs)) - clock_.now();
+  const auto ms = std::chrono::ceil<std::chrono::milliseconds>(left).count() + 1;
+  return static_cast<int>(std::clamp<std::int64_t>(ms, 0, std::numeric_limits<int>::max()));
+}
+
+void GigeControl::drop_silent_controller(Stamp now) {
+  if (!controller_ || now - heard_ <= std::chrono::milliseconds(registers_.get(kHeartbeatMs))) return;
+  controller_.reset();
+  write_register(kControlPrivilege, 0, now);
 }
 
 void GigeControl::update_controller(const Peer& peer, Stamp arrival) {

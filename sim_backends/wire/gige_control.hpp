@@ -18,9 +18,9 @@
 namespace tankrig::sim {
 
 /// Answers DISCOVERY, READREG, WRITEREG, READMEM and WRITEMEM (AIA GigE Vision 2.0, chapters 14 to 16); other commands
-/// have no answer. One client controls the camera until it gives that up or is not heard for the heartbeat time-out
-/// when another speaks; nobody else may write. A command that was repeated because its answer was late is carried out
-/// once.
+/// have no answer. One client controls the camera until it gives that up or is not heard for the heartbeat time-out,
+/// which also ends its pictures; nobody else may write. A command that was repeated because its answer was late is
+/// carried out once.
 class GigeControl {
  public:
   /// A register has been written to. `arrival`: when the command reached this machine, however late its thread was.
@@ -51,6 +51,8 @@ class GigeControl {
   Bytes carry_out(std::uint16_t command, std::span<const std::uint8_t> arguments, Stamp arrival, bool may_write,
                   std::uint16_t& status);
   void write_register(std::uint32_t address, std::uint32_t value, Stamp arrival);
+  int until_silence() const;
+  void drop_silent_controller(Stamp now);
   void update_controller(const Peer& peer, Stamp arrival);
 
   GigeRegisters& registers_;

@@ -16,6 +16,7 @@ constexpr std::uint8_t kLeader = 1, kTrailer = 2, kPayload = 3;
 constexpr std::uint32_t kImage = 1;
 constexpr std::size_t kHeaders = 20 + 8 + 8;  // of IP, UDP and the stream: the packet size counts them
 constexpr std::uint32_t kSizeMask = 0xFFFF;
+constexpr std::size_t kLeastSize = 576;  // what every host takes (RFC 791)
 
 }  // namespace
 
@@ -24,7 +25,7 @@ GigeStream::GigeStream(const std::string& address, const GigeRegisters& register
   sockaddr_in own{};
   own.sin_family = AF_INET;
   ::inet_pton(AF_INET, address.c_str(), &own.sin_addr);
-  ::bind(fd_, reinterpret_cast<const sockaddr*>(&own), sizeof own);
+  ready_ = fd_ >= 0 && ::bind(fd_, reinterpret_cast<const sockaddr*>(&own), sizeof own) == 0;
 }
 
 GigeStream::~GigeStream() {
@@ -43,7 +44,7 @@ void GigeStream::send(const GigeFrame& frame) {
   send_packet();
 
   const std::size_t size = registers_.get(kStreamPacketSize) & kSizeMask;
-  const std::size_t most = std::max<std::size_t>(size, kHeaders + 1) - kHeaders;
+  const std::size_t most = std::max(size, kLeastSize) - kHeaders;
   std::uint32_t number = 1;
   for (std::size_t at = 0; at < frame.data.size(); at += most, ++number) {
     begin(frame.id, kPayload, number);
@@ -75,6 +76,7 @@ void GigeStream::put32(std::uint32_t value) {
   put16(value);
 }
 
+/// A packet that the network does not take is lost, as one of a camera.
 void GigeStream::send_packet() {
   if (std::uniform_real_distribution<>()(random_) < loss_) return;
   sockaddr_in to{};

@@ -32,6 +32,8 @@ class GigeStream {
   GigeStream(const GigeStream&) = delete;
   GigeStream& operator=(const GigeStream&) = delete;
 
+  /// False: there is no socket at the address.
+  bool ready() const { return ready_; }
   void send(const GigeFrame& frame);
 
  private:
@@ -43,6 +45,7 @@ class GigeStream {
   const GigeRegisters& registers_;
   const std::atomic<double>& loss_;
   int fd_;
+  bool ready_ = false;
   std::minstd_rand random_;
   std::vector<std::uint8_t> packet_;
 };

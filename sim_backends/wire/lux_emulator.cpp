@@ -89,7 +89,6 @@ bool LuxEmulator::take_t10a() {
 }
 
 void LuxEmulator::answer(std::span<const std::uint8_t> frame) {
-  ++questions_;
   const LuxFault fault = fault_;
   const Duration delay{answer_delay_ns_};
   std::vector<std::uint8_t> bytes(frame.begin(), frame.end());

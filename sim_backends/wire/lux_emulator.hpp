@@ -50,7 +50,6 @@ class LuxEmulator {
   void set_low_battery(bool low) noexcept { low_battery_ = low; }
   void unplug();
   void plug() { server_.plug(); }
-  std::uint64_t questions() const noexcept { return questions_; }
 
  private:
   void receive(std::span<const std::uint8_t> bytes);
@@ -64,7 +63,6 @@ class LuxEmulator {
   std::atomic<LuxFault> fault_{LuxFault::kNone};
   std::atomic<std::int64_t> answer_delay_ns_;
   std::atomic<bool> hold_{false}, low_battery_{false}, foot_candle_, pc_mode_{false};
-  std::atomic<std::uint64_t> questions_{0};
   std::vector<std::uint8_t> pending_;
   PtyServer server_;  // last: its thread uses all of the above
 };

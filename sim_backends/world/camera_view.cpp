@@ -11,7 +11,8 @@
 namespace tankrig::sim {
 namespace {
 
-constexpr int kFine = 4;          ///< samples along a pixel's side for texture and edges
+constexpr int kFine = 4;  ///< samples along a pixel's side for texture and edges
+constexpr int kFinePerQuarter = kFine / CameraView::kSub;
 constexpr float kNowhere = 1e3f;  ///< range of a ray that meets nothing [m]
 
 }  // namespace
@@ -100,77 +101,96 @@ void CameraView::trace(const RenderGeometry& geometry, const Radiometry& radiome
   });
 }
 
-void CameraView::shade(const RenderGeometry& geometry, const Radiometry& radiometry, const Trace& quarters) {
-  const int w = width(), h = height(), c = channels();
-  const int node_columns = (w - 1) / AmbientGrid::kStep + 2, node_rows = (h - 1) / AmbientGrid::kStep + 2;
+/// Ambient light is looked up in a grid of every few pixels.
+AmbientGrid CameraView::ambient_grid(const Trace& quarters, const Radiometry& radiometry) const {
+  const int w = width(), h = height();
+  const int columns = (w - 1) / AmbientGrid::kStep + 2, rows = (h - 1) / AmbientGrid::kStep + 2;
   std::vector<SurfaceHit> nodes;
-  for (int j = 0; j < node_rows; ++j)
-    for (int i = 0; i < node_columns; ++i)
+  for (int j = 0; j < rows; ++j)
+    for (int i = 0; i < columns; ++i)
       nodes.push_back(
           quarters.at(std::min(i * AmbientGrid::kStep, w - 1) * kSub, std::min(j * AmbientGrid::kStep, h - 1) * kSub));
-  const AmbientGrid ambient(std::move(nodes), node_columns, radiometry);
-  const PixelFilter filter(spec_.psf_sigma_px, kFine);
-  const Rgb sky = radiometry.surface_seen_from_below();
+  return AmbientGrid(std::move(nodes), columns, radiometry);
+}
 
-  // Each row of quarter pixels gives two rows of fine samples, filtered along the row at once; columns follow.
-  std::vector<float> columns_left(static_cast<std::size_t>(h) * kFine * w * c);
+/// Each row of quarter pixels gives two rows of fine samples, filtered along the row at once; columns follow.
+void CameraView::shade(const RenderGeometry& geometry, const Radiometry& radiometry, const Trace& quarters) {
+  const int w = width(), c = channels();
+  const AmbientGrid ambient = ambient_grid(quarters, radiometry);
+  const PixelFilter filter(spec_.psf_sigma_px, kFine);
+  std::vector<float> columns_left(static_cast<std::size_t>(height()) * kFine * w * c);
   tbb::parallel_for(0, quarters.rows, [&](int y) {
-    constexpr int kPer = kFine / kSub;
-    std::vector<Rgb> fine(static_cast<std::size_t>(w) * kFine * kPer);
-    for (int x = 0; x < quarters.columns; ++x) {
-      const SurfaceHit& centre_hit = quarters.at(x, y);
-      const bool flat = quarters.flat(x, y);
-      const auto illuminance = [&](const SurfaceHit& hit, float u, float v) -> Rgb {
-        return radiometry.direct(hit.p, hit.normal) + ambient.at(hit, u, v);
-      };
-      const float centre_u = (static_cast<float>(x) + 0.5f) / kSub - 0.5f,
-                  centre_v = (static_cast<float>(y) + 0.5f) / kSub - 0.5f;
-      const Rgb centre_e = centre_hit.surface >= 0 ? illuminance(centre_hit, centre_u, centre_v) : Rgb(Rgb::Zero());
-      const Rgb centre_transmission = radiometry.transmission(centre_hit.distance);
-      const Rgb centre_veil = radiometry.veil(centre_hit.distance);
-      for (int k = 0; k < kPer * kPer; ++k) {
-        const int fine_x = x * kPer + k % kPer, fine_y = k / kPer;
-        const float u = (static_cast<float>(fine_x) + 0.5f) / kFine - 0.5f;
-        const float v = (static_cast<float>(y * kPer + fine_y) + 0.5f) / kFine - 0.5f;
-        const Vector3f ray = direction(u, v);
-        SurfaceHit hit = centre_hit;
-        bool found = true;
-        if (flat) {
-          hit.distance = hit.normal.dot(hit.p - centre_) / hit.normal.dot(ray);
-          hit.p = centre_ + hit.distance * ray;
-        } else if (const auto traced = geometry.intersect(centre_, ray)) {
-          hit = *traced;
-        } else {
-          found = false;
-        }
-        Rgb& out = fine[static_cast<std::size_t>(fine_y) * w * kFine + fine_x];
-        if (!found) {
-          out = sky;
-        } else if (flat || same_plane(hit, centre_hit)) {
-          out = geometry.albedo(hit) * centre_e * centre_transmission + centre_veil;
-        } else {
-          out = geometry.albedo(hit) * illuminance(hit, u, v) * radiometry.transmission(hit.distance) +
-                radiometry.veil(hit.distance);
-        }
-      }
-    }
-    for (int row = 0; row < kPer; ++row) {
-      const Rgb* in = fine.data() + static_cast<std::size_t>(row) * w * kFine;
-      float* out = columns_left.data() + (static_cast<std::size_t>(y) * kPer + row) * w * c;
-      for (int u = 0; u < w; ++u) {
-        Rgb sum = Rgb::Zero();
-        float weight = 0;
-        for (int i = 0; i < filter.size(); ++i) {
-          const int x = u * kFine + i - filter.reach;
-          if (x < 0 || x >= w * kFine) continue;
-          sum += filter.weights[i] * in[x];
-          weight += filter.weights[i];
-        }
-        const auto channel = response(sum * (scale_ / weight));
-        for (int k = 0; k < c; ++k) out[u * c + k] = channel[k];
-      }
-    }
+    std::vector<Rgb> fine(static_cast<std::size_t>(w) * kFine * kFinePerQuarter);
+    shade_row(geometry, radiometry, ambient, quarters, y, fine);
+    for (int row = 0; row < kFinePerQuarter; ++row)
+      filter_row(filter, fine.data() + static_cast<std::size_t>(row) * w * kFine,
+                 columns_left.data() + (static_cast<std::size_t>(y) * kFinePerQuarter + row) * w * c);
   });
+  filter_columns(filter, columns_left);
+}
+
+void CameraView::shade_row(const RenderGeometry& geometry, const Radiometry& radiometry, const AmbientGrid& ambient,
+                           const Trace& quarters, int y, std::vector<Rgb>& fine) const {
+  constexpr int kPer = kFinePerQuarter;
+  const int w = width();
+  const Rgb sky = radiometry.surface_seen_from_below();
+  for (int x = 0; x < quarters.columns; ++x) {
+    const SurfaceHit& centre_hit = quarters.at(x, y);
+    const bool flat = quarters.flat(x, y);
+    const auto illuminance = [&](const SurfaceHit& hit, float u, float v) -> Rgb {
+      return radiometry.direct(hit.p, hit.normal) + ambient.at(hit, u, v);
+    };
+    const float centre_u = (static_cast<float>(x) + 0.5f) / kSub - 0.5f,
+                centre_v = (static_cast<float>(y) + 0.5f) / kSub - 0.5f;
+    const Rgb centre_e = centre_hit.surface >= 0 ? illuminance(centre_hit, centre_u, centre_v) : Rgb(Rgb::Zero());
+    const Rgb centre_transmission = radiometry.transmission(centre_hit.distance);
+    const Rgb centre_veil = radiometry.veil(centre_hit.distance);
+    for (int k = 0; k < kPer * kPer; ++k) {
+      const int fine_x = x * kPer + k % kPer, fine_y = k / kPer;
+      const float u = (static_cast<float>(fine_x) + 0.5f) / kFine - 0.5f;
+      const float v = (static_cast<float>(y * kPer + fine_y) + 0.5f) / kFine - 0.5f;
+      const Vector3f ray = direction(u, v);
+      SurfaceHit hit = centre_hit;
+      bool found = true;
+      if (flat) {
+        hit.distance = hit.normal.dot(hit.p - centre_) / hit.normal.dot(ray);
+        hit.p = centre_ + hit.distance * ray;
+      } else if (const auto traced = geometry.intersect(centre_, ray)) {
+        hit = *traced;
+      } else {
+        found = false;
+      }
+      Rgb& out = fine[static_cast<std::size_t>(fine_y) * w * kFine + fine_x];
+      if (!found) {
+        out = sky;
+      } else if (flat || same_plane(hit, centre_hit)) {
+        out = geometry.albedo(hit) * centre_e * centre_transmission + centre_veil;
+      } else {
+        out = geometry.albedo(hit) * illuminance(hit, u, v) * radiometry.transmission(hit.distance) +
+              radiometry.veil(hit.distance);
+      }
+    }
+  }
+}
+
+void CameraView::filter_row(const PixelFilter& filter, const Rgb* in, float* out) const {
+  const int w = width(), c = channels();
+  for (int u = 0; u < w; ++u) {
+    Rgb sum = Rgb::Zero();
+    float weight = 0;
+    for (int i = 0; i < filter.size(); ++i) {
+      const int x = u * kFine + i - filter.reach;
+      if (x < 0 || x >= w * kFine) continue;
+      sum += filter.weights[i] * in[x];
+      weight += filter.weights[i];
+    }
+    const auto channel = response(sum * (scale_ / weight));
+    for (int k = 0; k < c; ++k) out[u * c + k] = channel[k];
+  }
+}
+
+void CameraView::filter_columns(const PixelFilter& filter, const std::vector<float>& columns_left) {
+  const int w = width(), h = height(), c = channels();
   radiance_.resize(static_cast<std::size_t>(h) * w * c);
   tbb::parallel_for(0, h, [&](int v) {
     float* out = radiance_.data() + static_cast<std::size_t>(v) * w * c;

@@ -12,6 +12,8 @@
 
 namespace tankrig::sim {
 
+class AmbientGrid;
+
 /// The surface behind a quarter of a pixel.
 struct SubPixel {
   Vector3f p = Vector3f::Constant(1e6f);  ///< w [m]
@@ -50,9 +52,6 @@ class CameraView {
   const SubPixel* cell(int cell_x, int cell_y) const {
     return subs_.data() + static_cast<std::size_t>(cell_y * cells_x_ + cell_x) * kCellSub * kCellSub;
   }
-  const SubPixel& sub_pixel(int sub_u, int sub_v) const {
-    return cell(sub_u / kCellSub, sub_v / kCellSub)[(sub_v % kCellSub) * kCellSub + sub_u % kCellSub];
-  }
 
   const Vector3f& centre() const { return centre_; }
   /// Distance along the ray to the surface at the middle of pixel (u, v) [m]; large where there is none.
@@ -72,7 +71,13 @@ class CameraView {
  private:
   struct Trace;
   void trace(const RenderGeometry& geometry, const Radiometry& radiometry, Trace& trace);
-  void shade(const RenderGeometry& geometry, const Radiometry& radiometry, const Trace& trace);
+  void shade(const RenderGeometry& geometry, const Radiometry& radiometry, const Trace& quarters);
+  AmbientGrid ambient_grid(const Trace& quarters, const Radiometry& radiometry) const;
+  /// The fine samples of a row of quarters.
+  void shade_row(const RenderGeometry& geometry, const Radiometry& radiometry, const AmbientGrid& ambient,
+                 const Trace& quarters, int y, std::vector<Rgb>& fine) const;
+  void filter_row(const PixelFilter& filter, const Rgb* in, float* out) const;
+  void filter_columns(const PixelFilter& filter, const std::vector<float>& columns_left);
 
   CameraSpec spec_;
   Vector3f centre_;

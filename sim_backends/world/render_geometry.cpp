@@ -1,6 +1,7 @@
 // Embree behind RenderGeometry. Its instruction set is fixed, so that frames do not depend on the machine's newest one.
 #include "sim_backends/world/render_geometry.hpp"
 
+#include <assimp/config.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 #include <embree3/rtcore.h>
@@ -24,6 +25,7 @@ struct Mesh {
 
 Mesh read_mesh(const std::filesystem::path& file) {
   Assimp::Importer importer;
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);  // axes as they are in the file
   const aiScene* scene =
       importer.ReadFile(file.string(), aiProcess_Triangulate | aiProcess_PreTransformVertices | aiProcess_SortByPType);
   if (!scene) throw InputError(file, std::string("expected a triangle mesh: ") + importer.GetErrorString());

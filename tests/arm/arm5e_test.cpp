@@ -91,5 +91,28 @@ TEST_P(Arm5eOn, FindsItsZerosByHoming) {
   EXPECT_NEAR(state.q[kElbow], bench.model.limits[kElbow].upper, 1e-3);
 }
 
+/// Far from zero the track rejects false zeros, near zero homing must not take a single one for the truth.
+TEST_P(Arm5eOn, FindsItsZerosThoughEncodersReadZeroNowAndThen) {
+  ArmBench bench(GetParam());
+  bench.parameters.seed = 5;
+  bench.parameters.power_up << -1.45, 0.05, 2.05, 0.3, 0.1;
+  bench.parameters.power_up_ticks = {20'000, 20'000, 20'000, 20'000, 300};
+  bench.parameters.zero_peak_probability = 0.1;
+  bench.settings.encoder.persists_samples = 8;  // that so many in a row are all false does not happen
+  bench.settings.homing.pause = 0ms;
+  bench.settings.homing.rest_angle[kJawRotate] = 0.3;
+  bench.settings.homing.rest_angle[kJawOpening] = 0.1;
+  bench.make(false);
+  bench.state();
+  const auto truth = bench.emulator->true_zero();
+  for (int time = 0; time < 6; ++time) {
+    const HomingResult homed = home_axes(*bench.arm, bench.clock);
+    ASSERT_TRUE(homed.ok()) << homed.message() << ", seed " << bench.parameters.seed;
+    for (std::size_t j = 0; j < kJoints; ++j)
+      EXPECT_LE(std::abs(static_cast<std::int16_t>(homed.axes[j]->raw_at_zero - truth[j])), 2)
+          << kJointNames[j] << ", time " << time << ", seed " << bench.parameters.seed;
+  }
+}
+
 }  // namespace
 }  // namespace tankrig::sim

@@ -10,9 +10,11 @@
 
 #include "drivers/arm/homing.hpp"
 #include "rig/executive/executive.hpp"
+#include "rig/executive/safe_end.hpp"
+#include "rig/plan/operator_plan.hpp"
 #include "tests/arm/arm_bench.hpp"
-#include "tests/executive/counting_new.hpp"
-#include "tests/executive/fakes.hpp"
+#include "tests/support/counting_new.hpp"
+#include "tests/support/fakes.hpp"
 #include "tests/support/sanitizers.hpp"
 
 namespace {
@@ -208,6 +210,62 @@ TEST(ArmCycle, TheExecutiveStopsOnAPulledPlug) {
   bench.expect_fault(Fault::kArmRead, "arm: carrier lost");
   EXPECT_EQ(bench.last.error.code, ErrorCode::kDisconnected);
   bench.expect_rest();  // by the arm's own watchdog
+}
+
+/// The coarsest encoder: a tick of it in the time over which speed is measured is six times the speed of rest.
+TEST_P(ArmCycleOn, AnArmAtRestIsSeenAtRestThoughAnEncoderWavers) {
+  ExecutiveBench bench(GetParam());
+  bench.begin();
+  ASSERT_TRUE(bench.moving());
+  bench.arm.emulator->set_faults({.wavering_joint = kJawRotate});
+  bench.executive->request_stop();
+  SafetySettings patient;
+  patient.rest_timeout = 10;
+  SafeEnd end(patient);
+  EXPECT_TRUE(bench.until([&] {
+    end.add(bench.last);
+    return end.settled();
+  }));
+  EXPECT_EQ(to_string(end.left()), "laser off, arm at rest");
+}
+
+/// With light, the arm held at rest.
+struct HoldBench : ExecutiveBench {
+  explicit HoldBench(Wire wire) : ExecutiveBench(wire) {
+    scan.dark_frames = 20;
+    plan = make_lit_hold_plan(scan, scan.park, 30);
+  }
+  bool lit() {
+    return until([&] { return laser.on() || last.fault != Fault::kNone; }) && laser.on();
+  }
+};
+
+TEST_P(ArmCycleOn, AHoldGoesOnThoughAnEncoderWavers) {
+  HoldBench bench(GetParam());
+  bench.begin();
+  bench.arm.emulator->set_faults({.wavering_joint = kJawRotate});
+  ASSERT_TRUE(bench.lit()) << to_string(bench.last.fault) << " " << bench.last.error.where;
+  int states = 0;
+  ASSERT_TRUE(bench.until([&] {
+    states += bench.last.has_joints;
+    return states >= 100 || bench.last.fault != Fault::kNone;
+  }));
+  EXPECT_EQ(bench.last.fault, Fault::kNone) << to_string(bench.last.fault) << " " << bench.last.error.where;
+  EXPECT_TRUE(bench.last.holding && bench.laser.on());
+}
+
+TEST_P(ArmCycleOn, AHoldEndsWhenAJointCreeps) {
+  HoldBench bench(GetParam());
+  bench.begin();
+  ASSERT_TRUE(bench.lit()) << to_string(bench.last.fault) << " " << bench.last.error.where;
+  const Stamp begin = bench.arm.clock.now();
+  ASSERT_TRUE(bench.until([&] {
+    const double crept = 0.02 * seconds(bench.arm.clock.now() - begin);  // rad, as the encoder reads
+    bench.arm.emulator->set_faults({.elbow_offset = crept});
+    return bench.last.fault != Fault::kNone;
+  }));
+  EXPECT_EQ(bench.last.fault, Fault::kMovedInHold) << to_string(bench.last.fault) << " " << bench.last.error.where;
+  EXPECT_FALSE(bench.laser.on());
 }
 
 TEST_P(ArmCycleOn, CountsOnAcrossTheEncodersWrap) {

@@ -69,6 +69,27 @@ TEST_P(ArmFaultsOn, AnArmThatNeverAnswersIsSilentToo) {
   EXPECT_STREQ(bench.error().where, "arm: silent");
 }
 
+/// Nobody would notice an over-current. (A serial frame without the master's bytes has no right sum.)
+TEST(ArmFaults, ACanArmThatNoLongerTellsItsCurrentIsSilent) {
+  for (const Wire wire : {Wire::kPair, Wire::kFastPair}) {
+    ArmBench bench(wire);
+    bench.make();
+    bench.state();
+    bench.emulator->set_faults({.no_master = true});
+    EXPECT_STREQ(bench.error().where, "arm: silent");
+    const double heard = bench.statistic("exchanges") + 30;
+    int states = 0;
+    EXPECT_TRUE(bench.until([&] {
+      const auto news = bench.arm->try_read();
+      states += news.ok() && news.value();
+      return bench.statistic("exchanges") >= heard;
+    })) << "its joints are still read";
+    EXPECT_EQ(states, 0) << "it has not told it since";
+    bench.emulator->set_faults({});
+    expect_states(bench);
+  }
+}
+
 TEST_P(ArmFaultsOn, GarbageBeforeEveryAnswerIsCountedAndPassedOver) {
   ArmBench bench(GetParam());
   bench.make();
@@ -133,6 +154,30 @@ TEST_P(ArmFaultsOn, ReadingsThatRepeatWhileItIsDrivenAreATimeout) {
   EXPECT_STREQ(error.where, "arm: repeats old readings though it is driven");
   EXPECT_GE(bench.statistic("stale"), 3);
   EXPECT_TRUE(bench.arm->stop().ok());
+}
+
+TEST_P(ArmFaultsOn, NoReadingThatRepeatsWhatItReadWhileTheArmWasDrivenTellsThatItRests) {
+  ArmBench bench(GetParam());
+  bench.make();
+  bench.state();
+  ASSERT_TRUE(bench.until([&] {
+    (void)bench.arm->try_read();
+    EXPECT_TRUE(bench.arm->write_velocity(elbow(0.1)).ok());
+    return bench.emulator->true_velocity_at(bench.clock.now())[kElbow] > 0.09;
+  }));
+  bench.emulator->set_faults({.stale = true});
+  EXPECT_STREQ(bench.error(elbow(0.1)).where, "arm: repeats old readings though it is driven");
+  const double heard = bench.statistic("exchanges");
+  int states = 0;
+  EXPECT_TRUE(bench.until([&] {
+    EXPECT_TRUE(bench.arm->stop().ok());
+    const auto news = bench.arm->try_read();
+    states += news.ok() && news.value();
+    return bench.statistic("exchanges") > heard + 20;
+  }));
+  EXPECT_EQ(states, 0);
+  bench.emulator->set_faults({});
+  expect_states(bench);  // the elbow stands elsewhere
 }
 
 TEST_P(ArmFaultsOn, WaterInAHousingStopsTheArmForGood) {

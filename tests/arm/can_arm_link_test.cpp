@@ -3,39 +3,16 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <deque>
 #include <random>
 
 #include "drivers/can/can_timing.hpp"
+#include "tests/arm/list_bus.hpp"
 
 namespace tankrig {
 namespace {
 
 using namespace std::chrono_literals;
-
-/// A bus made of two lists.
-class ListBus final : public CanBus {
- public:
-  Status try_send(const CanFrame& frame) noexcept override {
-    if (sent.size() >= room) return Error{ErrorCode::kRefused, ENOBUFS, {}, "can: send: queue full"};
-    sent.push_back(frame);
-    return {};
-  }
-  void send_regardless(const CanFrame& frame) noexcept override { sent.push_back(frame); }
-  Result<std::optional<CanFrame>> try_receive() noexcept override {
-    if (waiting.empty()) return std::optional<CanFrame>{};
-    const CanFrame frame = waiting.front();
-    waiting.pop_front();
-    return std::optional<CanFrame>(frame);
-  }
-  CanState state() const noexcept override { return CanState::kErrorActive; }
-  CanCounters counters() const noexcept override { return {}; }
-  int descriptor() const noexcept override { return -1; }
-
-  std::deque<CanFrame> waiting;
-  std::vector<CanFrame> sent;
-  std::size_t room = 1000;
-};
+using testing_support::ListBus;
 
 struct Bench {
   static constexpr int kBitrate = 500'000;
@@ -107,6 +84,20 @@ TEST(CanArmLink, WantsEveryJointInAnyOrderAndCountsWhatIsMissing) {
   EXPECT_EQ(bench.link.counters().incomplete, 1U);  // 0x181 again: the answer before had no 0x182
   for (const std::uint16_t id : {0x185, 0x184, 0x183, 0x182}) bench.receive(id, std::vector<std::uint8_t>(8));
   EXPECT_TRUE(bench.answer());
+}
+
+TEST(CanArmLink, SaysWhetherTheMastersBytesCameWithTheAnswer) {
+  Bench bench;
+  for (const bool master : {true, false, true}) {
+    ASSERT_TRUE(bench.link.try_send(ArmDemands{}, {}, {}).ok());
+    if (master) bench.receive(0x180, {1, 2, 3});
+    for (const std::uint16_t id : {0x181, 0x182, 0x183, 0x184, 0x185}) bench.receive(id, std::vector<std::uint8_t>(8));
+    const auto answer = bench.answer();
+    ASSERT_TRUE(answer);
+    EXPECT_EQ(answer->has.master, master);
+    EXPECT_EQ(answer->has.sensors, kEveryJoint);
+    EXPECT_EQ(answer->master, (MasterBytes{1, 2, 3}));
+  }
 }
 
 TEST(CanArmLink, TakesEchoesOfTheGainsAsAnAnswerWithoutSensors) {

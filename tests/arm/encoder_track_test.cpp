@@ -5,6 +5,8 @@
 #include <cmath>
 #include <random>
 
+#include "core/arm_model.hpp"
+
 namespace tankrig {
 namespace {
 
@@ -103,6 +105,39 @@ TEST(EncoderTrack, MeasuresSpeedOverSeveralReadings) {
   EXPECT_NEAR(sut.track.speed(), 337, 25);
   for (int i = 0; i < 8; ++i) sut.take(1067);
   EXPECT_EQ(sut.track.speed(), 0);
+}
+
+TEST(EncoderTrack, TakesNoWaverByATickForSpeed) {
+  constexpr unsigned kSeed = 3;
+  std::mt19937 random(kSeed);
+  Started sut(1000);
+  for (int i = 0; i < 1000; ++i) {
+    sut.take(999 + static_cast<int>(random() % 3));
+    ASSERT_EQ(sut.track.speed(), 0) << "reading " << i << ", seed " << kSeed;
+  }
+  for (const int way : {1, -1}) {  // nor after a motion, once the place is known
+    for (int i = 0; i < 100; ++i) sut.take(sut.track.ticks() + 15 * way);
+    const std::int32_t place = sut.track.ticks();
+    for (int i = 0; i < 50; ++i) sut.take(place + 1 - i % 3);
+    for (int i = 0; i < 100; ++i) {
+      sut.take(place - 1 + static_cast<int>(random() % 3));
+      ASSERT_EQ(sut.track.speed(), 0) << "reading " << i << " after moving, seed " << kSeed;
+    }
+  }
+}
+
+TEST(EncoderTrack, SeesSlowMotionOfAnAxisInEveryTick) {
+  const Actuator elbow = arm5e().actuators[kElbow];
+  const double speed = 0.02 / elbow.resolution(1.0);  // rad/s -> ticks/s
+  Started sut(1000);
+  int moved = 0;
+  for (int i = 1; i <= 200; ++i) {
+    sut.take(1000 + static_cast<int>(std::lround(i * seconds(kPeriod) * speed)));
+    if (i < 10) continue;
+    ASSERT_GT(sut.track.speed() * elbow.resolution(1.0), 0.01) << "reading " << i << ": slower than rest";
+    ++moved;
+  }
+  EXPECT_GT(moved, 100);
 }
 
 TEST(EncoderTrack, NeverJumpsFartherThanBelievedOnRandomInput) {

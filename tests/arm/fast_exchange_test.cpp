@@ -118,10 +118,14 @@ struct HubBench : ArmBench {
 TEST(FastExchange, TakesThreeFramesOnTheBus) {
   HubBench bench(1000);
   bench.run(50, elbow(0.1));  // gains and first readings
-  bench.heard.clear();
-  const double before = bench.statistic("exchanges");
-  bench.run(300, elbow(0.1));
-  const double exchanges = bench.statistic("exchanges") - before;
+  double exchanges = 0;
+  for (int tries = 0; tries < 10 && exchanges == 0; ++tries) {  // a starved machine answers late, and is asked again
+    bench.heard.clear();
+    const double before = bench.statistic("exchanges"), timeouts = bench.statistic("timeouts");
+    bench.run(300, elbow(0.1));
+    if (bench.statistic("timeouts") == timeouts) exchanges = bench.statistic("exchanges") - before;
+  }
+  ASSERT_GT(exchanges, 0) << "time-outs in every try";
   std::int64_t bits = 0;
   for (const CanFrame& frame : bench.heard) {
     can_frame raw{};

@@ -6,7 +6,7 @@
 #include <map>
 
 #include "rig/executive/cycle.hpp"
-#include "tests/executive/fakes.hpp"
+#include "tests/support/fakes.hpp"
 
 namespace tankrig {
 namespace {

@@ -74,6 +74,20 @@ TEST_F(AravisTriggerTest, RefusesASoftwareTriggerOnAFreeRunningCamera) {
   EXPECT_STREQ(refused.error().where, "camera: not set to software trigger");
 }
 
+TEST_F(AravisTriggerTest, RefusesATriggerUnlessItHasStarted) {
+  GigeCameraEmulator emulator(emulated(), picture);
+  AravisCamera sut(driven("software"));
+  const auto refused = [&] {
+    const Status status = sut.trigger();
+    return !status.ok() && status.error().code == ErrorCode::kNotReady;
+  };
+  EXPECT_TRUE(refused()) << "before";
+  ASSERT_TRUE(sut.start().ok());
+  EXPECT_TRUE(sut.trigger().ok());
+  sut.stop();
+  EXPECT_TRUE(refused()) << "after";
+}
+
 TEST_F(AravisTriggerTest, ArmsALineWithItsRisingEdge) {
   // The emulator has no lines: what the driver wrote is seen in its registers (addresses: Aravis' fake camera).
   constexpr std::uint32_t kTriggerMode = 0x300, kTriggerSource = 0x304, kTriggerActivation = 0x308,
@@ -226,8 +240,8 @@ TEST_F(AravisTriggerTest, PairsTwoCamerasByTheirTriggers) {
   ASSERT_TRUE(right.start().ok());
   TriggerPairingSettings settings;
   settings.tolerance = std::chrono::milliseconds(20);
-  TriggerPairing pairing(settings);
-  std::vector<FramePair> pairs;
+  TriggerPairing<Frame> pairing(settings);
+  std::vector<FramePair<Frame>> pairs;
   MonotonicClock clock;
   std::uint64_t triggers = 0;
   for (int round = 0; round < 6; ++triggers) {
@@ -251,7 +265,7 @@ TEST_F(AravisTriggerTest, PairsTwoCamerasByTheirTriggers) {
     ++round;
   }
   ASSERT_EQ(pairs.size(), 5u);
-  for (const FramePair& p : pairs) EXPECT_EQ(p.left.sequence, p.right.sequence);
+  for (const FramePair<Frame>& p : pairs) EXPECT_EQ(p.left.sequence, p.right.sequence);
   EXPECT_EQ(pairing.counts().partner_lost, 1u);
   EXPECT_EQ(left.counters().lost, 1u);
 }

@@ -118,6 +118,13 @@ TEST_F(GigeControlTest, LetsOnlyItsControllerWriteUntilThatIsNotHeardForItsHeart
   EXPECT_EQ(registers.get(kPrivilege), 0u);
 }
 
+TEST_F(GigeControlTest, DropsASilentControllerThoughNobodyElseSpeaks) {
+  const Client client;
+  EXPECT_EQ(client.write(kHeartbeat, 20, 1).status, kDone);
+  EXPECT_EQ(client.write(kPrivilege, 2, 2).status, kDone);
+  EXPECT_TRUE(wait_for([&] { return registers.get(kPrivilege) == 0; }));
+}
+
 TEST_F(GigeControlTest, ReadsRegistersAndTheDescriptionAndNothingBeyondThem) {
   const Client client;
   registers.set(kExposure, 0x01020304);
@@ -130,6 +137,46 @@ TEST_F(GigeControlTest, ReadsRegistersAndTheDescriptionAndNothingBeyondThem) {
   EXPECT_EQ(client.read_memory(0, 0xFFFF, 5).status, kInvalidAddress) << "more than a packet holds";
   EXPECT_EQ(client.ask(kReadMemory, {0, 0}, 6).status, kInvalidAddress);
   EXPECT_EQ(client.ask(kWriteMemory, {0, 1, 0, 0, 1, 2, 3, 4}, 7).status, kInvalidAddress) << "of the description";
+}
+
+class GigeWholeCameraTest : public GigeTest {};
+
+TEST_F(GigeWholeCameraTest, SendsNothingAtASizeItsSensorDoesNotHave) {
+  constexpr std::uint32_t kWidth = 0x0100, kOffsetX = 0x0130, kPixelFormat = 0x0128, kAcquisition = 0x0124;
+  sim::GigeCameraSettings settings;
+  settings.address = "127.0.0.1";
+  settings.width = 64;
+  settings.height = 48;
+  settings.rate_hz = 200;
+  sim::GigeCameraEmulator sut(settings,
+                              [](std::uint64_t, Stamp, Duration) { return cv::Mat(48, 64, CV_8UC1, cv::Scalar(7)); });
+  const Client client;
+  std::uint16_t id = 0;
+  const auto write = [&](std::uint32_t address, std::uint32_t value) {
+    EXPECT_EQ(client.write(address, value, ++id).status, kDone);
+  };
+  const auto read = [&](std::uint32_t address) {
+    Bytes arguments;
+    put(arguments, address, 4);
+    const Bytes data = client.ask(kReadRegister, arguments, ++id).data;
+    return data.size() == 4 ? std::uint32_t{data[0]} << 24 | data[1] << 16 | data[2] << 8 | data[3] : 0;
+  };
+  write(kHeartbeat, 600'000);
+  write(kPrivilege, 2);
+  write(kAcquisition, 1);
+  EXPECT_TRUE(wait_for([&] { return sut.sent() > 0; }));
+  for (const auto& [address, impossible] :
+       {std::pair{kWidth, 0x7FFFFFFFu}, {kWidth, 0u}, {kOffsetX, 0xFFFFFF00u}, {kPixelFormat, 0u}}) {
+    const std::uint32_t possible = read(address);
+    write(address, impossible);
+    const std::uint64_t begun = sut.exposures();
+    EXPECT_TRUE(wait_for([&] { return sut.exposures() > begun + 1; }));  // what was being sent is gone
+    const std::uint64_t sent = sut.sent();
+    EXPECT_TRUE(wait_for([&] { return sut.exposures() > begun + 5; })) << "it goes on exposing";
+    EXPECT_EQ(sut.sent(), sent) << "register " << address << " at " << impossible;
+    write(address, possible);
+    EXPECT_TRUE(wait_for([&] { return sut.sent() > sent; })) << "register " << address << " back at " << possible;
+  }
 }
 
 TEST_F(GigeControlTest, AnswersNoRubbish) {

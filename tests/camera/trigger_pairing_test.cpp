@@ -5,6 +5,8 @@
 #include <random>
 #include <vector>
 
+#include "drivers/camera/camera.hpp"
+
 namespace tankrig {
 namespace {
 
@@ -15,8 +17,8 @@ Frame frame(std::uint64_t number, double t_ms) {
   return f;
 }
 
-std::vector<FramePair> all(TriggerPairing& pairing) {
-  std::vector<FramePair> pairs;
+std::vector<FramePair<Frame>> all(TriggerPairing<Frame>& pairing) {
+  std::vector<FramePair<Frame>> pairs;
   while (auto pair = pairing.next()) pairs.push_back(std::move(*pair));
   return pairs;
 }
@@ -26,14 +28,14 @@ std::uint64_t singles(const TriggerPairingCounts& c) {
 }
 
 TEST(TriggerPairing, PairsFramesOfOneTriggerWhateverTheirNumbersBeginWith) {
-  TriggerPairing sut;
+  TriggerPairing<Frame> sut;
   for (std::uint64_t i = 0; i < 5; ++i) {
     sut.add_left(frame(i, 40.0 * static_cast<double>(i)));
     sut.add_right(frame(100 + i, 40.0 * static_cast<double>(i) + 0.7));
   }
-  const std::vector<FramePair> pairs = all(sut);
+  const std::vector<FramePair<Frame>> pairs = all(sut);
   ASSERT_EQ(pairs.size(), 5u);
-  for (const FramePair& p : pairs) {
+  for (const FramePair<Frame>& p : pairs) {
     EXPECT_EQ(p.right.sequence, p.left.sequence + 100);
     EXPECT_EQ(p.apart, from_seconds(-0.7e-3));
   }
@@ -41,7 +43,7 @@ TEST(TriggerPairing, PairsFramesOfOneTriggerWhateverTheirNumbersBeginWith) {
 }
 
 TEST(TriggerPairing, CountsAFrameWhosePartnerWasLostOnTheWay) {
-  TriggerPairing sut;
+  TriggerPairing<Frame> sut;
   for (std::uint64_t i = 0; i < 6; ++i) {
     sut.add_left(frame(i, 40.0 * static_cast<double>(i)));
     if (i != 3) sut.add_right(frame(i, 40.0 * static_cast<double>(i)));
@@ -53,7 +55,7 @@ TEST(TriggerPairing, CountsAFrameWhosePartnerWasLostOnTheWay) {
 }
 
 TEST(TriggerPairing, FindsItsWayAfterACameraMissedATrigger) {
-  TriggerPairing sut;
+  TriggerPairing<Frame> sut;
   for (std::uint64_t i = 0; i < 8; ++i) {
     sut.add_left(frame(i, 40.0 * static_cast<double>(i)));
     if (i != 3) sut.add_right(frame(i < 3 ? i : i - 1, 40.0 * static_cast<double>(i)));  // no gap in its numbers
@@ -65,7 +67,7 @@ TEST(TriggerPairing, FindsItsWayAfterACameraMissedATrigger) {
 }
 
 TEST(TriggerPairing, CountsBothFramesOfATriggerThatWereTooFarApart) {
-  TriggerPairing sut;
+  TriggerPairing<Frame> sut;
   for (std::uint64_t i = 0; i < 6; ++i) {
     sut.add_left(frame(i, 40.0 * static_cast<double>(i)));
     sut.add_right(frame(i, 40.0 * static_cast<double>(i) + (i == 2 ? 9.0 : 0.0)));
@@ -76,7 +78,7 @@ TEST(TriggerPairing, CountsBothFramesOfATriggerThatWereTooFarApart) {
 }
 
 TEST(TriggerPairing, CountsFramesFromBeforeTheOtherCameraBegan) {
-  TriggerPairing sut;
+  TriggerPairing<Frame> sut;
   for (std::uint64_t i = 0; i < 4; ++i) sut.add_left(frame(i, 40.0 * static_cast<double>(i)));
   sut.add_right(frame(0, 80));
   EXPECT_EQ(all(sut).size(), 1u);
@@ -86,7 +88,7 @@ TEST(TriggerPairing, CountsFramesFromBeforeTheOtherCameraBegan) {
 TEST(TriggerPairing, HoldsNoMoreFramesThanItMayWhileTheOtherCameraIsSilent) {
   TriggerPairingSettings settings;
   settings.most_waiting = 3;
-  TriggerPairing sut(settings);
+  TriggerPairing<Frame> sut(settings);
   for (std::uint64_t i = 0; i < 10; ++i) {
     sut.add_left(frame(i, 40.0 * static_cast<double>(i)));
     EXPECT_FALSE(sut.next());
@@ -99,7 +101,7 @@ TEST(TriggerPairing, NeverPairsWrongAndAccountsForEveryFrameOnRandomLoss) {
     SCOPED_TRACE(seed);
     std::mt19937 random(seed);
     std::normal_distribution<double> jitter(0, 0.3);
-    TriggerPairing sut;
+    TriggerPairing<Frame> sut;
     std::uint64_t left = 1000, right = 7, given = 0, paired = 0;
     for (int trigger = 0; trigger < 400; ++trigger) {
       const auto draw = [&] { return random() % 20; };
@@ -110,7 +112,7 @@ TEST(TriggerPairing, NeverPairsWrongAndAccountsForEveryFrameOnRandomLoss) {
       if (!right_missed && !right_lost) sut.add_right(frame(right, 40.0 * trigger + jitter(random))), ++given;
       left += !left_missed;
       right += !right_missed;
-      for (const FramePair& p : all(sut)) {
+      for (const FramePair<Frame>& p : all(sut)) {
         ++paired;
         ASSERT_LT(std::abs(seconds(p.apart)), 2e-3);
       }

@@ -306,8 +306,10 @@ TEST_F(CanHubTest, NodeComesBackToABusThatIsStartedAgain) {
   EXPECT_TRUE(eventually([&] { return !a->try_receive().ok() && !b->try_receive().ok(); }));
   EXPECT_EQ(a->state(), CanState::kGone);
   EXPECT_EQ(a->try_send(frame_of(1)).error().code, ErrorCode::kDisconnected);
+  EXPECT_EQ(a->reopen().error().code, ErrorCode::kNotReady);
   hub = std::make_unique<CanHub>(settings());
-  EXPECT_TRUE(eventually([&] { return a->try_receive().ok() && b->try_receive().ok(); }));
+  EXPECT_FALSE(a->try_receive().ok()) << "nobody has looked for it";
+  EXPECT_TRUE(eventually([&] { return a->reopen().ok() && b->reopen().ok(); }));
   ASSERT_TRUE(a->try_send(frame_of(0x42)).ok());
   EXPECT_EQ(must_hear(*b).id, 0x42);
   EXPECT_EQ(a->counters().reopened, 1u);

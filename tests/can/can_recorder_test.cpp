@@ -1,9 +1,11 @@
 // can.log of a cross-process bus.
 #include "drivers/can/can_recorder.hpp"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <linux/can/error.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -14,6 +16,7 @@
 #include "drivers/can/can_log.hpp"
 #include "sim_backends/wire/can_hub.hpp"
 #include "tests/can/can_support.hpp"
+#include "tests/support/held_thread.hpp"
 
 namespace tankrig {
 namespace {
@@ -88,6 +91,47 @@ TEST_F(CanRecorderTest, WritesWithinASecondWithoutBeingStopped) {
   CanRecorder sut(node_settings(), log);
   ASSERT_TRUE(a->try_send(frame_of(1, {2, 3})).ok());
   EXPECT_TRUE(eventually([&] { return folder.read("can.log").ends_with("vcan7 001#0203\n"); }));
+}
+
+TEST_F(CanRecorderTest, LeavesADiskThatHangsBehind) {
+  ASSERT_EQ(::mkfifo(log.c_str(), 0600), 0);
+  const OwnedDescriptor full(::open(log.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC));
+  const std::string block(4096, ' ');
+  while (::write(full.get(), block.data(), block.size()) > 0) {
+  }
+  ASSERT_EQ(errno, EAGAIN) << "whoever writes now waits";
+  sim::CanHub hub(hub_settings);
+  auto a = node(), b = node();
+  CanRecorder sut(node_settings(), log, std::chrono::milliseconds(100));
+  ASSERT_TRUE(a->try_send(frame_of(1, {2, 3})).ok());
+  ASSERT_TRUE(eventually([&] { return hub.report().frames == 1; }));
+  sut.stop();
+  EXPECT_EQ(sut.counters().recorded, 0u);
+  EXPECT_EQ(sut.counters().write_errors, 1u);
+  EXPECT_EQ(sut.counters().disk_errno, ETIMEDOUT);
+  std::string read(1 << 20, '\0');
+  EXPECT_TRUE(eventually([&] {
+    (void)!::read(full.get(), read.data(), read.size());
+    return sut.counters().recorded == 1;
+  })) << "it goes on by itself where the disk comes back";
+}
+
+TEST_F(CanRecorderTest, TakesAllThatWasReceivedBeforeItEnds) {
+  constexpr int kFrames = 400;
+  sim::CanHub hub(hub_settings);
+  auto a = node(), b = node();
+  CanRecorder sut(node_settings(), log, std::chrono::milliseconds(10));
+  {
+    const testing_support::HeldThread held("can-log");
+    ASSERT_TRUE(held.found());
+    for (int i = 0; i < kFrames; ++i) {
+      ASSERT_TRUE(send_all_the_same(*a, numbered(0x101, i)));
+      ASSERT_TRUE(next_frame(*b));
+    }
+    sut.stop();  // tells it to end, and waits in vain
+    ASSERT_LT(sut.counters().recorded, static_cast<std::uint64_t>(kFrames));
+  }
+  EXPECT_TRUE(eventually([&] { return sut.counters().recorded == kFrames; })) << sut.counters().recorded;
 }
 
 TEST_F(CanRecorderTest, KilledProcessLeavesAReadableLog) {

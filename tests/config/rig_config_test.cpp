@@ -55,7 +55,6 @@ TEST(RigConfig, ReadsEverySection) {
 TEST(RigConfig, AppliesAPresetToItsScanOnly) {
   const TemporaryFolder folder;
   const auto file = folder.write("rig.yaml", kSmallRig);
-  EXPECT_THAT(rig_presets(file), testing::ElementsAre("fine"));
   const RigConfig rig = load_rig(file, "fine");
   EXPECT_EQ(rig.scan.passes, 3);
   EXPECT_EQ(rig.scan.sweep_velocity, 0.0625);

@@ -8,8 +8,8 @@
 #include <set>
 
 #include "rig/executive/cycle_grid.hpp"
-#include "tests/executive/counting_new.hpp"
-#include "tests/executive/fakes.hpp"
+#include "tests/support/counting_new.hpp"
+#include "tests/support/fakes.hpp"
 #include "tests/support/sanitizers.hpp"
 
 namespace {

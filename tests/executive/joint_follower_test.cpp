@@ -9,7 +9,8 @@
 #include "drivers/arm/backlash_arm.hpp"
 #include "rig/plan/operator_plan.hpp"
 #include "rig/plan/plan_csv.hpp"
-#include "tests/executive/mock_rig.hpp"
+#include "rig/session/event_kinds.hpp"
+#include "tests/support/mock_rig.hpp"
 
 namespace tankrig::testing_support {
 namespace {
@@ -31,7 +32,7 @@ class TruthSink final : public ScanSink {
   }
   void frame(const FrameRecord&, const cv::Mat&) override {}
   void event(Stamp when, std::string_view kind, const std::string&) override {
-    if (kind == kPlanZeroEvent) zero = when;
+    if (kind == event_kind::kPlan) zero = when;
   }
 };
 

@@ -2,7 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "tests/executive/mock_rig.hpp"
+#include "tests/support/mock_rig.hpp"
 
 namespace tankrig::testing_support {
 namespace {

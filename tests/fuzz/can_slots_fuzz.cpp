@@ -22,6 +22,7 @@ class ListBus final : public CanBus {
   }
   CanState state() const noexcept override { return CanState::kErrorActive; }
   CanCounters counters() const noexcept override { return {}; }
+  Status reopen() noexcept override { return {}; }
   int descriptor() const noexcept override { return -1; }
 
  private:

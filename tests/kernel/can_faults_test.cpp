@@ -135,6 +135,7 @@ TEST_F(CanFaults, APeerThatIsSwitchedOffIsNoAcknowledgement) {
   EXPECT_TRUE(reaches(*node_, CanState::kErrorPassive));
   EXPECT_EQ(node_->counters().no_ack, 1u);
   set_link("rigcan1", "up");
+  ASSERT_TRUE(becomes_true([&] { return peer_->reopen().ok(); }));
   ASSERT_TRUE(receive_within(*peer_));
   EXPECT_TRUE(reaches(*node_, CanState::kErrorActive));
   expect_traffic();

@@ -117,6 +117,7 @@ bool reaches(CanBus& bus, CanState state, Duration limit) {
       [&] {
         while (true) {
           const auto received = bus.try_receive();
+          if (!received.ok()) (void)bus.reopen();
           if (!received.ok() || !received.value()) break;
         }
         return bus.state() == state;

@@ -24,12 +24,14 @@ Obstacles tank() {
   return o;
 }
 
-MotionCheck check(const ScanSettings& s, const Obstacles& o, const MotionLimits& limits = {}) {
+const MotionLimits kNoMargin{.angle_margin = 0};
+
+MotionCheck check(const ScanSettings& s, const Obstacles& o, const MotionLimits& limits = kNoMargin) {
   return check_motion(make_scan_plan(s, s.park), arm5e(), o, limits);
 }
 
 void expect_refused(const ScanSettings& s, const Obstacles& o, const std::vector<std::string>& words,
-                    const MotionLimits& limits = {}) {
+                    const MotionLimits& limits = kNoMargin) {
   try {
     check(s, o, limits);
     FAIL() << "accepted, expected a word about " << words.front();
@@ -82,9 +84,7 @@ TEST(MotionCheck, RefusesAnAngleOutsideItsLimitByJointValueAndPlace) {
 }
 
 TEST(MotionCheck, KeepsAMarginFromTheLimitsIfAsked) {
-  MotionLimits limits;
-  limits.angle_margin = 0.05;
-  expect_refused(settings(), tank(), {"elbow"}, limits);
+  expect_refused(settings(), tank(), {"elbow"}, {.angle_margin = 0.05});
 }
 
 TEST(MotionCheck, RefusesWhatTheActuatorCannotDo) {
@@ -137,7 +137,7 @@ TEST(MotionCheck, MissesNoObstacleOfAFewMillimetresOnAFastPath) {
   s.sweep_to = 1.6;
   s.sweep_velocity = 0.5;
   s.sweep_acceleration = 2;
-  MotionLimits limits;
+  MotionLimits limits = kNoMargin;
   limits.max_ticks_per_s = 1e6;
   Obstacles o = tank();
   o.link_radius = 0;
@@ -162,7 +162,7 @@ TEST(MotionCheck, ReportsTheClearanceThatGeometryGives) {
   s.park[kElbow] = s.sweep_from;
   const Obstacles o = tank();
   const ScanPlan plan = make_scan_plan(s, s.park);
-  const MotionCheck sut = check_motion(plan, arm5e(), o);
+  const MotionCheck sut = check_motion(plan, arm5e(), o, kNoMargin);
   double lowest = 1e9;
   for (double t = 0; t < plan.duration(); t += 0.002) {
     const auto frames = arm5e().link_frames(plan.at(t).q);

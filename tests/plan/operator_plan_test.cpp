@@ -6,7 +6,7 @@
 
 #include "core/input_error.hpp"
 #include "rig/plan/motion_check.hpp"
-#include "tests/executive/mock_rig.hpp"
+#include "tests/support/mock_rig.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 using testing::HasSubstr;

@@ -74,9 +74,13 @@ TEST(LatencyFinding, JudgesTheWorstWakeUpAndNotTheUsualOne) {
 TEST(LatencyTest, WakesAThousandTimesASecond) {
   RealTimeSettings settings;
   settings.lock_memory = false;
-  const Histogram measured = measure_wake_up(settings, 200ms);
-  EXPECT_GT(measured.count(), 0u);
-  EXPECT_LE(measured.count(), 200u);
+  std::uint64_t most = 0;
+  for (int tries = 0; tries < 20 && most < 150; ++tries) {  // a machine that stands still leaves some out
+    const std::uint64_t count = measure_wake_up(settings, 200ms).count();
+    EXPECT_LE(count, 200u);
+    most = std::max(most, count);
+  }
+  EXPECT_GE(most, 150u);
 }
 
 TEST(DiskFinding, ComparesWithWhatTheCamerasDeliver) {
@@ -116,7 +120,7 @@ TEST(CanFinding, TellsAbsentDownWrongRateBusOffOverloadedAndAShortQueue) {
   EXPECT_EQ(can_finding(up.root, need, controller(1'000'000)).measured, "1000000 bit/s, queue 100 frames, load 50 %");
   CanLink off = controller(1'000'000);
   off.state = CanState::kBusOff;
-  expect(can_finding(up.root, need, off), Verdict::kBad, true, "type can restart");
+  expect(can_finding(down.root, need, off), Verdict::kBad, true, "type can restart");
   expect(can_finding(up.root, {"can0", 1'000'000, 0.8}, controller(1'000'000)), Verdict::kBad, true,
          "exchange_rate_hz");
   expect(can_finding(shallow.root, need, controller(1'000'000)), Verdict::kUsable, false, "txqueuelen 100");
@@ -179,17 +183,32 @@ TEST(NetworkFindings, CompareBufferAndPacketsWithTheCameras) {
   EXPECT_FALSE(interface_towards("not an address"));
 }
 
+TEST(SleepFinding, IsGoodWhereTheCycleMayKeepProcessorsAwake) {
+  Machine none, may, may_not;
+  none.with("sys/devices/system/cpu/cpuidle/current_driver", "none");
+  for (Machine* machine : {&may, &may_not})
+    machine->with("sys/devices/system/cpu/cpuidle/current_driver", "intel_idle");
+  may.with("dev/cpu_dma_latency", "");
+  EXPECT_EQ(sleep_finding(none.root).verdict, Verdict::kAbsent);
+  EXPECT_EQ(sleep_finding(may.root).verdict, Verdict::kGood);
+  const Finding found = sleep_finding(may_not.root);
+  EXPECT_EQ(found.verdict, Verdict::kUsable);
+  EXPECT_NE(found.cure.find("99-tankrig.rules"), std::string::npos) << found.cure;
+  EXPECT_FALSE(found.refused);
+}
+
 TEST(PlatformFacts, SayWhatTheSystemGave) {
   Machine machine;
   machine.with("proc/sys/kernel/osrelease", "6.1.0-rt").with("sys/kernel/realtime", "1");
   RealTimeSettings settings;
   settings.cpu = 3;
-  const auto facts = platform_facts(machine.root, settings, {true, true, true});
+  const auto facts = platform_facts(machine.root, settings, {true, true, true, true});
   EXPECT_EQ(facts.at("kernel"), "6.1.0-rt");
   EXPECT_EQ(facts.at("preemption"), "PREEMPT_RT");
   EXPECT_EQ(facts.at("scheduling"), "SCHED_FIFO 50");
   EXPECT_EQ(facts.at("memory"), "locked");
   EXPECT_EQ(facts.at("processor"), "3");
+  EXPECT_EQ(facts.at("sleep"), "kept off");
   EXPECT_EQ(platform_facts(machine.root, settings, {}).at("scheduling"), "not real time");
 }
 

@@ -67,6 +67,7 @@ class Reader {
         BagTopic& topic = bag_.topics.at(names_.at(number(header.at("conn"), 0)));
         const std::string& time = header.at("time");
         const std::uint64_t ns = number(time, 0) * 1'000'000'000ULL + number(time, 4);
+        if (topic.messages == 0) topic.first_ns = ns, topic.first = data;
         topic.in_order = topic.in_order && ns >= topic.last_ns;
         topic.last_ns = ns;
         ++topic.messages;
@@ -88,6 +89,18 @@ class Reader {
 };
 
 }  // namespace
+
+void MessageFields::take(void* to, std::size_t size) {
+  if (at_ + size > bytes_.size()) throw std::runtime_error("message: ends within a field");
+  std::memcpy(to, bytes_.data() + at_, size);
+  at_ += size;
+}
+
+std::pair<std::uint64_t, std::string> MessageFields::header() {
+  next<std::uint32_t>();  // seq
+  const std::uint64_t s = next<std::uint32_t>(), ns = next<std::uint32_t>();
+  return {s * 1'000'000'000 + ns, text()};
+}
 
 Bag read_bag(const std::string& bytes) {
   const std::string magic = "#ROSBAG V2.0\n";

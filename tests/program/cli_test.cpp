@@ -139,6 +139,14 @@ TEST(Warnings, ARigThatIsNotCalibratedToItsSceneIsTold) {
   EXPECT_THAT(run_tankrig({"scan", "--dry-run"}).err, Not(HasSubstr("warning")));
 }
 
+TEST(Warnings, AnObjectThatIsNotTheScenesIsTold) {
+  const fs::path rig = edited_rig(scratch_folder() / "rig", "mesh: black_box.obj", "mesh: other_box.obj");
+  write_text(rig.parent_path() / "other_box.obj", read_text(rig.parent_path() / "black_box.obj") + "# mine\n");
+  const ProgramRun run = run_tankrig({"scan", "--rig", rig.string(), "--dry-run"});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("other_box.obj is another mesh than the scene's black_box.obj"));
+}
+
 TEST(BadInput, ASessionDirectoryInUseIsLeftAlone) {
   const fs::path out = scratch_folder() / "session";
   fs::create_directories(out);
@@ -151,6 +159,7 @@ TEST(BadInput, ASessionDirectoryInUseIsLeftAlone) {
 
 TEST(BadInput, LuxThatIsNoNumberIsRefused) {
   expect_refusal(run_tankrig({"scan", "--lux", "bright"}), {"--lux", "bright", "auto"});
+  expect_refusal(run_tankrig({"scan", "--lux", "1.1e7"}), {"--lux", "1.1e7", "from 0 to 10000000"});
 }
 
 TEST(BadInput, ACloudThatIsCutShortIsNamedWithItsCounts) {

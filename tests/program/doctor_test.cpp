@@ -22,7 +22,8 @@ std::optional<nlohmann::json> finding(const nlohmann::json& report, const std::s
 TEST(Doctor, FindsNothingMissingForASimulatedRig) {
   const ProgramRun run = run_tankrig({"doctor", "--seconds", "0.3", "--sessions", scratch_folder().string(), "--json"});
   EXPECT_EQ(run.exit_code, 0) << run.err;
-  for (const char* what : {"kernel", "governor", "privileges", "memory lock", "wake-up latency", "disk"})
+  for (const char* what :
+       {"kernel", "governor", "sleep states", "privileges", "memory lock", "wake-up latency", "disk"})
     EXPECT_TRUE(finding(run.json(), what)) << what;
   EXPECT_TRUE(run.json().at("can_run").get<bool>());
   EXPECT_THAT(finding(run.json(), "devices").value().at("measured"), HasSubstr("nothing is needed"));
@@ -50,14 +51,16 @@ devices:
   arm: {driver: arm5e, carrier: can, can: {interface: nocan7, bitrate_bit_s: 1000000, exchange_rate_hz: 100}}
   cameras:
     mono: {driver: v4l2, device: /dev/no-video}
-    left: {driver: aravis, address: 198.51.100.1}
-    right: {driver: aravis, address: 198.51.100.2}
+    left: {driver: aravis, address: 198.51.100.1, channels: 1}
+    right: {driver: aravis, address: 198.51.100.2, channels: 1}
   laser: {driver: relay, device: /dev/no-laser}
 )");
   const ProgramRun run = run_tankrig(
       {"doctor", "--rig", rig.string(), "--seconds", "0.1", "--sessions", scratch_folder().string(), "--json"});
   EXPECT_EQ(run.exit_code, 1) << run.err;
   const nlohmann::json report = run.json();
+  EXPECT_THAT(finding(report, "disk").value().at("measured"), HasSubstr("the cameras deliver 46 MB/s"))
+      << "25 times 720 x 576 in colour and twice 640 x 480 without";
   EXPECT_FALSE(report.at("can_run").get<bool>());
   for (const char* what : {"CAN nocan7", "laser", "camera mono", "camera left"}) {
     ASSERT_TRUE(finding(report, what)) << what;

@@ -75,14 +75,27 @@ std::string read_text(const fs::path& file) {
   return text.str();
 }
 
+void edit(const fs::path& file, const Edits& edits) {
+  std::string text = read_text(file);
+  for (const auto& [from, to] : edits) {
+    const std::size_t at = text.find(from);
+    EXPECT_NE(at, std::string::npos) << file << " does not say: " << from;
+    if (at != std::string::npos) text.replace(at, from.size(), to);
+  }
+  write_text(file, text);
+}
+
 fs::path edited_rig(const fs::path& folder, const std::string& from, const std::string& to) {
   EXPECT_EQ(run_tankrig({"init", folder.string()}).exit_code, 0);
-  std::string text = read_text(folder / "rig.yaml");
-  const std::size_t at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << "the default rig no longer says: " << from;
-  if (at != std::string::npos) text.replace(at, from.size(), to);
-  write_text(folder / "rig.yaml", text);
+  edit(folder / "rig.yaml", {{from, to}});
   return folder / "rig.yaml";
+}
+
+fs::path small_rig(const fs::path& folder, const Edits& edits) {
+  const fs::path rig = edited_rig(folder, "from_rad: 1.3\n", "from_rad: 1.68\n");
+  edit(rig, {{"to_rad: 2.1", "to_rad: 1.76"}, {"dark_frames: 10", "dark_frames: 2"}});
+  edit(rig, edits);
+  return rig;
 }
 
 }  // namespace tankrig::test

@@ -5,6 +5,7 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace tankrig::test {
@@ -30,8 +31,15 @@ std::filesystem::path scratch_folder();
 void write_text(const std::filesystem::path& file, const std::string& text);
 std::string read_text(const std::filesystem::path& file);
 
-/// A copy of the tank-sim rig in `folder`, complete, with `from` replaced by `to` in its rig.yaml.  Fails the test if
-/// `from` is not there.
+using Edits = std::vector<std::pair<std::string, std::string>>;
+
+/// Replaces the first occurrence of every first text by the second.  Fails the test if one is not there.
+void edit(const std::filesystem::path& file, const Edits& edits);
+
+/// The rig.yaml of a copy of the tank-sim rig in `folder`, complete, with one edit.
 std::filesystem::path edited_rig(const std::filesystem::path& folder, const std::string& from, const std::string& to);
+
+/// The same with a tenth of the sweep and few dark frames, with `edits` made after that.
+std::filesystem::path small_rig(const std::filesystem::path& folder, const Edits& edits = {});
 
 }  // namespace tankrig::test

@@ -1,14 +1,19 @@
-// `tankrig session replay` and `export` of a small scan: the same bits again, and files other programs read.
+// A small scan's session replayed, exported and reconstructed: the same bits again, and files other programs read.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <opencv2/imgcodecs.hpp>
+#include <sstream>
 
+#include "core/arm_model.hpp"
 #include "core/camera_model.hpp"
+#include "reconstruction/cloud/cloud_io.hpp"
 #include "rig/session/session.hpp"
+#include "rig/session/session_tables.hpp"
 #include "tests/program/bag_reader.hpp"
-#include "tests/program/program.hpp"
+#include "tests/program/scanned_session.hpp"
 
 namespace fs = std::filesystem;
 using testing::Contains;
@@ -16,35 +21,6 @@ using testing::HasSubstr;
 
 namespace tankrig::test {
 namespace {
-
-void replace_in(std::string& text, const std::string& from, const std::string& to) {
-  const std::size_t at = text.find(from);
-  ASSERT_NE(at, std::string::npos) << from;
-  text.replace(at, from.size(), to);
-}
-
-/// A tenth of the default sweep, made once for all tests.
-const fs::path& scanned() {
-  static const fs::path session = [] {
-    const fs::path folder = scratch_folder().parent_path();
-    const fs::path rig = edited_rig(folder / "rig", "from_rad: 1.3\n", "from_rad: 1.68\n");
-    std::string text = read_text(rig);
-    replace_in(text, "to_rad: 2.1", "to_rad: 1.76");
-    replace_in(text, "dark_frames: 10", "dark_frames: 2");
-    write_text(rig, text);
-    const ProgramRun run = run_tankrig({"scan", "--rig", rig.string(), "--out", (folder / "scanned").string()});
-    if (run.exit_code != 0) throw std::runtime_error("scan failed: " + run.err);
-    return folder / "scanned";
-  }();
-  return session;
-}
-
-/// A copy to be changed.
-fs::path copied() {
-  const fs::path copy = scratch_folder() / "copy";
-  fs::copy(scanned(), copy, fs::copy_options::recursive);
-  return copy;
-}
 
 std::vector<std::string> differences(const ProgramRun& run) {
   return run.json().at("differences").get<std::vector<std::string>>();
@@ -64,6 +40,29 @@ TEST(SessionReplay, GivesTheSameTablesImagesCloudsAndScoresOnOneCoreToo) {
     EXPECT_THAT(entry.path().filename().string(), testing::Not(HasSubstr(".replay-")));
 }
 
+TEST(Reconstruct, PairsStereoFramesOfCamerasThatRunFree) {
+  const fs::path session = copied();
+  std::istringstream lines(read_text(session / "frames.csv"));
+  std::string text;
+  for (std::string line; std::getline(lines, line); text += line + "\n") {
+    if (!line.starts_with("right,")) continue;
+    std::vector<std::string> cells;
+    std::istringstream row(line);
+    for (std::string cell; std::getline(row, cell, ',');) cells.push_back(cell);
+    const std::string later = std::to_string(std::stoll(cells.at(3)) + 15'000'000);  // [ns] of a period of 40 ms
+    line.replace(line.find(cells[3]), cells[3].size(), later);
+  }
+  const auto points = [&] {
+    const ProgramRun run = run_tankrig({"reconstruct", session.string(), "--method", "stereo", "--json"});
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    return run.json().at("points").get<int>();
+  };
+  const int together = points();
+  EXPECT_GT(together, 1000);
+  write_text(session / "frames.csv", text);
+  EXPECT_EQ(points(), together);
+}
+
 TEST(SessionReplay, KeepsASessionThatReplaysAgain) {
   const fs::path out = scratch_folder() / "kept";
   EXPECT_EQ(run_tankrig({"session", "replay", scanned().string(), "--out", out.string()}).exit_code, 0);
@@ -72,6 +71,37 @@ TEST(SessionReplay, KeepsASessionThatReplaysAgain) {
   const ProgramRun again = run_tankrig({"session", "replay", scanned().string(), "--out", out.string()});
   EXPECT_EQ(again.exit_code, 1);
   EXPECT_THAT(again.err, HasSubstr("exists already"));
+}
+
+/// `table` with another text in every row of its column of stamps' sigmas, or without that column.
+std::string with_sigma(const std::string& table, const std::string& text) {
+  std::istringstream lines(table);
+  std::string out;
+  std::ptrdiff_t column = -1;
+  for (std::string line; std::getline(lines, line); out += line + "\n") {
+    const bool header = column < 0;
+    if (header) column = std::count(line.data(), line.data() + line.find("stamp_sigma_ns"), ',');
+    std::size_t at = 0;
+    for (auto i = column; i > 0; --i) at = line.find(',', at) + 1;
+    const std::size_t end = line.find(',', at);
+    if (text.empty())
+      line.erase(at, end + 1 - at);
+    else if (!header)
+      line.replace(at, end - at, text);
+  }
+  return out;
+}
+
+TEST(SessionReplay, GivesTheSameWhateverTheSigmasOfItsStampsAndWhereItHasNone) {
+  const fs::path session = copied();
+  const std::string table = read_text(session / "frames.csv");
+  fs::remove(session / "SHA256SUMS");
+  for (const char* sigma : {"5000000", ""}) {
+    write_text(session / "frames.csv", with_sigma(table, sigma));
+    const ProgramRun run = run_tankrig({"session", "replay", session.string(), "--json"});
+    EXPECT_EQ(run.exit_code, 0) << run.out << run.err;
+    EXPECT_EQ(run.json().at("identical_tables"), 2);
+  }
 }
 
 TEST(SessionReplay, NamesAFrameWhosePixelsWereChangedAndTheCloudsThatFollow) {
@@ -174,6 +204,70 @@ TEST(SessionExport, BagHoldsEveryFrameJointAndCloudWithItsDefinition) {
   }
   EXPECT_EQ(bag.topics.at("/clouds/laser").md5sum, "1158d486dd51d683ce2f1be655c3c181");  // sensor_msgs/PointCloud2
   EXPECT_EQ(bag.indexed, bag.messages);
+}
+
+TEST(SessionExport, BagSaysWhatTheSessionSays) {
+  const fs::path out = scratch_folder() / "out";
+  const ProgramRun run =
+      run_tankrig({"session", "export", scanned().string(), "--format", "bag", "--out", out.string()});
+  if (run.err.find("built without librosbag-storage") != std::string::npos) GTEST_SKIP() << run.err;
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const Session session = Session::open(scanned());
+  const Bag bag = read_bag(read_text(out / "scanned.bag"));
+  const auto wall = [&](Stamp stamp) {
+    return static_cast<std::uint64_t>(stamp.ns + session.info.clock_begin->offset_ns());
+  };
+
+  const BagTopic& joints = bag.topics.at("/joint_states");
+  const JointState state = read_joints_csv(scanned() / "joints.csv", false).records.front();
+  MessageFields joint_state(joints.first);
+  EXPECT_EQ(joint_state.header(), std::pair(wall(state.stamp), std::string()));
+  EXPECT_EQ(joints.first_ns, wall(state.stamp));
+  EXPECT_EQ(joint_state.next<std::uint32_t>(), kJoints);
+  for (const char* name : kJointNames) EXPECT_EQ(joint_state.text(), name);
+  EXPECT_EQ(joint_state.list<double>(), std::vector<double>(state.q.begin(), state.q.end()));
+  EXPECT_EQ(joint_state.list<double>(), std::vector<double>(state.velocity.begin(), state.velocity.end()));
+
+  for (const SessionCamera& camera : session.info.cameras) {
+    const auto frame = std::find_if(session.frames.begin(), session.frames.end(),
+                                    [&](const FrameRecord& f) { return f.camera == camera.name; });
+    MessageFields picture(bag.topics.at("/" + camera.name + "/image_raw/compressed").first);
+    EXPECT_EQ(picture.header(), std::pair(wall(frame->stamp), camera.name));
+    EXPECT_EQ(picture.text(), "png");
+    const auto bytes = picture.list<std::uint8_t>();
+    EXPECT_EQ(std::string(bytes.begin(), bytes.end()), read_text(scanned() / frame->file)) << camera.name;
+
+    MessageFields info(bag.topics.at("/" + camera.name + "/camera_info").first);
+    EXPECT_EQ(info.header(), std::pair(wall(frame->stamp), camera.name));
+    EXPECT_EQ(info.next<std::uint32_t>(), static_cast<std::uint32_t>(camera.model.height));
+    EXPECT_EQ(info.next<std::uint32_t>(), static_cast<std::uint32_t>(camera.model.width));
+    EXPECT_EQ(info.text(), "plumb_bob");
+    const CameraModel& m = camera.model;
+    EXPECT_EQ(info.list<double>(), (std::vector<double>{m.k1, m.k2, m.p1, m.p2, m.k3}));
+    for (const double k : {m.fx, 0.0, m.cx, 0.0, m.fy, m.cy, 0.0, 0.0, 1.0}) EXPECT_EQ(info.next<double>(), k);
+    for (int i = 0; i < 9; ++i) info.next<double>();  // R
+    std::array<double, 12> P;
+    for (double& p : P) p = info.next<double>();
+    const Vector3d to_left = session.camera(CameraRole::kLeft).bMc.inverse() * camera.bMc.translation();
+    const double baseline = camera.role == CameraRole::kRight ? to_left.norm() : 0;
+    EXPECT_NEAR(-P[3] / P[0], baseline, 1e-6) << camera.name;
+  }
+
+  MessageFields cloud(bag.topics.at("/clouds/laser").first);
+  const PointCloud points = read_cloud(scanned() / "clouds" / "laser.ply");
+  EXPECT_EQ(cloud.header().second, points.frame);
+  EXPECT_EQ(cloud.next<std::uint32_t>(), 1u);
+  EXPECT_EQ(cloud.next<std::uint32_t>(), points.points.size());
+  for (auto fields = cloud.next<std::uint32_t>(); fields > 0; --fields) {
+    cloud.text();
+    cloud.next<std::uint32_t>(), cloud.next<std::uint8_t>(), cloud.next<std::uint32_t>();
+  }
+  EXPECT_EQ(cloud.next<std::uint8_t>(), 0) << "little end first";
+  cloud.next<std::uint32_t>(), cloud.next<std::uint32_t>(), cloud.next<std::uint32_t>();  // steps, length
+  for (int axis = 0; axis < 3; ++axis) EXPECT_EQ(cloud.next<float>(), static_cast<float>(points.points[0].p[axis]));
+
+  MessageFields laser(bag.topics.at("/laser/emitting").first);
+  EXPECT_EQ(laser.next<std::uint8_t>(), 1) << "it went on first";
 }
 
 TEST(SessionExport, BagIsOpenedByRosbagInfo) {

@@ -23,6 +23,7 @@
 #include "drivers/can/can_log.hpp"
 #include "sim_backends/wire/relay_emulator.hpp"
 #include "tests/program/program.hpp"
+#include "tests/support/frozen_thread.hpp"
 
 namespace fs = std::filesystem;
 using testing::HasSubstr;
@@ -31,6 +32,7 @@ namespace tankrig::test {
 namespace {
 
 using namespace std::chrono_literals;
+using testing_support::FrozenThread;
 
 /// The tank-wire rig, soon in its sweep and patient with a busy machine; its laser is a box of this process.
 fs::path wire_rig(const fs::path& folder) {
@@ -45,7 +47,9 @@ fs::path wire_rig(const fs::path& folder) {
       {"limit: 100,", "limit: 0,"},
       {"exchange_rate_hz: 350", "exchange_rate_hz: 100"},
       {"device: runtime/laser", "device: " + (folder / "laser").string()},
-      {"warm_up_s: 1.0, answer_timeout_ms: 200", "warm_up_s: 1.0, answer_timeout_ms: 1000, opening_timeout_s: 20"},
+      {"warm_up_s: 1.0, answer_timeout_ms: 200",
+       "warm_up_s: 1.0, answer_timeout_ms: 1000, caller_timeout_ms: 5000, opening_timeout_s: 20"},
+      {"zero_file:", "watchdog_ms: 10000\n    zero_file:"},  // a cycle that hangs is this program's to notice
       {"power_up_rad: [0, 0.13, 0.9", "power_up_rad: [0, 0.13, 1.3"}};
   for (const auto& [from, to] : edits) {
     const std::size_t at = text.find(from);
@@ -239,6 +243,41 @@ TEST(WaysOut, AreAllSignalsThatCanBeCaughtAndTheThirdEndsTheProgramInTheDark) {
   EXPECT_TRUE(scan.box.off_since());
   termios mode{};
   EXPECT_TRUE(::tcgetattr(scan.terminal, &mode) == 0 && (mode.c_lflag & ICANON) && (mode.c_lflag & ECHO));
+}
+
+/// The cycle of a lit sweep hangs.
+struct Hanging {
+  Scan scan;
+  FrozenThread cycle;
+  explicit Hanging(const fs::path& folder) : scan(wire_rig(folder).parent_path()) {
+    if (scan.lit()) cycle.freeze(scan.process, "tankrig-cycle");
+  }
+};
+
+TEST(WaysOut, ACycleThatHangsIsToldAndLeavesItInTheDarkAtRestWithAReadableSession) {
+  if (!forbidden().empty()) GTEST_SKIP() << forbidden();
+  Hanging hung(scratch_folder() / "rig");
+  if (hung.cycle.forbidden()) GTEST_SKIP() << "this machine does not let a parent trace its child";
+  ASSERT_TRUE(hung.cycle.frozen()) << hung.scan.screen;
+  ASSERT_TRUE(hung.scan.until([&] { return !hung.scan.box.relay_closed(); }));
+  ASSERT_TRUE(hung.scan.until([&] { return hung.cycle.gone() && hung.scan.process < 0; })) << hung.scan.screen;
+  EXPECT_TRUE(WIFEXITED(hung.scan.status) && WEXITSTATUS(hung.scan.status) == 3) << hung.scan.status;
+  EXPECT_THAT(hung.scan.screen, HasSubstr("cycle: hangs: no step for 1 s; laser switched off and arm stopped past it"));
+  EXPECT_THAT(hung.scan.screen, HasSubstr("scan stopped: cycle: hangs: no step for 1 s; LASER MAY BE ON"));
+  EXPECT_TRUE(arm_at_rest(hung.scan.session()));
+  EXPECT_EQ(run_tankrig({"session", "info", hung.scan.session().string()}).exit_code, 0);
+}
+
+TEST(WaysOut, TheThirdSignalEndsAlsoAProgramWhoseCycleHangs) {
+  if (!forbidden().empty()) GTEST_SKIP() << forbidden();
+  Hanging hung(scratch_folder() / "rig");
+  if (hung.cycle.forbidden()) GTEST_SKIP() << "this machine does not let a parent trace its child";
+  ASSERT_TRUE(hung.cycle.frozen()) << hung.scan.screen;
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) hung.scan.signal(signal);
+  ASSERT_TRUE(hung.scan.until([&] { return hung.cycle.gone() && hung.scan.process < 0; })) << hung.scan.screen;
+  ASSERT_TRUE(WIFSIGNALED(hung.scan.status)) << hung.scan.status;
+  EXPECT_THAT(WTERMSIG(hung.scan.status), testing::AnyOf(SIGINT, SIGTERM, SIGHUP));
+  EXPECT_TRUE(hung.scan.until([&] { return !hung.scan.box.relay_closed(); }));
 }
 
 TEST(WaysOut, AFileThatMayNotGrowEndsTheScanInsteadOfTheProgram) {

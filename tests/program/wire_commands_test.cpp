@@ -3,12 +3,14 @@
 #include <gtest/gtest.h>
 
 #include <csignal>
+#include <cstdlib>
 #include <opencv2/imgcodecs.hpp>
 
 #include "tests/program/program.hpp"
 
 namespace fs = std::filesystem;
 using testing::HasSubstr;
+using testing::Not;
 
 namespace tankrig::test {
 namespace {
@@ -149,6 +151,57 @@ TEST(OnTheWire, HomesThenKnowsItsJointsAndLeavesItsStops) {
   const auto status = nlohmann::json::parse(read_text(file("status.json")));
   EXPECT_EQ(status.at("homed"), true);
   EXPECT_NEAR(status.at("joints")[0].at("angle_deg").get<double>(), -80, 0.6);
+}
+
+/// Near its stops, not homed.
+Edits beside_its_stops() {
+  return {{"    homed: true", "    homed: false"},
+          {"[0, 0.13, 0.9, 0, 0.1]", "[-1.45, 0.05, 2.05, 0, 0.1]"},
+          {"    driver: arm5e\n", "    driver: arm5e\n    homing: {pause_s: 0.1}\n"}};
+}
+
+TEST(OnTheWire, AnArmThatIsHomedButNotSeenAtRestIsNotCalledNotHomed) {
+  Edits edits = beside_its_stops();
+  edits.push_back({"      exchange_rate_hz: 350", "      exchange_rate_hz: 5"});
+  edits.push_back({"    driver: arm5e\n", "    driver: arm5e\n    silence_timeout_ms: 5000\n"});
+  edits.push_back({"\nscan:\n", "\nscan:\n  safety: {rest_timeout_s: 0.2}\n"});  // two readings in it: no run of them
+  const fs::path rig = wire_rig(edits);
+  const ProgramRun run = run_tankrig({"arm", "home", "--rig", rig.string(), "--yes", "--json"});
+  if (forbids_private_network(run)) GTEST_SKIP() << run.err;
+  EXPECT_EQ(run.exit_code, 1);
+  EXPECT_EQ(run.json().at("status"), "homed") << run.err;
+  EXPECT_EQ(run.json().at("arm_at_rest"), false);
+  EXPECT_THAT(run.err, HasSubstr("zero kept in "));
+  EXPECT_THAT(run.err, HasSubstr("arm homed, but not confirmed safe afterwards: "
+                                 "laser off; ARM MAY BE MOVING: cut its power, then home again"));
+  EXPECT_THAT(run.err, Not(HasSubstr("not homed")));
+}
+
+TEST(OnTheWire, AZeroThatCannotBeWrittenStillTellsWhatWasLeft) {
+  Edits edits = beside_its_stops();
+  edits.push_back({"zero_file: runtime/arm-zero.yaml", "zero_file: zeros/arm-zero.yaml"});
+  const fs::path rig = wire_rig(edits), zeros = rig.parent_path() / "zeros";
+  fs::create_directories(zeros);
+  const ProgramRun run =
+      run_tankrig({"arm", "home", "--rig", rig.string(), "--yes", "--json"}, [&](const std::string& line, int) {
+        if (line.find("arm: home slew") != std::string::npos) fs::remove_all(zeros);
+      });
+  if (forbids_private_network(run)) GTEST_SKIP() << run.err;
+  EXPECT_EQ(run.exit_code, 1);
+  EXPECT_EQ(run.json().at("status"), "homed") << run.err;
+  EXPECT_THAT(run.err, HasSubstr("arm homed, but its zero is not kept: "));
+  EXPECT_THAT(run.err, HasSubstr("arm-zero.yaml: cannot write: No such file or directory; laser off, arm at rest"));
+}
+
+TEST(OnTheWire, IsStoppedAlsoWhileItsDevicesStart) {
+  const fs::path said = scratch_folder() / "said.txt";
+  const int status = std::system(("timeout --preserve-status -s TERM 1 " TANKRIG_PROGRAM
+                                  " scan --rig " TANKRIG_SOURCE_DIR "/etc/rigs/tank-wire/rig.yaml --out " +
+                                  (scratch_folder() / "session").string() + " 2> " + said.string())
+                                     .c_str());
+  EXPECT_EQ(WEXITSTATUS(status), 3);
+  EXPECT_EQ(read_text(said), "tankrig: stopped while the emulated devices started: nothing moved\n");
+  EXPECT_FALSE(fs::exists(scratch_folder() / "session"));
 }
 
 TEST(OnTheWire, APreviewRunsUntilCtrlCAndThatIsNoFailure) {

@@ -11,6 +11,7 @@
 #include "drivers/can/can_log.hpp"
 #include "rig/session/session.hpp"
 #include "tests/program/program.hpp"
+#include "tests/support/machine_witness.hpp"
 
 namespace fs = std::filesystem;
 using nlohmann::json;
@@ -33,17 +34,23 @@ const std::string& forbidden() {
   return reason;
 }
 
-/// A scan over a carrier, made once for all tests.
+/// A scan over a carrier, made once for all tests; again while the machine starves it, three times at most.
 const WireScan& wire_scan(const std::string& carrier) {
   static std::map<std::string, WireScan> done;
   const auto known = done.find(carrier);
   if (known != done.end()) return known->second;
-  const fs::path folder = scratch_folder().parent_path() / ("wire-" + carrier);
-  const ProgramRun run = run_tankrig({"emulate", "--rig", "tank-wire", "--truth", (folder / "truth").string(), "--",
-                                      TANKRIG_PROGRAM, "scan", "--rig", "tank-wire", "--carrier", carrier, "--json",
-                                      "--out", (folder / "session").string()});
-  if (run.exit_code != 0) throw std::runtime_error("scan failed: " + run.err);
-  return done[carrier] = {run.json(), Session::open(folder / "session"), folder / "truth"};
+  for (int left = 2;; --left) {
+    const fs::path folder = scratch_folder().parent_path() / ("wire-" + carrier + std::to_string(left));
+    const testing_support::MachineWitness witness;
+    const ProgramRun run = run_tankrig({"emulate", "--rig", "tank-wire", "--truth", (folder / "truth").string(), "--",
+                                        TANKRIG_PROGRAM, "scan", "--rig", "tank-wire", "--carrier", carrier, "--json",
+                                        "--out", (folder / "session").string()});
+    const Duration late = witness.latest();
+    std::printf("%s: the machine was %.1f ms late at most\n", carrier.c_str(), 1e3 * seconds(late));
+    if (late > testing_support::kStarved && left > 0) continue;
+    if (run.exit_code != 0) throw std::runtime_error("scan failed: " + run.err);
+    return done[carrier] = {run.json(), Session::open(folder / "session"), folder / "truth"};
+  }
 }
 
 const json& mock_scan() {

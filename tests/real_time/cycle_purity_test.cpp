@@ -12,11 +12,14 @@
 #include <thread>
 
 #include "drivers/laser/relay_laser.hpp"
+#include "rig/capture/triggers.hpp"
 #include "rig/executive/cycle.hpp"
+#include "sim_backends/wire/can_hub.hpp"
 #include "sim_backends/wire/relay_emulator.hpp"
 #include "tests/arm/arm_bench.hpp"
-#include "tests/executive/fakes.hpp"
 #include "tests/real_time/cycle_watch.hpp"
+#include "tests/support/fakes.hpp"
+#include "tests/support/recording_sink.hpp"
 
 namespace tankrig {
 namespace {
@@ -72,8 +75,10 @@ ScanSettings short_scan(const JointVector& park) {
   s.settle = 0.1;
   s.laser_warm_up = 0.1;
   s.feedback_timeout = s.heartbeat_timeout = 5;
-  s.following_error_limit = 1;  // a busy machine's
-  s.real_time.overruns = 0;     // likewise
+  s.following_error_limit = 1;  // where the disk is busy, the kernel hands over what a line brought much later
+  s.limits.velocity = s.limits.ticks_per_s = 1e6;
+  s.safety.laser_off_allowance = s.safety.laser_on_margin = 5;
+  s.real_time.overruns = 0;
   return s;
 }
 
@@ -109,6 +114,10 @@ struct WatchedCycle {
     const Stamp give_up = clock.now() + deadline;
     while (!end() && clock.now() < give_up) turn();
     return end();
+  }
+  std::string reason() const {
+    return std::string(to_string(last.fault)) + " " + last.error.where +
+           (last.violation ? ": " + describe(*last.violation) : "");
   }
   void go() {
     executive.set_interlock(true);
@@ -154,6 +163,7 @@ struct Devices {
     laser = std::make_unique<RelayLaser>(
         RelayLaserSettings{.serial = {.device = (folder.path() / "laser").string(), .baud = 9600},
                            .warm_up = 100ms,
+                           .answer_timeout = 2s,
                            .opening_timeout = 10s});
   }
 };
@@ -173,10 +183,50 @@ TEST_P(PureCycle, OfAWholeScanWithTheRealDriversIsPure) {
   sut.go();
   ASSERT_TRUE(sut.until(
       [&] { return sut.last.state != ExecutiveState::kWaiting && sut.last.state != ExecutiveState::kRunning; }));
-  EXPECT_EQ(sut.last.state, ExecutiveState::kDone) << to_string(sut.last.fault) << " " << sut.last.error.where;
+  EXPECT_EQ(sut.last.state, ExecutiveState::kDone) << sut.reason();
   EXPECT_TRUE(sut.lit);
   for (int i = 0; i < 20; ++i) sut.turn();
   sut.expect_pure();
+}
+
+/// Hears its triggers, and gives no frames.
+class HeardCamera final : public Camera {
+ public:
+  explicit HeardCamera(std::string name) : name_(std::move(name)) {}
+  CameraInfo info() const override { return {name_, 2, 2, 1, 25}; }
+  Status start() override { return {}; }
+  Result<std::optional<Frame>> try_grab() override { return std::optional<Frame>{}; }
+  void stop() noexcept override {}
+  CameraCounters counters() const override { return {}; }
+  Status trigger() override { return ++heard, Status{}; }
+
+  std::atomic<int> heard{0};
+
+ private:
+  const std::string name_;
+};
+
+TEST_P(PureCycle, StaysPureWhileItTriggersCamerasByTimeAndByPosition) {
+  Devices devices(GetParam());
+  ScanSettings settings = short_scan(devices.arm.parameters.power_up);
+  settings.cycle_hz = 500;
+  WatchedCycle sut(settings, *devices.arm.arm, *devices.laser);
+  testing_support::RecordingSink sink;
+  HeardCamera by_time("left"), by_angle("mono");
+  Triggers triggers(sut.plan, sut.settings, sut.clock, sink);
+  triggers.add_camera(0, by_time, RecordWhen::kAll, {TriggerMode::kSoftware, 0, 5ms});
+  triggers.add_camera(1, by_angle, RecordWhen::kSweep, {TriggerMode::kPosition, 5e-3, 5ms});
+  sut.executive.set_listener(&triggers);
+  triggers.begin();
+  sut.go();
+  EXPECT_TRUE(sut.until([&] {
+    EXPECT_EQ(triggers.collect(), "");
+    return sut.last.state != ExecutiveState::kWaiting && sut.last.state != ExecutiveState::kRunning;
+  }));
+  EXPECT_EQ(sut.last.state, ExecutiveState::kDone) << sut.reason();
+  sut.expect_pure();
+  EXPECT_GE(by_time.heard, 5) << "of some 12: 0.5 s of sweep";
+  EXPECT_GE(by_angle.heard, 8) << "of some 20: 0.1 rad";
 }
 
 TEST_P(PureCycle, StaysPureWhenItMakesSafeAfterAFault) {
@@ -200,6 +250,56 @@ TEST_P(PureCycle, StaysPureWhenTheLasersLineIsPulled) {
   ASSERT_TRUE(sut.until([&] { return sut.last.state == ExecutiveState::kFault; }));
   EXPECT_EQ(sut.last.fault, Fault::kLaser);
   for (int i = 0; i < 20; ++i) sut.turn();
+  sut.expect_pure();
+}
+
+/// The arm on a line, or on a bus, that goes away and comes back.
+struct PulledArm {
+  ArmBench bench;
+  std::unique_ptr<sim::CanHub> hub;
+  sim::CanHubSettings bus{.path = bench.folder.path() / "bus"};
+
+  explicit PulledArm(Wire wire) : bench(wire) {
+    if (!on_bus()) {
+      bench.make();
+    } else {
+      CanSettings device;
+      device.interface = bench.settings.can.interface = "unix:" + bus.path.string();
+      hub = std::make_unique<sim::CanHub>(bus);
+      bench.parameters.can_paced = false;  // the hub is
+      bench.emulator = std::make_unique<sim::ArmEmulator>(bench.model, bench.parameters, bench.clock);
+      bench.emulator->serve(open_can(device, bench.clock));
+      bench.arm = open_arm5e(bench.settings, bench.model, bench.clock);
+      bench.arm->set_zero({bench.emulator->true_zero(), "by truth"});
+    }
+    bench.state();
+  }
+  void pull() {
+    bench.emulator->unplug();
+    hub.reset();
+  }
+  void plug() {
+    if (on_bus()) hub = std::make_unique<sim::CanHub>(bus);
+    bench.emulator->plug();
+  }
+  bool on_bus() const { return bench.settings.carrier == ArmCarrier::kCan; }
+};
+
+TEST_P(PureCycle, StaysPureWhenTheArmIsUnpluggedAndWhenItComesBack) {
+  PulledArm arm(GetParam());
+  CallLog log;
+  FakeLaser laser(log);
+  WatchedCycle sut(short_scan(arm.bench.parameters.power_up), *arm.bench.arm, laser);
+  sut.go();
+  ASSERT_TRUE(sut.until([&] { return sut.last.state == ExecutiveState::kRunning; }));
+  arm.pull();
+  ASSERT_TRUE(sut.until([&] { return sut.last.state == ExecutiveState::kFault; }));
+  EXPECT_STREQ(sut.last.error.where, "arm: carrier lost") << to_string(sut.last.fault);
+  const Stamp looked_for = sut.clock.now() + 300ms;  // by then it was, more than once
+  EXPECT_TRUE(sut.until([&] { return sut.clock.now() > looked_for; }));
+  arm.plug();
+  EXPECT_TRUE(sut.until([&] { return sut.last.has_joints; })) << "it is heard again";
+  EXPECT_EQ(arm.bench.statistic("reopened"), 1);
   sut.expect_pure();
 }
 

@@ -2,10 +2,11 @@
 #include "rig/executive/cycle.hpp"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <functional>
 
-#include "tests/executive/fakes.hpp"
+#include "tests/support/fakes.hpp"
 
 namespace tankrig {
 namespace {
@@ -164,6 +165,14 @@ TEST(CycleInRealTime, OnlyCountsOverrunsWhereTheLimitIsZero) {
   EXPECT_GE(bench.cycle.missed_cycles(), bench.cycle.overruns());
 }
 
+TEST(CycleInRealTime, KeepsTheProcessorsAwakeWhereItMay) {
+  Bench bench(0);
+  bench.cycle.begin();
+  ASSERT_TRUE(bench.until([&] { return bench.cycle.cycles() > 0; }));
+  EXPECT_EQ(bench.cycle.granted().processors_awake, ::access(kLatencyRequests, W_OK) == 0);
+  bench.cycle.end();
+}
+
 TEST(CycleUnderAVirtualClock, TakesNoTimesAndAsksForNothing) {
   const ScanSettings settings = Bench::standing_still(1);
   const ScanPlan plan = make_scan_plan(settings, settings.park);
@@ -179,6 +188,7 @@ TEST(CycleUnderAVirtualClock, TakesNoTimesAndAsksForNothing) {
   EXPECT_EQ(cycle.cycles(), 10u);
   EXPECT_FALSE(cycle.times());
   EXPECT_FALSE(cycle.granted().fifo);
+  EXPECT_FALSE(cycle.granted().processors_awake);
   EXPECT_EQ(clock.now(), Stamp{} + 45ms);
 }
 

@@ -6,6 +6,7 @@
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <pthread.h>
+#include <sys/ioctl.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
@@ -91,6 +92,9 @@ void judge(long number, long a, long b, long c, long d) noexcept {
       return;
     case SYS_poll:
       if (c != 0) break;  // milliseconds
+      return;
+    case SYS_ioctl:
+      if (b != FIONREAD) break;  // how many bytes wait
       return;
     default:
       break;

@@ -10,12 +10,15 @@
 #include <csignal>
 #include <exception>
 #include <functional>
+#include <system_error>
 #include <thread>
 
 #include "rig/safety/emergency.hpp"
 #include "rig/safety/guarded_outputs.hpp"
 #include "rig/safety/stop_key.hpp"
+#include "tests/support/few_threads.hpp"
 #include "tests/support/named_thread.hpp"
+#include "tests/support/sanitizers.hpp"
 
 namespace tankrig {
 namespace {
@@ -70,6 +73,26 @@ TEST(StopKey, StopsOnEveryOneOfItsKeysAndGivesTheTerminalItsModeBack) {
     const int status = on_a_terminal(wait_for_stop, [&](int terminal) { press(terminal, key); });
     EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == kWell) << int{*key} << ", status " << status;
   }
+}
+
+/// Without a thread there is no key, and nothing is left changed.
+int leave_all_as_it_was() {
+  std::atomic<bool> stop{false};
+  if (!testing_support::allow_threads(0)) return kWrong;
+  try {
+    const StopKey sut(STDIN_FILENO, stop);
+    return kWrong;
+  } catch (const std::system_error&) {
+  }
+  sigset_t blocked;
+  ::pthread_sigmask(SIG_SETMASK, nullptr, &blocked);
+  return by_key(STDIN_FILENO) || ::sigismember(&blocked, SIGINT) != 0 ? kWrong : kWell;
+}
+
+TEST(StopKey, ThatGetsNoThreadLeavesTerminalAndSignalsAsTheyWere) {
+  TANKRIG_SKIP_SANITIZED("it has memory of its own, so a limit of this one stops it elsewhere");
+  const int status = on_a_terminal(leave_all_as_it_was, [](int) {});
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == kWell) << status;
 }
 
 int stop_when_the_terminal_goes() {
@@ -227,7 +250,7 @@ int die_in_the_stop_keys_thread() {
   std::atomic<bool> stop{false};
   const StopKey key(STDIN_FILENO, stop);
   for (int i = 0; i < 2000; ++i) {  // it may only just begin; then this process dies of the signal
-    if (signal_thread(::getpid(), "stop-key", SIGSEGV)) ::pause();
+    if (testing_support::signal_thread(::getpid(), "stop-key", SIGSEGV)) ::pause();
     std::this_thread::sleep_for(10ms);
   }
   return kWrong;

@@ -33,9 +33,14 @@ struct Paths {
   std::filesystem::path laser, arm, bus;
 };
 
-Arm5eSettings arm_settings(Wire wire, const Paths& paths, Duration timeout) {
+/// How long either waits for a cycle that hangs.
+struct Patience {
+  Duration laser, arm;
+};
+
+Arm5eSettings arm_settings(Wire wire, const Paths& paths, Duration watchdog) {
   Arm5eSettings s;
-  s.watchdog = timeout;
+  s.watchdog = watchdog;
   s.silence_timeout = 60s;
   s.carrier = wire == Wire::kCan ? ArmCarrier::kCan : ArmCarrier::kSerial;
   s.can.interface = "unix:" + paths.bus.string();
@@ -78,7 +83,7 @@ class DoomedLink final : public ArmLink {
 constexpr std::array<int, kJoints> kDrive{0, 0, 300, 0, 0};
 constexpr int kHang = SIGUSR1;  ///< the thread that gets it hangs
 constexpr int kCrashInside = SIGUSR2, kHangInside = SIGHUP;
-constexpr Duration kNoTimeout = 120s;
+constexpr Patience kEndless{120s, 120s};
 
 SerialFrame driving_frame() {
   SerialContent content;
@@ -87,7 +92,7 @@ SerialFrame driving_frame() {
 }
 
 /// A lit sweep in a process of its own. By kCrashInside and kHangInside its cycle ends inside the arm's driver.
-[[noreturn]] void sweep(Wire wire, const Paths& paths, Duration timeout) {
+[[noreturn]] void sweep(Wire wire, const Paths& paths, const Patience& patience) {
   ::alarm(60);
   std::signal(kHang, [](int) {
     while (true) ::pause();
@@ -95,12 +100,12 @@ SerialFrame driving_frame() {
   std::signal(kCrashInside, [](int) { doom = SIGSEGV; });
   std::signal(kHangInside, [](int) { doom = kHang; });
   MonotonicClock clock;
-  const Arm5eSettings settings = arm_settings(wire, paths, timeout);
+  const Arm5eSettings settings = arm_settings(wire, paths, patience.arm);
   RelayLaser laser({.serial = {.device = paths.laser.string(), .baud = 9600},
                     .warm_up = 20ms,
                     .refresh = 20ms,
                     .answer_timeout = 500ms,
-                    .caller_timeout = timeout,
+                    .caller_timeout = patience.laser,
                     .opening_timeout = 20s});
   std::unique_ptr<ArmLink> link;
   std::function<void()> send_a_part;
@@ -165,13 +170,17 @@ class Ear {
         if (got.value()->id == ids.demand[j]) hear(j, decode_demand(got.value()->data));
   }
   bool driven() const { return driven_; }
+  /// Since when, as far as it was listened to.
+  Stamp rested() const { return rested_; }
   bool at_rest() const {
     return std::all_of(newest_.begin(), newest_.end(), [](DemandType t) { return t == DemandType::kStop; });
   }
 
  private:
   void hear(std::size_t joint, const DemandSlot& demand) {
+    const bool rested = at_rest();
     newest_[joint] = demand.type;
+    if (at_rest() && !rested) rested_ = clock_.now();
     driven_ = driven_ || demand.type != DemandType::kStop;
   }
 
@@ -182,6 +191,7 @@ class Ear {
   std::unique_ptr<CanBus> node_;
   std::array<DemandType, kJoints> newest_{};
   bool driven_ = false;
+  Stamp rested_{};
 };
 
 /// A lit sweep in another process, and the other ends of its wires.
@@ -193,12 +203,12 @@ class LastResort : public testing::TestWithParam<Wire> {
     for (const int end : go_) ::close(end);
   }
 
-  void begin(Duration timeout) {
+  void begin(const Patience& patience) {
     child_ = ::fork();  // before this process has threads
     if (child_ == 0) {
       char byte = 0;
       if (::read(go_[0], &byte, 1) != 1) ::_exit(1);
-      sweep(GetParam(), paths_, timeout);
+      sweep(GetParam(), paths_, patience);
     }
     box_.emplace(sim::RelayEmulatorSettings{.name = paths_.laser, .watchdog = 0s}, lamp_);
     ear_.emplace(GetParam(), paths_);
@@ -232,35 +242,41 @@ class LastResort : public testing::TestWithParam<Wire> {
   }
 
   void crashes(const std::string& thread) {
-    begin(kNoTimeout);
-    ASSERT_TRUE(signal_thread(child_, thread, SIGSEGV)) << thread;
+    begin(kEndless);
+    ASSERT_TRUE(testing_support::signal_thread(child_, thread, SIGSEGV)) << thread;
     died_safely();
   }
 
   pid_t child_ = -1;
-
- private:
   TemporaryFolder folder_;
   const Paths paths_{folder_.path() / "laser", folder_.path() / "arm", folder_.path() / "bus"};
   MonotonicClock clock_;
   sim::MockLaser lamp_{20ms, clock_};
   std::optional<sim::RelayEmulator> box_;
   std::optional<Ear> ear_;
+
+ private:
   int go_[2]{-1, -1};
 };
 
 TEST_P(LastResort, ReachesTheWiresWhenTheRelaysThreadCrashes) { crashes("laser-relay"); }
 TEST_P(LastResort, ReachesTheWiresWhenTheArmsKeeperCrashes) { crashes("arm-keeper"); }
 TEST_P(LastResort, ReachesTheWiresWhenTheCycleCrashesInsideTheDriverWithHalfARequestSent) {
-  begin(kNoTimeout);
+  begin(kEndless);
   ASSERT_EQ(::kill(child_, kCrashInside), 0);
   died_safely();
 }
 
 TEST_P(LastResort, IsNotNeededWhereTheCycleHangsInsideTheDriverTheDevicesOwnThreadsEndIt) {
-  begin(1s);
+  constexpr Patience kPatience{500ms, 2500ms};
+  begin(kPatience);
+  const Stamp hung = clock_.now();
   ASSERT_EQ(::kill(child_, kHangInside), 0);
   is_dark_and_at_rest();
+  const Stamp dark = box_->opened().value(), rested = ear_->rested();
+  EXPECT_LT(dark - hung, kPatience.arm) << "by the laser's own time-out";
+  EXPECT_LT(dark, rested) << "the laser goes off first";
+  EXPECT_GE(rested - hung, kPatience.arm / 2) << "stopped by something else";
 }
 
 INSTANTIATE_TEST_SUITE_P(Wires, LastResort, testing::Values(Wire::kCan, Wire::kSerial),

@@ -8,7 +8,7 @@
 #include "rig/executive/executive.hpp"
 #include "rig/plan/light_check.hpp"
 #include "rig/plan/operator_plan.hpp"
-#include "tests/executive/fakes.hpp"
+#include "tests/support/fakes.hpp"
 
 namespace tankrig {
 namespace {
@@ -147,7 +147,7 @@ const std::map<Fault, Injection>& injections() {
 }
 
 /// Faults that need another plan or other settings; each has a test of its own below.
-constexpr Fault kElsewhere[] = {Fault::kNone, Fault::kMaximumOn, Fault::kMovedInHold};
+constexpr Fault kElsewhere[] = {Fault::kNone, Fault::kMaximumOn, Fault::kMovedInHold, Fault::kHoldRefused};
 
 void expect_safe(Bench& bench, Fault fault) {
   EXPECT_EQ(bench.last.state, ExecutiveState::kFault);
@@ -332,6 +332,54 @@ TEST(Recovery, AlsoFollowsAStop) {
   EXPECT_EQ(bench.last.state, ExecutiveState::kWaiting) << "the old plan went on";
 }
 
+/// Runs a new plan; when its light came.
+std::optional<Stamp> lit_in(Bench& bench, const ScanPlan& plan) {
+  std::optional<Stamp> lit;
+  bench.sut->start(plan, bench.now + 10ms);
+  bench.cycles(3);
+  bench.until([&] {
+    if (!lit && bench.laser.on()) lit = bench.now;
+    return bench.last.state != ExecutiveState::kRunning;
+  });
+  return lit;
+}
+
+TEST(Recovery, DisarmsAlsoWithoutAFaultSoThatLightNeedsAnEdgeAndIsIndicatedAgain) {
+  ScanSettings slow_to_shine = settings();
+  slow_to_shine.safety.indicator_delay = 3;  // longer than the way to the sweep
+  for (const bool stopped : {true, false}) {
+    SCOPED_TRACE(stopped ? "after a stop" : "after the plan's end");
+    Bench bench({}, slow_to_shine);
+    bench.sut->set_armed(true);
+    bench.cycles(2);
+    bench.sut->start(bench.now + 3s);
+    ASSERT_TRUE(bench.until([&] { return bench.laser.on(); }));
+    if (stopped) bench.sut->request_stop();
+    const ExecutiveState end = stopped ? ExecutiveState::kStopped : ExecutiveState::kDone;
+    ASSERT_TRUE(bench.until([&] { return bench.last.state == end; }));
+    bench.cycles(200);
+    ASSERT_TRUE(bench.last.armed);
+    bench.sut->request_reset();
+    bench.cycle();
+    EXPECT_EQ(bench.last.state, ExecutiveState::kWaiting);
+    EXPECT_FALSE(bench.last.armed);
+    const ScanPlan dark = make_scan_plan(bench.s, bench.last.joints.q);
+    EXPECT_FALSE(lit_in(bench, dark)) << "without an edge";
+
+    bench.sut->request_reset();
+    bench.sut->set_armed(false);
+    bench.cycles(2);
+    bench.sut->set_armed(true);
+    bench.cycle();
+    const Stamp armed = bench.now;
+    ASSERT_TRUE(bench.last.armed);
+    const ScanPlan again = make_scan_plan(bench.s, bench.last.joints.q);
+    const auto lit = lit_in(bench, again);
+    ASSERT_TRUE(lit);
+    EXPECT_GE(*lit - armed, 3s) << "not indicated again";
+  }
+}
+
 TEST(StopFlag, StopsInTheNextCycleWithoutASupervisor) {
   std::atomic<bool> pressed{false};
   Bench bench;
@@ -357,11 +405,14 @@ TEST(Hold, ShinesWithTheArmAtRestAndMovesNothing) {
   EXPECT_EQ(bench.last.joints.q, bench.s.park);
 }
 
-TEST(Hold, StaysDarkWhereTheArmWasNotAtRestWhenItWasAskedFor) {
+TEST(Hold, StaysDarkAndSaysSoWhereTheArmWasNotAtRestWhenItWasAskedFor) {
   Bench bench(lit_hold(settings(), 3));
   bench.arm.moving[kElbow] = 0.02;
   bench.go();
   bench.until([&] { return bench.last.state == ExecutiveState::kDone; }, 3000);
+  EXPECT_EQ(bench.last.state, ExecutiveState::kFault);
+  EXPECT_EQ(bench.last.fault, Fault::kHoldRefused);
+  EXPECT_STREQ(bench.last.error.where, "arm: expected at rest");
   EXPECT_EQ(bench.log.first("laser on"), bench.log.count);
 }
 

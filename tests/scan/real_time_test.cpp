@@ -4,7 +4,8 @@
 #include <thread>
 
 #include "core/input_error.hpp"
-#include "tests/executive/mock_rig.hpp"
+#include "rig/session/event_kinds.hpp"
+#include "tests/support/mock_rig.hpp"
 
 namespace tankrig {
 namespace {
@@ -57,7 +58,7 @@ TEST(RealTimeScan, TellsWhatTheSystemDoesNotGrantWhereItGoesWithoutIt) {
   rig.stop = true;
   rig.run();
   ASSERT_FALSE(rig.sink.events.empty());
-  EXPECT_EQ(rig.sink.events[0].kind, kRealTimeEvent);
+  EXPECT_EQ(rig.sink.events[0].kind, event_kind::kRealTime);
   EXPECT_NE(rig.sink.events[0].text.find("processor 1023"), std::string::npos) << rig.sink.events[0].text;
 }
 

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "core/input_error.hpp"
-#include "tests/executive/mock_rig.hpp"
+#include "tests/support/mock_rig.hpp"
 
 namespace tankrig {
 namespace {
@@ -219,6 +219,109 @@ TEST(ScanSafety, NamesTheCameraThatHoldsTheSupervisorUp) {
   EXPECT_NE(result.status.find("heartbeat late"), std::string::npos) << result.status;
   EXPECT_NE(result.status.find("camera mono: held the supervisor up for 400 ms"), std::string::npos) << result.status;
   EXPECT_TRUE(result.left.safe());
+}
+
+/// Takes its time to start, once.
+class SlowStarter final : public Camera {
+ public:
+  SlowStarter(Camera& camera, Clock& clock, Duration time) : camera_(camera), clock_(clock), time_(time) {}
+  CameraInfo info() const override { return camera_.info(); }
+  Status start() override {
+    clock_.sleep_until(clock_.now() + std::exchange(time_, Duration{0}));
+    return camera_.start();
+  }
+  Result<std::optional<Frame>> try_grab() override { return camera_.try_grab(); }
+  std::optional<Stamp> next_frame_at() const override { return camera_.next_frame_at(); }
+  void stop() noexcept override { camera_.stop(); }
+  CameraCounters counters() const override { return camera_.counters(); }
+
+ private:
+  Camera& camera_;
+  Clock& clock_;
+  Duration time_;
+};
+
+TEST(ScanSafety, GoesOnWhereCamerasTogetherTakeLongToStartAndNoneOfThemAlone) {
+  MockRig rig;
+  ASSERT_EQ(rig.s.heartbeat_timeout, 0.25);
+  rig.power_on();
+  rig.plan = std::make_unique<ScanPlan>(make_scan_plan(rig.s, read_posture(*rig.arm, rig.clock, 1s)));
+  const auto black = [](const std::string&, const sim::Exposure&) { return cv::Mat(2, 2, CV_8UC1, cv::Scalar(0)); };
+  sim::MockCamera eye({"right", 2, 2, 1, 25}, rig.mock.camera, rig.clock, *rig.arm, *rig.laser, black);
+  SlowStarter left(*rig.cameras[1], rig.clock, 150ms), right(eye, rig.clock, 150ms);
+  ScanJob job{*rig.plan,
+              rig.s,
+              rig.clock,
+              *rig.arm,
+              *rig.laser,
+              {{rig.cameras[0].get(), RecordWhen::kAll}, {&left, RecordWhen::kDark}, {&right, RecordWhen::kDark}},
+              rig.sink,
+              rig.stop,
+              rig.interlock_closed,
+              rig.progress};
+  EXPECT_EQ(run_scan(job).status, "complete");
+}
+
+TEST(ScanSafety, BlamesNoCameraForWhatItDidInAnEarlierRound) {
+  MockRig rig;
+  rig.s.heartbeat_timeout = 0.35;
+  bool held_up = false;
+  rig.sink.on_frame = [&](const FrameRecord& frame) {
+    if (frame.phase == Phase::kSweep && !std::exchange(held_up, true)) rig.clock.sleep_until(rig.clock.now() + 500ms);
+  };
+  rig.power_on();
+  SlowStarter mono(*rig.cameras[0], rig.clock, 400ms);  // before the plan begins: nothing hangs on it
+  rig.plan = std::make_unique<ScanPlan>(make_scan_plan(rig.s, read_posture(*rig.arm, rig.clock, 1s)));
+  ScanJob job{*rig.plan,   rig.s,      rig.clock,
+              *rig.arm,    *rig.laser, {{&mono, RecordWhen::kAll}},
+              rig.sink,    rig.stop,   rig.interlock_closed,
+              rig.progress};
+  const std::string status = run_scan(job).status;
+  EXPECT_NE(status.find("heartbeat late"), std::string::npos) << status;
+  EXPECT_EQ(status.find("camera mono"), std::string::npos) << status;
+}
+
+/// Answers, but no longer knows its angles.
+class LostArm final : public Arm {
+ public:
+  explicit LostArm(Arm& arm) : arm_(arm) {}
+  Result<std::optional<JointState>> try_read() noexcept override {
+    auto news = arm_.try_read();
+    if (lost && news.ok() && news.value()) {
+      JointState state = *news.value();
+      state.q.setConstant(std::nan(""));
+      state.velocity.setConstant(std::nan(""));
+      return std::optional(state);
+    }
+    return news;
+  }
+  Result<JointVector> write_velocity(const JointVector& v) noexcept override { return Arm::write_velocity(arm_, v); }
+  Status stop() noexcept override { return arm_.stop(); }
+  void last_resort() noexcept override { arm_.last_resort(); }
+  Duration exchange_period() const noexcept override { return arm_.exchange_period(); }
+
+  bool lost = false;
+
+ private:
+  Arm& arm_;
+};
+
+TEST(ScanSafety, RecordsNoJointsOfAnArmThatLostItsReference) {
+  MockRig rig;
+  rig.power_on();
+  LostArm arm(*rig.arm);
+  in_the_sweep(rig, [&] { arm.lost = true; });
+  rig.plan = std::make_unique<ScanPlan>(make_scan_plan(rig.s, read_posture(*rig.arm, rig.clock, 1s)));
+  ScanJob job{*rig.plan,   rig.s,      rig.clock,
+              arm,         *rig.laser, {{rig.cameras[0].get(), RecordWhen::kAll}},
+              rig.sink,    rig.stop,   rig.interlock_closed,
+              rig.progress};
+  const ScanResult result = run_scan(job);
+  EXPECT_FALSE(result.complete());
+  ASSERT_TRUE(arm.lost);
+  EXPECT_GT(result.counts.at("joints.without_angles"), 0u);
+  for (const JointState& state : rig.sink.states) EXPECT_TRUE(state.q.allFinite() && state.velocity.allFinite());
+  for (const FrameRecord& frame : rig.sink.frames) EXPECT_TRUE(frame.q->allFinite());
 }
 
 TEST(ScanSafety, FaultsWhereACamerasThreadDiesAndNamesIt) {

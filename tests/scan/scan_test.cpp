@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "core/input_error.hpp"
-#include "tests/executive/mock_rig.hpp"
+#include "tests/support/mock_rig.hpp"
 
 namespace tankrig {
 namespace {

@@ -6,10 +6,10 @@
 
 #include <cstdio>
 
-#include "tests/scenarios/machine_witness.hpp"
 #include "tests/scenarios/page.hpp"
 #include "tests/scenarios/verdict.hpp"
 #include "tests/scenarios/wire_rig.hpp"
+#include "tests/support/machine_witness.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace tankrig::scenarios {
@@ -18,7 +18,7 @@ using namespace std::chrono_literals;
 
 Killed kill_scan(const std::string& carrier) {
   const TemporaryFolder folder;
-  const MachineWitness witness;
+  const testing_support::MachineWitness witness;
   EmulatedRig rig(folder.path(), {});
   MonotonicClock clock;
   const std::string runtime = folder.path().string();

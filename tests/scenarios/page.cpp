@@ -22,7 +22,8 @@ but for what its row names.
 | column | | must be |
 |---|---|---|
 | must | words of the status that the scan must end with (one of them, where there are several); `complete`: it must not be stopped | found |
-| detected | from the fault's begin until a call failed or the scan said so [ms] | |
+| within | the bound of the next column: the time-out of whoever must notice it, and what the fault takes to show [ms] | |
+| detected | from the fault's begin until a call failed or the scan said so [ms] | at most `within` |
 | off, cycles | steps of the executive from detection to the command that switches the laser off | at most 2 |
 | off, command | the same [ms] | |
 | off, byte | from detection until the relay's line had the byte that says off [ms] | at most %WIRE% |
@@ -31,7 +32,7 @@ but for what its row names.
 | stop | from detection until the arm was commanded to rest (mock), or had the demand for rest on its wire [ms] | at most %WIRE% |
 | machine late | see below [ms] | |
 | lost | frames that were taken and are not in the session, by reason | |
-| session, left | the session's status, and what the devices themselves confirmed at the end | true of the devices |
+| session, left | the session's status, and what the devices themselves confirmed at the end | true of the devices; never "at rest" by readings that repeat |
 | verdict | ok, or what is wrong; "scan 2": the first told nothing | ok |
 
 Bounds in ms are for a machine that is never late; allowed is twice more what a thread that only looks at the clock and
@@ -47,9 +48,10 @@ relay's contact is open (unless it has welded) and the arm at rest, also where a
 )md";
 
 constexpr char kTableHead[] =
-    "| device | fault | on | must | detected | off, cycles | off, command | off, byte | relay open | stop, cycles | "
+    "| device | fault | on | must | within | detected | off, cycles | off, command | off, byte | relay open | stop, "
+    "cycles | "
     "stop | machine late | lost | session, left | verdict |\n"
-    "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
+    "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
 
 constexpr char kElsewhere[] = R"(
 ## What has no row
@@ -98,8 +100,10 @@ std::string verdict_cell(const std::string& why) { return why.empty() ? "ok" : "
 
 std::string beginning(const Trial& t) {
   const std::string how = argument(t.fault);
+  const auto within = longest_detection(t);
   return std::string("| ") + sim::to_string(t.fault.device) + " | " + sim::to_string(t.fault.kind) +
-         (how.empty() ? "" : ", " + how) + " | " + to_string(t.place) + " | " + t.must + " | ";
+         (how.empty() ? "" : ", " + how) + " | " + to_string(t.place) + " | " + t.must + " | " +
+         (within ? std::to_string(*within / std::chrono::milliseconds{1}) : "-") + " | ";
 }
 
 std::string times(const Row& row) {

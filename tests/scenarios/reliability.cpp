@@ -11,10 +11,10 @@
 
 #include "sim_backends/wire/private_network.hpp"
 #include "tests/scenarios/killed_scan.hpp"
-#include "tests/scenarios/machine_witness.hpp"
 #include "tests/scenarios/measured_apart.hpp"
 #include "tests/scenarios/page.hpp"
 #include "tests/scenarios/wire_rig.hpp"
+#include "tests/support/machine_witness.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace tankrig::scenarios {
@@ -44,7 +44,7 @@ bool comes_to_rest(sim::ArmEmulator& arm) {
 Row on_wire(const Trial& trial) {
   const TemporaryFolder folder;
   EmulatedRig rig(folder.path(), {{trial.fault}});
-  const MachineWitness witness;
+  const testing_support::MachineWitness witness;
   Row row{trial, {}, WireMarks{}};
   try {
     row.outcome = scan_wire(folder.path(), to_string(trial.place), folder.path() / "session", &rig);

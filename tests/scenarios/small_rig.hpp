@@ -28,7 +28,7 @@ struct Outcome {
   bool has_begun = false;
   std::optional<Reaction> reaction;  ///< nothing: nothing stopped the scan
   bool beam_left_on = false;         ///< the light itself, not what anybody says about it
-  double moving = 0;                 ///< fastest joint at the end [rad/s]
+  double moving = 0;                 ///< fastest joint, in truth, when `left` was said [rad/s]
   double simulated_s = 0;
 
   bool stopped() const { return status != "complete"; }

@@ -1,6 +1,9 @@
 #include "tests/scenarios/trials.hpp"
 
+#include <algorithm>
 #include <cstdio>
+
+#include "rig/plan/scan_settings.hpp"
 
 namespace tankrig::scenarios {
 namespace {
@@ -37,7 +40,7 @@ constexpr char kNone[] = "";
 constexpr Case kCases[] = {
     {D::kArm, K::kOff,          {}, "arm silent", kSilent, kSilent},
     {D::kArm, K::kStuck,        {}, "following error", "repeats old readings", "repeats old readings"},
-    {D::kArm, K::kGarbage,      {}, "joint limit", kDone, "complete or arm: repeats old readings"},
+    {D::kArm, K::kGarbage,      {}, "joint limit", kDone, "complete or repeats old readings"},
     {D::kArm, K::kWrong,        {}, "joint too fast", "an encoder lost its reference", "an encoder lost its reference"},
     {D::kArm, K::kSlow,         {.ratio = 0.1}, "following error", "following error", "following error"},
     {D::kArm, K::kDelayed,      {.delay = 400ms}, "arm silent", kSilent, kSilent},
@@ -112,7 +115,70 @@ const char* must(const Case& c, Place place) {
   return place == Place::kMock ? c.mock : place == Place::kCan ? c.can : c.serial;
 }
 
+constexpr Duration kOnItsWay = 50ms;         // switched, exchanged over the serial line and back, seen by the cycle
+constexpr Duration kSilence = 250ms;         // the arm driver's silence_timeout_ms
+constexpr Duration kThreeReadings = 40ms;    // `persists_samples`, at the serial line's 75 Hz
+constexpr Duration kRelaySilence = 150ms;    // three attempts of 50 ms
+constexpr Duration kContactsRead = 50ms;     // the relay's query_period_ms
+constexpr Duration kAfterSwitching = 300ms;  // no frame testifies sooner
+constexpr Duration kLitMock = 5100ms, kLitWire = 3800ms;  // the laser's command, from on to off
+constexpr Duration kLightDueMock = 3700ms;                // the laser's first command to shine, from the start
+
+/// What whoever says these words waits for.
+std::optional<Duration> patience(std::string_view words, const Trial& trial) {
+  const ScanSettings usual;
+  const sim::FaultSpec& fault = trial.fault;
+  const Duration testimony = usual.safety.beam.frames * from_seconds(usual.frame_period);
+  const Duration dark = (trial.place == Place::kMock ? kLitMock : kLitWire) - fault.at;
+  const bool seen_lit = fault.device == D::kLaser;  // a box that tells the opposite contradicts the cameras at once
+  const struct {
+    std::string_view words;
+    Duration longest;
+  } all[] = {
+      {"arm silent", from_seconds(usual.feedback_timeout)},
+      {"arm: silent", kSilence},
+      {"repeats old readings", kSilence},
+      {"following error",
+       3 * from_seconds(usual.following_error_limit / usual.sweep_velocity)},  // an arm that creeps on
+      {"joint limit", 0ms},
+      {"joint too fast", 0ms},
+      {"an encoder lost its reference", kThreeReadings},
+      {"arm: bus-off", 0ms},
+      {"arm: carrier lost", 0ms},
+      {"arm: write set-points", 0ms},
+      {"camera mono", from_seconds(usual.safety.camera_timeout)},
+      {kDark, testimony},
+      {"stray beam", (seen_lit ? 0ms : dark) + kAfterSwitching + testimony},
+      {kRelay, kRelaySilence},
+      {"laser: on though not commanded", dark + from_seconds(usual.safety.laser_off_allowance)},
+      {"laser: dark after its warm-up",
+       kLightDueMock + from_seconds(usual.laser_warm_up + usual.safety.laser_on_margin)},
+      {"laser: switch", dark},
+      {kHeartbeat,
+       std::max(from_seconds(usual.heartbeat_timeout), fault.kind == K::kStuck ? fault.duration : fault.delay)},
+      {"interlock open", kContactsRead},
+      {"No space left on device", 0ms},
+      {"Input/output error", 0ms},
+      {"supervisor: died", 0ms},
+  };
+  const auto* const found = std::ranges::find_if(all, [&](const auto& one) { return one.words == words; });
+  return found == std::end(all) ? std::nullopt : std::optional(found->longest);
+}
+
 }  // namespace
+
+std::optional<Duration> longest_detection(const Trial& trial) {
+  constexpr std::string_view kOr = " or ";
+  std::optional<Duration> longest;
+  for (std::string_view rest = trial.must; !rest.empty();) {
+    const std::string_view words = rest.substr(0, rest.find(kOr));
+    longest = std::max(longest, patience(words, trial));
+    rest.remove_prefix(std::min(rest.size(), words.size() + kOr.size()));
+  }
+  if (!longest) return {};
+  const Duration comes_and_goes = trial.fault.kind == K::kIntermittent ? trial.fault.period : Duration{};
+  return *longest + comes_and_goes + kOnItsWay;  // of the seed's periods the second is the first bad one
+}
 
 const char* to_string(Place place) {
   constexpr const char* kNames[] = {"mock", "can", "serial"};

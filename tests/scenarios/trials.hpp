@@ -1,6 +1,7 @@
 // Every fault of every device as it is put to the test, and what must come of it.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,10 @@ struct Trial {
   std::string lux;      ///< words of the lux meter's reading after the scan
   std::string counted;  ///< a count of the session that must not be 0
 };
+
+/// From the fault's begin to its detection, at most, on a machine that is never late: the time-out of whoever must
+/// notice it, and what the fault itself takes to show. Nothing: nobody has to.
+std::optional<Duration> longest_detection(const Trial& trial);
 
 /// What differs from a plan's defaults: "ratio 0.1, delay 400 ms".
 std::string argument(const sim::FaultSpec& fault);

@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "tests/support/machine_witness.hpp"
+
 namespace tankrig::scenarios {
 namespace {
 
 using D = sim::FaultDevice;
 using K = sim::FaultKind;
-
-constexpr Duration kStarved = std::chrono::milliseconds{25};  // an emulator that is as late twice is taken for silent
 
 std::string ms(Duration time) {
   char text[32];
@@ -54,6 +54,14 @@ std::string late_on_wire(const char* what, std::optional<Stamp> when, Stamp dete
   return "";
 }
 
+std::string late_detection(const Row& row) {
+  const auto longest = longest_detection(row.trial);
+  if (!longest) return "";
+  const Duration most = row.wire ? allowed(*longest, row.wire->machine_late) : *longest;
+  const Duration took = row.outcome.reaction->detected - row.outcome.begun;
+  return took > most ? "detected " + ms(took) + " after it began, at most " + ms(most) + " allowed" : "";
+}
+
 std::string wrong_on_wire(const Row& row) {
   const WireMarks& w = *row.wire;
   const sim::FaultSpec& fault = row.trial.fault;
@@ -78,11 +86,12 @@ std::string wrong_on_wire(const Row& row) {
 /// What is said to be safe must be so.
 std::string untrue_end(const Row& row) {
   const Outcome& o = row.outcome;
-  if (row.wire) return o.left.laser_dark && row.wire->contact_closed ? "said to be off, but the contact is closed" : "";
-  const bool stray = row.trial.fault.device == D::kBeam && row.trial.fault.kind == K::kStuck;
-  if (o.left.laser_dark && o.beam_left_on && !stray) return "said to be off, but the beam is on";
-  if (o.left.arm_at_rest && o.moving > 0.01) return "said to be at rest, but moves";
-  return "";
+  const auto stuck = [&](D device) { return row.trial.fault.device == device && row.trial.fault.kind == K::kStuck; };
+  if (o.left.laser_dark && row.wire && row.wire->contact_closed) return "said to be off, but the contact is closed";
+  if (o.left.laser_dark && o.beam_left_on && !stuck(D::kBeam)) return "said to be off, but the beam is on";
+  if (!o.left.arm_at_rest) return "";
+  if (o.moving > 0.01) return "said to be at rest, but moves";
+  return stuck(D::kArm) ? "said to be at rest by readings that repeat" : "";
 }
 
 }  // namespace
@@ -94,7 +103,8 @@ std::string broken(const Row& row) {
   if (!ended_as(t.must, o.status)) return (o.stopped() ? "" : "not detected: ") + ("expected \"" + t.must + "\"");
   if (o.stopped() && !o.reaction) return "laser and arm were not both commanded off";
   std::string why;
-  if (o.reaction) why = late_command(*o.reaction);
+  if (o.reaction) why = late_detection(row);
+  if (o.reaction && why.empty()) why = late_command(*o.reaction);
   if (why.empty() && row.wire) why = wrong_on_wire(row);
   if (why.empty()) why = untrue_end(row);
   if (!why.empty()) return why;
@@ -108,7 +118,7 @@ std::string broken(const Row& row) {
 bool inconclusive(const Row& row) {
   const Outcome& o = row.outcome;
   if (ended_early(o)) return true;
-  if (!row.wire || row.wire->machine_late < kStarved || !o.stopped()) return false;
+  if (!row.wire || row.wire->machine_late < testing_support::kStarved || !o.stopped()) return false;
   const D device = row.trial.fault.device;
   const auto blames = [&](const char* words) { return o.status.find(words) != std::string::npos; };
   const bool other = (device != D::kLaser && blames("laser relay: read state: timed out")) ||

@@ -125,6 +125,39 @@ TEST(Verdict, AClosedContactOrAMovingArmAfterTheScanIsWrong) {
   EXPECT_THAT(broken(row), HasSubstr("arm moves"));
 }
 
+TEST(Verdict, AFaultThatIsDetectedTooLateIsWrong) {
+  Row row = good_row();
+  const Duration longest = longest_detection(row.trial).value();
+  const auto detected_after = [&row](Duration time) {
+    row.outcome.reaction->detected = kBegun + time;
+    row.wire->off_byte = row.wire->opened = row.wire->rest = kBegun + time;
+    return broken(row);
+  };
+  EXPECT_EQ(detected_after(longest), "");
+  EXPECT_THAT(detected_after(longest + 1ms), HasSubstr("after it began"));
+  EXPECT_THAT(detected_after(30s), HasSubstr("after it began"));
+  row.wire->machine_late = 1ms;
+  EXPECT_EQ(detected_after(longest + 2ms), "");
+  row.wire.reset();
+  EXPECT_NE(detected_after(longest + 1ms), "");
+}
+
+TEST(Verdict, AnArmThatIsSaidToBeAtRestButMovesOrRepeatsItsReadingsIsWrong) {
+  for (const bool wires : {true, false}) {
+    Row row = good_row();
+    if (!wires) row.wire.reset();
+    row.outcome.moving = 0.1;
+    EXPECT_THAT(broken(row), HasSubstr("but moves"));
+    row.outcome.left.arm_at_rest = false;
+    EXPECT_EQ(broken(row), "") << "nobody said so";
+    row = good_row();
+    if (!wires) row.wire.reset();
+    row.trial.fault.device = D::kArm;
+    row.trial.fault.kind = K::kStuck;
+    EXPECT_THAT(broken(row), HasSubstr("readings that repeat")) << "whether it rests or not: nobody can know";
+  }
+}
+
 TEST(Verdict, AReadingOrACountThatIsMissingIsWrong) {
   Row row = good_row();
   row.outcome.lux = "60.000000";
@@ -168,6 +201,14 @@ TEST(Trials, EveryFaultOfEveryDeviceIsTriedOrHasItsReason) {
   for (const Absence& absence : absences())
     EXPECT_NE(absence.reason, "") << sim::to_string(absence.device) << ' ' << sim::to_string(absence.kind) << " on "
                                   << absence.where;
+}
+
+TEST(Trials, EveryFaultThatMustStopTheScanMustBeDetectedInItsTime) {
+  for (const Trial& trial : trials())
+    if (trial.must != "complete") {
+      EXPECT_TRUE(longest_detection(trial)) << trial.must;
+      EXPECT_LT(longest_detection(trial).value_or(1h), 6s) << trial.must;
+    }
 }
 
 TEST(Trials, NothingIsTriedThatIsNotOffered) {

@@ -155,6 +155,7 @@ Outcome scan_wire(const std::filesystem::path& runtime, const std::string& carri
   } catch (const std::exception& e) {
     out.status = std::string("stopped: ") + e.what();
   }
+  if (rig) out.moving = rig->arm().true_velocity_at(clock.now()).cwiseAbs().maxCoeff();
   out.left = job.result.left;
   const auto lux = lux_meter->read(1s);
   out.lux = lux.ok() ? std::to_string(lux.value().lux) : describe(lux.error());

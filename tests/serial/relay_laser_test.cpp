@@ -7,12 +7,17 @@
 
 #include <memory>
 #include <random>
+#include <thread>
 
 #include "core/clock.hpp"
 #include "core/input_error.hpp"
+#include "core/thread_priority.hpp"
+#include "drivers/arm/arm5e_settings.hpp"
+#include "rig/platform/real_time_settings.hpp"
 #include "sim_backends/wire/relay_emulator.hpp"
 #include "tests/serial/wait_until.hpp"
 #include "tests/support/held_thread.hpp"
+#include "tests/support/named_thread.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace tankrig {
@@ -36,7 +41,7 @@ struct Box {
   RelayLaserSettings settings{.serial = {.device = (folder.path() / "laser").string(), .baud = 9600},
                               .warm_up = 20ms,
                               .answer_timeout = 500ms,
-                              .caller_timeout = 0s,
+                              .caller_timeout = 60s,
                               .opening_timeout = 10s};
   MockLaser lamp{20ms, clock};
   std::unique_ptr<RelayEmulator> emulator;
@@ -203,6 +208,16 @@ TEST(RelayLaser, DropsTheBeamWhenItsCallerGoesSilent) {
   EXPECT_FALSE(laser.state().value().commanded);
 }
 
+TEST(RelayLaser, ItsThreadComesRightAfterTheCycle) {
+  bool granted = false;
+  std::thread([&] { granted = keep_time("asks", 1); }).join();
+  if (!granted) GTEST_SKIP() << "this machine does not grant SCHED_FIFO";
+  Box box;
+  box.start();
+  const RelayLaser laser(box.settings);
+  EXPECT_EQ(testing_support::fifo_priority("laser-relay"), RealTimeSettings{}.priority - 2);
+}
+
 TEST(RelayLaser, StaysOnWhileItsCallerAsksForTheState) {
   Box box;
   box.settings.caller_timeout = 5s;
@@ -338,6 +353,53 @@ TEST(RelayLaser, ReportsNoiseOnTheLine) {
   ASSERT_TRUE(fails_with(laser, ErrorCode::kProtocol));
   emulator.set_fault(RelayFault::kNone);
   EXPECT_TRUE(recovers(laser));
+}
+
+/// The box hears well: only its own words are lost in the noise.
+TEST(RelayLaser, SendsOffThroughNoiseThatNeverEndsUntilItIsConfirmed) {
+  TemporaryFolder folder;
+  sim::Pty pty(folder.path() / "laser");
+  const RelayLaserSettings settings{.serial = {.device = pty.name().string(), .baud = 9600},
+                                    .refresh = 0ms,
+                                    .answer_timeout = 500ms,
+                                    .caller_timeout = 60s,
+                                    .opening_timeout = 10s};
+  const auto hears = [&](std::uint8_t wanted) {
+    std::uint8_t byte = 0;
+    return pty.try_read({&byte, 1}).value() == 1 && byte == wanted;
+  };
+  const auto say = [&](std::uint8_t byte) { (void)pty.try_write({&byte, 1}); };
+  const auto echo = [&](std::uint8_t byte) {
+    if (hears(byte)) say(byte);
+  };
+  std::thread opens([&] {
+    EXPECT_TRUE(wait_until([&] { return hears(2); }));
+    say(2);
+  });
+  RelayLaser laser(settings);
+  opens.join();
+  ASSERT_TRUE(laser.set(true).ok());
+  ASSERT_TRUE(wait_until([&] {
+    echo(1);
+    return laser.state().ok() && laser.state().value().powered;
+  }));
+  const auto in_noise = [&](const auto& condition) {
+    return wait_until(
+        [&] {
+          say(0xFF);
+          return condition();
+        },
+        3s);
+  };
+  ASSERT_TRUE(in_noise([&] { return !laser.state().ok(); }));
+  ASSERT_TRUE(laser.set(false).ok());
+  for (int time = 1; time <= 3; ++time) ASSERT_TRUE(in_noise([&] { return hears(2); })) << "time " << time;
+  EXPECT_FALSE(laser.state().ok()) << "nothing has confirmed it";
+  EXPECT_TRUE(wait_until([&] {
+    echo(2);
+    return laser.state().ok();
+  }));
+  EXPECT_FALSE(laser.state().value().powered);
 }
 
 TEST(RelayLaser, OffOvertakesAnOnThatIsNotAnswered) {
@@ -546,6 +608,21 @@ TEST(RelayLaserSettings, RefuseBytesThatCannotBeToldApart) {
   EXPECT_THAT(message("on_byte: 2\n"), HasSubstr("off_byte: is the same as on_byte"));
   EXPECT_THAT(message("status_query: 1\n"), HasSubstr("rig.yaml:2: status_query: is the same as on_byte or off_byte"));
   EXPECT_THAT(message("on_byte: 256\n"), HasSubstr("expected a number from 0 to 255"));
+}
+
+TEST(RelayLaserSettings, RefuseALaserThatWouldGoOffAfterTheArmIsStopped) {
+  TemporaryFolder folder;
+  const auto message = [&](const std::string& text, Duration watchdog) {
+    const ConfigNode node = ConfigNode::load(folder.write("rig.yaml", "device: /dev/ttyACM0\n" + text));
+    return message_of<InputError>(
+        [&] { check_goes_off_first(node, relay_laser_settings_from(node, "/run"), watchdog); });
+  };
+  EXPECT_THAT(message("caller_timeout_ms: 0\n", 500ms), HasSubstr("rig.yaml:2: caller_timeout_ms: "));
+  EXPECT_THAT(message("caller_timeout_ms: 500\n", 500ms),
+              HasSubstr("rig.yaml:2: caller_timeout_ms: found 500, expected less than the arm's watchdog_ms (500)"));
+  EXPECT_THAT(message("", 250ms), HasSubstr("caller_timeout_ms: found 250, expected less than"));
+  const ConfigNode usual = ConfigNode::load(folder.write("rig.yaml", "device: /dev/ttyACM0\n"));
+  EXPECT_NO_THROW(check_goes_off_first(usual, relay_laser_settings_from(usual, "/run"), Arm5eSettings{}.watchdog));
 }
 
 }  // namespace

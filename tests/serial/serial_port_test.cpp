@@ -1,5 +1,6 @@
 #include "drivers/serial/serial_port.hpp"
 
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -211,7 +212,7 @@ TEST(SerialPort, RefusesSettingsThatNoLineHas) {
   EXPECT_THAT(message({.device = "", .stop_bits = 3}), HasSubstr("stop bits are 3, expected 1 or 2"));
 }
 
-TEST(SerialPort, NoticesTheHangUpInEveryCallAndClosesItsDescriptor) {
+TEST(SerialPort, NoticesTheHangUpInEveryCallAndShowsItsDescriptorNoMore) {
   const Bytes byte{1};
   std::array<std::uint8_t, 8> some;
   const std::vector<std::function<ErrorCode(SerialPort&)>> calls{
@@ -243,6 +244,33 @@ TEST(SerialPort, OpensAgainWhenTheDeviceIsBack) {
     EXPECT_THAT(line.heard(256), ElementsAreArray(every_byte()));
   }
   EXPECT_EQ(open_descriptors(), before);
+}
+
+/// Whoever writes regardless may have looked the number up long before.
+TEST(SerialPort, KeepsItsNumberSoThatNoByteFallsIntoAnotherFileWhileItsLineIsAway) {
+  Line line;
+  SerialPort port(line.settings);
+  const int number = port.descriptor();
+  line.pty.unplug();
+  ASSERT_EQ(port.wait_readable(10s).error().code, ErrorCode::kDisconnected);
+  ASSERT_EQ(port.reopen().error().code, ErrorCode::kNotReady);  // the line is closed
+  TemporaryFolder folder;
+  std::vector<int> others;
+  for (int i = 0; i < 100; ++i) {
+    others.push_back(::open((folder.path() / std::to_string(i)).c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0600));
+    ASSERT_GE(others.back(), 0);
+    EXPECT_NE(others.back(), number);
+  }
+  port.write_regardless(every_byte());
+  for (const int other : others) {
+    EXPECT_EQ(::lseek(other, 0, SEEK_END), 0) << "descriptor " << other;
+    ::close(other);
+  }
+  line.pty.plug();
+  ASSERT_TRUE(port.reopen().ok());
+  EXPECT_EQ(port.descriptor(), number);
+  port.write_regardless(every_byte());
+  EXPECT_THAT(line.heard(256), ElementsAreArray(every_byte()));
 }
 
 TEST(Pty, ReplacesAStaleLinkAndRemovesItsOwn) {

@@ -69,10 +69,10 @@ std::string record_until_refused(SessionWriter& writer, int frames) {
 }
 
 TEST(Recorder, SustainsThreeColourCamerasAt25FramesPerSecond) {
-  constexpr int kFrames = 60;  // 2.4 s of 69 MB/s: more than the ring holds
+  constexpr int kFrames = 100;  // 4 s of 69 MB/s: the ring holds 0.7 s of them
   constexpr auto kPeriod = 40ms;
   const TemporaryFolder folder;
-  SessionWriter writer(folder.path() / "s", three_cameras(), {.wait_when_full = false, .ring_bytes = 128 << 20});
+  SessionWriter writer(folder.path() / "s", three_cameras(), {.wait_when_full = false, .ring_bytes = 48 << 20});
   const cv::Mat picture = noisy_picture(0);
   const auto begin = std::chrono::steady_clock::now();
   for (int i = 0; i < kFrames; ++i) {
@@ -95,7 +95,7 @@ TEST(Recorder, SustainsThreeColourCamerasAt25FramesPerSecond) {
 
 TEST(Recorder, EndsWhereTheDiskDoesNotComeBackFromAWrite) {
   const TemporaryFolder folder;
-  SessionWriter writer(folder.path() / "s", three_cameras(), {.wait_when_full = false, .patience = 300ms});
+  SessionWriter writer(folder.path() / "s", three_cameras(), {.wait_when_full = false, .patience = {.write = 1s}});
   writer.frame(frame_of("mono", 0), noisy_picture(0));
   std::string said;
   {

@@ -1,6 +1,7 @@
 // A finished session and a killed one, damaged in every way: check is never wrong, recover makes whole what is left.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <random>
 
@@ -290,12 +291,12 @@ TEST(SessionRecover, TakesAFrameOfTheSpoolThatItsTableHadNoTimeFor) {
 TEST(SessionRecover, FinishesWhatAStopWhileWritingPicturesLeft) {
   const InMemory in_memory;
   const TemporaryFolder folder;
-  const std::atomic<bool> stop = true;
+  const auto stop = [] { return true; };
   SessionWriter writer(folder.path() / "s", some_info());
   record(writer, kFrames);
   fs::create_directories(folder.path() / "s");
   writer.add_text("box.obj", "v 0 0 0\n");
-  writer.close("complete", {{}, &stop});
+  writer.close("complete", {{}, stop});
   write_checksums(folder.path() / "s");
   EXPECT_FALSE(fs::exists(folder.path() / "s/SHA256SUMS")) << "not finished, not sealed";
   EXPECT_THAT(message_of<InputError>([&] { recover_session(folder.path() / "s", {}); }),
@@ -305,7 +306,7 @@ TEST(SessionRecover, FinishesWhatAStopWhileWritingPicturesLeft) {
   EXPECT_THAT(Session::open(path).warnings, Contains(HasSubstr("tankrig session recover")));
   const SessionFindings found = examine_session(path, {});
   EXPECT_THAT(found.losses, ElementsAre("rig.yaml: missing"));
-  EXPECT_FALSE(recover_session(path, {.out = {}, .describe = {}, .pictures = {{}, &stop}}).finished);
+  EXPECT_FALSE(recover_session(path, {.out = {}, .describe = {}, .pictures = {{}, stop}}).finished);
   EXPECT_TRUE(recover_session(path, {}).finished);
   expect_mended(path);
 }
@@ -321,6 +322,43 @@ TEST(SessionRecover, LeavesTheOriginalAsItIsWithAnOut) {
   EXPECT_THAT(
       message_of<InputError>([&] { recover_session(path, {.out = out, .describe = describe, .pictures = {}}); }),
       HasSubstr("exists already"));
+}
+
+TEST(SessionRecover, LeavesNoHalfCopy) {
+  const InMemory in_memory;
+  const TemporaryFolder folder;
+  const fs::path path = killed(folder), out = folder.path() / "place/new";
+  ASSERT_EQ(mkfifo((path / "zz").c_str(), 0600), 0) << "what fs::copy refuses";
+  EXPECT_THAT(
+      message_of<InputError>([&] { recover_session(path, {.out = out, .describe = describe, .pictures = {}}); }),
+      HasSubstr("cannot be copied to " + out.string()));
+  EXPECT_TRUE(fs::is_empty(folder.path() / "place"));
+}
+
+TEST(SessionRecover, RefusesACopyInsideTheSession) {
+  const InMemory in_memory;
+  const TemporaryFolder folder;
+  const fs::path path = killed(folder);
+  const std::vector<std::string> before = files_of(path);
+  EXPECT_THAT(message_of<InputError>(
+                  [&] { recover_session(path, {.out = path / "copy", .describe = describe, .pictures = {}}); }),
+              HasSubstr("copy: lies in the session"));
+  EXPECT_EQ(files_of(path), before);
+}
+
+TEST(SessionRecover, DoesNotSealWhatCannotBeOpened) {
+  const InMemory in_memory;
+  const TemporaryFolder folder;
+  const fs::path path = finished(folder);
+  fs::remove(path / "session.yaml");
+  const DescribeRig beyond_range = [](const fs::path& rig, SessionInfo& info) {
+    describe(rig, info);
+    info.cameras[0].model.fx = -1;  // written, and refused by every reader
+  };
+  EXPECT_THAT(
+      message_of<InputError>([&] { recover_session(path, {.out = {}, .describe = beyond_range, .pictures = {}}); }),
+      HasSubstr("fx_px"));
+  EXPECT_FALSE(fs::exists(path / "SHA256SUMS"));
 }
 
 TEST(SessionRecover, ProvesTheCalibrationOfALostSessionYamlByItsHash) {

@@ -8,7 +8,10 @@
 
 #include "core/input_error.hpp"
 #include "rig/session/checksums.hpp"
+#include "rig/session/jpeg_file.hpp"
+#include "rig/session/planes_csv.hpp"
 #include "rig/session/session.hpp"
+#include "rig/session/session_findings.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace tankrig {
@@ -31,79 +34,6 @@ ImportRequest request_in(const TemporaryFolder& folder) {
   request.plane = parse_plane("0,0,2,-1");
   request.out = folder.path() / "out";
   return request;
-}
-
-TEST(ParsePlane, ScalesToAUnitNormal) {
-  const Plane plane = parse_plane(" 0, 3,-4 , 2.5");
-  EXPECT_TRUE(plane.normal.isApprox(Vector3d(0, 0.6, -0.8), 1e-15));
-  EXPECT_DOUBLE_EQ(plane.offset, 0.5);
-}
-
-TEST(ParsePlane, OnlyALasersPlaneMustNotPassThroughTheOrigin) {
-  EXPECT_EQ(parse_plane("0,0,1,0").offset, 0);
-  EXPECT_THROW(parse_laser_plane("0,0,1,0"), InputError);
-}
-
-TEST(ParsePlane, SaysWhatIsWrong) {
-  const auto error = [](const char* text) { return message_of<InputError>([&] { parse_laser_plane(text); }); };
-  EXPECT_THAT(error("1,2,3"), HasSubstr("plane '1,2,3': found 3 numbers, expected a,b,c,d"));
-  EXPECT_THAT(error("1,2,x,4"), HasSubstr("found 'x', expected a number"));
-  EXPECT_THAT(error("1,2,,4"), HasSubstr("found '', expected a number"));
-  EXPECT_THAT(error("0,0,0,4"), HasSubstr("normal a,b,c of length 0"));
-  EXPECT_THAT(error("1,0,0,0"), HasSubstr("through the camera's centre"));
-  EXPECT_THAT(error("inf,0,0,1"), HasSubstr("found 'inf'"));
-}
-
-TEST(PlanesCsv, ReadsOnePlaneAFileWithOrWithoutHeader) {
-  const TemporaryFolder folder;
-  for (const char* header : {"", "file,a,b,c,d\n"}) {
-    const auto planes =
-        read_planes_csv(folder.write("p.csv", std::string(header) + "a.png,1,0,0,-0.5\n\"b,c.png\", 0,0,2,1\n"));
-    ASSERT_EQ(planes.size(), 2u);
-    EXPECT_EQ(planes.at("a.png").offset, -0.5);
-    EXPECT_EQ(planes.at("b,c.png").offset, 0.5);
-  }
-}
-
-TEST(PlanesCsv, NamesFileAndLineOfBadInput) {
-  const TemporaryFolder folder;
-  const auto error = [&](const std::string& text) {
-    return message_of<InputError>([&] { read_planes_csv(folder.write("p.csv", text)); });
-  };
-  EXPECT_THAT(error("file,a,b,c,d\na.png,1,0,0\n"), HasSubstr("p.csv:2: found 4 fields, expected 5: file,a,b,c,d"));
-  EXPECT_THAT(error("a.png,1,0,0,1\na.png,1,0,0,1\n"), HasSubstr("p.csv:2: found 'a.png' for the second time"));
-  EXPECT_THAT(error(""), HasSubstr("p.csv: holds no plane"));
-  EXPECT_THAT(message_of<InputError>([&] { read_planes_csv(folder.path() / "no.csv"); }),
-              HasSubstr("no.csv: cannot be read"));
-}
-
-TEST(PlanesCsv, TakesTheColumnsInTheOrderOfItsHeader) {
-  const TemporaryFolder folder;
-  const auto planes = read_planes_csv(folder.write("p.csv", "d, c,b,a,file\r\n-0.5,0,0,1,a.png\r\n"));
-  ASSERT_EQ(planes.size(), 1u);
-  EXPECT_EQ(planes.at("a.png").normal, Vector3d::UnitX());
-  EXPECT_EQ(planes.at("a.png").offset, -0.5);
-}
-
-TEST(PlanesCsv, SkipsAByteOrderMark) {
-  const TemporaryFolder folder;
-  for (const char* header : {"", "file,a,b,c,d\n"})
-    EXPECT_EQ(read_planes_csv(folder.write("p.csv", std::string("\xef\xbb\xbf") + header + "a.png,1,0,0,-0.5\n"))
-                  .count("a.png"),
-              1u);
-}
-
-TEST(PlanesCsv, RefusesAHeaderWithOtherColumns) {
-  const TemporaryFolder folder;
-  const auto error = [&](const std::string& header) {
-    return message_of<InputError>([&] { read_planes_csv(folder.write("p.csv", header + "\na.png,1,0,0,-0.5\n")); });
-  };
-  EXPECT_THAT(error("name,a,b,c,d"),
-              HasSubstr("p.csv:1: column 1: found 'name', expected exactly the columns file,a,b,c,d"));
-  EXPECT_THAT(error("file,a,b,c,d,e"), HasSubstr("p.csv:1: column 6: found 'e'"));
-  EXPECT_THAT(error("file,a,b,b,d"), HasSubstr("p.csv:1: column 4: found 'b' for the second time"));
-  EXPECT_THAT(error("file,a,b,d"), HasSubstr("p.csv:1: found no column 'c'"));
-  EXPECT_THAT(error("file,1,2,3,4"), HasSubstr("p.csv:1: column 2: found '1'"));
 }
 
 TEST(NaturalOrder, CountsAsPeopleDo) {
@@ -140,6 +70,41 @@ TEST(ImportSession, KeepsImagesAsTheyAreInNaturalOrderWithDarkOnesAfter) {
   EXPECT_EQ(session.image(session.frames[2]).at<cv::Vec3b>(0, 0)[0], 1);
   EXPECT_EQ(folder.read("out/frames/mono/img10.jpg"), folder.read("in/img10.jpg"));
   EXPECT_TRUE(check_checksums(request.out).empty());
+}
+
+TEST(ImportSession, IsDamagedWithAJpegThatIsCutSealedOrNot) {
+  for (const bool sealed : {true, false}) {
+    const TemporaryFolder folder;
+    cv::Mat noise(600, 800, CV_8UC3);
+    cv::randu(noise, 0, 255);
+    fs::create_directory(folder.path() / "in");
+    cv::imwrite((folder.path() / "in/a.jpg").string(), noise);
+    cv::imwrite((folder.path() / "in/b.JPG").string(), noise);
+    ImportRequest request = request_in(folder);
+    request.camera = {800, 600, 1000, 1000, 400, 300};
+    write_import_session(request);
+    if (!sealed) fs::remove(request.out / "SHA256SUMS");
+    EXPECT_THAT(examine_session(request.out, {}).losses, testing::IsEmpty());
+    const fs::path cut = request.out / "frames/mono/b.JPG";
+    fs::resize_file(cut, fs::file_size(cut) * 2 / 3);
+    ASSERT_FALSE(cv::imread(cut.string()).empty()) << "decoded all the same";
+    EXPECT_THAT(examine_session(request.out, {}).losses,
+                testing::ElementsAre(HasSubstr("camera mono: 1 frame without a whole picture")));
+  }
+}
+
+TEST(WholeJpeg, EndsWithTheEndOfItsImageWhateverFollows) {
+  std::vector<unsigned char> coded;
+  cv::Mat noise(64, 64, CV_8UC3);
+  cv::randu(noise, 0, 255);
+  for (const int progressive : {0, 1}) {
+    cv::imencode(".jpg", noise, coded, {cv::IMWRITE_JPEG_PROGRESSIVE, progressive, cv::IMWRITE_JPEG_RST_INTERVAL, 4});
+    const std::string jpeg(coded.begin(), coded.end());
+    EXPECT_TRUE(is_whole_jpeg(jpeg));
+    EXPECT_TRUE(is_whole_jpeg(jpeg + "a maker's own notes"));
+    for (std::size_t bytes = 0; bytes < jpeg.size(); ++bytes)
+      ASSERT_FALSE(is_whole_jpeg(std::string_view(jpeg).substr(0, bytes))) << bytes << " of " << jpeg.size();
+  }
 }
 
 TEST(ImportSession, TakesThePlaneOfEachImageByItsName) {

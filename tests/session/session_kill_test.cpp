@@ -29,11 +29,14 @@ constexpr int kMaxFrames = 4096, kJointsPerFrame = 4;
 constexpr auto kFramePeriod = 5ms;
 constexpr auto kRecording = 1400ms;
 constexpr std::int64_t kLastSecond_ns = testing_support::kSlowness * std::int64_t{1'000'000'000};
+/// Frames go to their files at once, lines every 100 ms: so much may be missing on a machine with time for it.
+constexpr std::int64_t kFramesUnhurried_ns = 100'000'000, kLinesUnhurried_ns = 250'000'000;
 
 /// What a recorder has handed over, and when: in memory that outlives it.
 struct Journal {
   std::atomic<int> frames{0}, joints{0};
   std::atomic<bool> sealed{false};
+  std::atomic<std::int64_t> latest_ns{0};  ///< how late it came to its turn, at most
   std::array<std::atomic<std::int64_t>, kMaxFrames> frame_ns{};
   std::array<std::atomic<std::int64_t>, kMaxFrames * kJointsPerFrame> joint_ns{};
 };
@@ -70,7 +73,9 @@ void record_in_real_time(const fs::path& path, Journal& journal) {
     writer.frame(some_frame(i), test_image(i));
     journal.frame_ns[static_cast<std::size_t>(i)] = now_ns();
     ++journal.frames;
-    std::this_thread::sleep_until(begin + (i + 1) * kFramePeriod);
+    const auto turn = begin + (i + 1) * kFramePeriod;
+    std::this_thread::sleep_until(turn);
+    journal.latest_ns = std::max(journal.latest_ns.load(), std::int64_t{(SteadyClock::now() - turn) / 1ns});
   }
   writer.close("complete");
   write_checksums(path);
@@ -84,10 +89,15 @@ int handed_over_before(const std::array<std::atomic<std::int64_t>, N>& times, in
   return n;
 }
 
-/// One session a kill at `killed_ns` left.
-void check_what_is_left(const fs::path& path, const Journal& journal, std::int64_t killed_ns) {
-  const int frames = handed_over_before(journal.frame_ns, journal.frames, killed_ns - kLastSecond_ns);
-  const int joints = handed_over_before(journal.joint_ns, journal.joints, killed_ns - kLastSecond_ns);
+/// What a kill may cost: where recorders come late to their turns their threads do too, but a second is the promise.
+std::int64_t may_be_lost_ns(SharedJournals& journals, std::int64_t unhurried_ns) {
+  std::int64_t latest = 0;
+  for (int i = 0; i < kRecorders; ++i) latest = std::max(latest, journals[i].latest_ns.load());
+  return std::min(kLastSecond_ns, unhurried_ns + 3 * latest);
+}
+
+/// One session a kill left, and how much of what was handed over must be in it.
+void check_what_is_left(const fs::path& path, const Journal& journal, int frames, int joints) {
   if (!fs::exists(path)) {
     EXPECT_EQ(frames + joints, 0);
     return;
@@ -122,6 +132,8 @@ void kill_and_check(std::chrono::milliseconds from, std::chrono::milliseconds to
   std::mt19937 random(seed);
   std::uniform_int_distribution<std::int64_t> moments(std::chrono::nanoseconds(from).count(),
                                                       std::chrono::nanoseconds(to).count());
+  int recording = 0, with_something = 0;
+  std::int64_t most_lost = 0;
   for (int round = 0; round < kRounds && !testing::Test::HasFailure(); ++round) {
     const InMemory in_memory;
     const TemporaryFolder folder;
@@ -139,18 +151,39 @@ void kill_and_check(std::chrono::milliseconds from, std::chrono::milliseconds to
       when = now_ns();
       ::kill(children[static_cast<std::size_t>(i)], SIGKILL);
     }
-    for (const pid_t child : children) wait_for_child(child);
+    for (int i = 0; i < kRecorders; ++i) {
+      const int status = wait_for_child(children[static_cast<std::size_t>(i)]);
+      const bool killed = WIFSIGNALED(status) && WTERMSIG(status) == SIGKILL;
+      EXPECT_TRUE(killed || (WIFEXITED(status) && WEXITSTATUS(status) == 0 && journals[i].sealed))
+          << "status " << status << ", seed " << seed;
+      recording += journals[i].frames > 0;
+    }
+    const std::int64_t frames_lost = may_be_lost_ns(journals, kFramesUnhurried_ns);
+    const std::int64_t lines_lost = may_be_lost_ns(journals, kLinesUnhurried_ns);
+    most_lost = std::max(most_lost, lines_lost);
+    const auto frames = [&](const auto& kill) {
+      const Journal& journal = journals[kill.second];
+      return handed_over_before(journal.frame_ns, journal.frames, kill.first - frames_lost);
+    };
+    const auto joints = [&](const auto& kill) {
+      const Journal& journal = journals[kill.second];
+      return handed_over_before(journal.joint_ns, journal.joints, kill.first - lines_lost);
+    };
+    for (const auto& kill : kills) with_something += frames(kill) > 0;
     in_child([&] {
-      for (const auto& [when, i] : kills) {
+      for (const auto& kill : kills) {
         SCOPED_TRACE("seed " + std::to_string(seed) + ", round " + std::to_string(round) + ", recorder " +
-                     std::to_string(i));
-        check_what_is_left(path(i), journals[i], when);
+                     std::to_string(kill.second));
+        check_what_is_left(path(kill.second), journals[kill.second], frames(kill), joints(kill));
       }
     });
   }
+  std::printf("%d of %d kills met a recording, %d had frames to lose; lines are due after %.0f ms at most; seed %u\n",
+              recording, kRounds * kRecorders, with_something, 1e-6 * static_cast<double>(most_lost), seed);
+  EXPECT_GT(2 * recording, kRounds * kRecorders) << "seed " << seed;
 }
 
-TEST(SessionKill, WhileItStartsLosesNothingOlderThanASecond) { kill_and_check(0ms, 200ms); }
+TEST(SessionKill, WhileItStartsLosesNothingOlderThanASecond) { kill_and_check(0ms, 400ms); }
 TEST(SessionKill, WhileItRecordsLosesNothingOlderThanASecond) { kill_and_check(200ms, 1400ms); }
 TEST(SessionKill, LateInARecordingLosesNothingOlderThanASecond) { kill_and_check(1200ms, 1500ms); }
 TEST(SessionKill, WhileItWritesPicturesLosesNothingOlderThanASecond) { kill_and_check(1390ms, 1900ms); }

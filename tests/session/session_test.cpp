@@ -61,6 +61,7 @@ TEST(Session, ReadsBackExactlyWhatWasWritten) {
     const FrameRecord frame = some_frame(i), &read = session.frames[static_cast<std::size_t>(i)];
     EXPECT_EQ(read.sequence, frame.sequence);
     EXPECT_EQ(read.stamp, frame.stamp);
+    EXPECT_EQ(read.stamp_sigma, frame.stamp_sigma);
     EXPECT_EQ(read.exposure, frame.exposure);
     EXPECT_EQ(read.phase, frame.phase);
     EXPECT_EQ(read.pass, frame.pass);
@@ -227,7 +228,7 @@ TEST(Session, NamesFileLineAndFieldOfBadInput) {
       {"frames.csv", "mono,2,", "mono,two,", "frames.csv:4: index: found 'two', expected a whole number"},
       {"frames.csv", "mono,2,", "mono,-2,", "frames.csv:4: index: found '-2', expected a whole number of at least 0"},
       {"frames.csv", "mono,2,", "stereo,2,", "frames.csv: camera: found 'stereo', expected a camera of session.yaml"},
-      {"frames.csv", "mono,2,", "mono,", "frames.csv:4: found 19 fields, expected 20"},
+      {"frames.csv", "mono,2,", "mono,", "frames.csv:4: found 20 fields, expected 21"},
       {"frames.csv", ",sweep,1,", ",swoop,1,",
        "frames.csv:3: phase: found 'swoop', expected move, dark_before, sweep or dark_after"},
       {"frames.csv", ",0.12,", ",nan,", "frames.csv:2: q_shoulder_rad: found 'nan', expected a number"},

@@ -21,9 +21,15 @@ inline SessionInfo some_info() {
   info.noise = "gaussian sd 0.01";
   info.seed = 0xfffffffffffffffeULL;
   info.light = 1.0 / 3;
+  info.lux_source = "hand";
   info.lux_before = 207.1;
   info.simulated_s = 12.345678901234567;
   info.counts["not_recorded"] = 7;
+  info.clock_begin = ClockPair{{999'000'000}, 1'790'000'000'123'456'789};
+  info.clock_end = ClockPair{{1'300'000'000}, 1'790'000'000'424'456'790};
+  info.devices = {{"arm.bus_load_percent", 12.5}, {"sync.residual_p99_ms", 1.0 / 7}};
+  info.timing = SessionTiming{100, 1234, 2, 1, {10.5, 20, 30, 41.25}, {1, 2, 3, 4}, {9999, 10001, 10010, 10100.5}};
+  info.platform = {{"kernel", "6.1.0 #1 SMP"}, {"memory", "locked: \"all\""}};
   info.cameras = {{"mono", CameraRole::kMono, kSmall, make_transform_rpy({-0.285, 0.045, 0.12}, {0.1, 0.2, -1.5})}};
   info.calibration.arm = arm5e();
   info.calibration.ePl = Plane{Vector3d(1, 2, -0.5).normalized(), 0.09796};
@@ -46,6 +52,7 @@ inline FrameRecord some_frame(int index) {
   frame.index = index;
   frame.sequence = 100 + static_cast<std::uint64_t>(index);
   frame.stamp = {1'000'000'000LL + index * 40'000'000LL};
+  frame.stamp_sigma = Duration{56789 + index};
   frame.exposure = std::chrono::milliseconds(10);
   frame.phase = index % 2 ? Phase::kSweep : Phase::kDarkBefore;
   frame.pass = index;

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <random>
 
 #include "rig/session/crc32.hpp"
@@ -123,9 +124,26 @@ TEST(Spool, StopsBetweenSegmentsWhenAsked) {
   const InMemory in_memory;
   const TemporaryFolder folder;
   spooled(folder, 2);
-  const std::atomic<bool> stop = true;
-  EXPECT_FALSE(write_spooled_pictures(folder.path(), {{}, &stop}));
+  EXPECT_FALSE(write_spooled_pictures(folder.path(), {{}, [] { return true; }}));
   EXPECT_TRUE(has_spool(folder.path()));
+}
+
+TEST(Spool, StopsInTheMiddleOfASegmentAndGoesOnFromThere) {
+  const InMemory in_memory;
+  const TemporaryFolder folder;
+  constexpr int kFrames = 200;
+  spooled(folder, kFrames);
+  std::atomic<int> asked{0};
+  EXPECT_FALSE(write_spooled_pictures(folder.path(), {{}, [&] { return ++asked > 20; }}));
+  EXPECT_TRUE(fs::exists(folder.path() / "spool/000000.raw"));
+  const auto pictures = [&] {
+    return std::distance(fs::directory_iterator(folder.path() / "frames/mono"), fs::directory_iterator{});
+  };
+  EXPECT_GE(pictures(), 1);
+  EXPECT_LT(pictures(), kFrames / 2);
+  EXPECT_TRUE(write_spooled_pictures(folder.path()));
+  EXPECT_EQ(pictures(), kFrames);
+  EXPECT_FALSE(has_spool(folder.path()));
 }
 
 TEST(PngFile, IsWholeOnlyWithEveryByteAsWritten) {

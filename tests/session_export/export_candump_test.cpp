@@ -37,6 +37,7 @@ class LogBus final : public CanBus {
   }
   CanState state() const noexcept override { return CanState::kErrorActive; }
   CanCounters counters() const noexcept override { return {}; }
+  Status reopen() noexcept override { return {}; }
   int descriptor() const noexcept override { return -1; }
 
  private:
@@ -97,6 +98,45 @@ TEST(WallClock, OfASessionWithoutClocksBeginsAtItsCreation) {
   EXPECT_THAT(message_of<InputError>([&] { WallClock(session, {}); }), HasSubstr("created_utc: found 'yesterday'"));
 }
 
+/// The only line of a table, by its columns.
+std::map<std::string, std::string> row_of(const std::string& table) {
+  const std::size_t end = table.find('\n');
+  const auto header = split_csv_line(table.substr(0, end)),
+             fields = split_csv_line(table.substr(end + 1, table.size() - end - 2));
+  EXPECT_EQ(header.size(), fields.size());
+  std::map<std::string, std::string> row;
+  for (std::size_t i = 0; i < std::min(header.size(), fields.size()); ++i) row[header[i]] = fields[i];
+  return row;
+}
+
+TEST(FlatTables, PutJointsAndEventsUnderTheirNames) {
+  const WallClock clock(some_session(), {});
+  JointState state;
+  state.stamp.ns = 2'500'000'000;
+  for (std::size_t j = 0; j < kJoints; ++j) {
+    state.q[static_cast<int>(j)] = 0.1 * static_cast<double>(j + 1);
+    state.velocity[static_cast<int>(j)] = -0.01 * static_cast<double>(j + 1);
+    state.ticks[j] = static_cast<std::int32_t>(100 + j);
+  }
+  state.current_a = 1.5;
+  const auto joints = row_of(flat_joints_csv({state}, {2'000'000'000}, clock));
+  EXPECT_EQ(joints.at("time_s"), "0.500000000");
+  EXPECT_EQ(joints.at("wall_ns"), "1700000002500000000");
+  for (std::size_t j = 0; j < kJoints; ++j) {
+    const std::string name = kJointNames[j];
+    EXPECT_EQ(std::stod(joints.at("q_" + name + "_rad")), state.q[static_cast<int>(j)]) << name;
+    EXPECT_EQ(std::stod(joints.at("velocity_" + name + "_rad_s")), state.velocity[static_cast<int>(j)]) << name;
+    EXPECT_EQ(joints.at(name + "_ticks"), std::to_string(100 + j));
+  }
+  EXPECT_EQ(joints.at("current_a"), "1.5");
+
+  const auto event = row_of(flat_events_csv({{{2'250'000'000}, "fault", "a, b"}}, {2'000'000'000}, clock));
+  EXPECT_EQ(event.at("time_s"), "0.250000000");
+  EXPECT_EQ(event.at("wall_ns"), "1700000002250000000");
+  EXPECT_EQ(event.at("kind"), "fault");
+  EXPECT_EQ(event.at("text"), "a, b");
+}
+
 TEST(FlatTables, SpellOutTimeAndPose) {
   Session session = some_session();
   session.info.calibration.arm = arm5e();
@@ -108,12 +148,7 @@ TEST(FlatTables, SpellOutTimeAndPose) {
   frame.file = "frames/mono/000000.png";
   session.frames.push_back(frame);
   const std::string text = flat_frames_csv(session, {1'500'000'000}, WallClock(session, {}));
-  const std::string line = text.substr(text.find('\n') + 1);
-  const auto header = split_csv_line(text.substr(0, text.find('\n'))),
-             fields = split_csv_line(line.substr(0, line.size() - 1));
-  ASSERT_EQ(header.size(), fields.size());
-  std::map<std::string, std::string> row;
-  for (std::size_t i = 0; i < header.size(); ++i) row[header[i]] = fields[i];
+  const auto row = row_of(text);
   EXPECT_EQ(row.at("time_s"), "0.250000000");
   EXPECT_EQ(row.at("wall_ns"), "1700000001750000000");
   const Transform bMe = arm5e().bMe(*frame.q);

@@ -1,16 +1,14 @@
 // A thread of this process that is held up wherever it is, as by a driver that hangs.
 #pragma once
 
-#include <dirent.h>
 #include <signal.h>
-#include <sys/syscall.h>
 #include <time.h>
 #include <unistd.h>
 
 #include <atomic>
-#include <cstdlib>
-#include <fstream>
 #include <string>
+
+#include "tests/support/named_thread.hpp"
 
 namespace tankrig::testing_support {
 
@@ -24,7 +22,7 @@ class HeldThread {
     action.sa_flags = SA_RESTART;
     ::sigaction(SIGUSR2, &action, nullptr);
     for (int look = 0; look < 5000 && !found_; ++look) {  // it may only just begin
-      hold(name);
+      found_ = signal_thread(::getpid(), name, SIGUSR2);
       const timespec pause{0, 1'000'000};
       ::nanosleep(&pause, nullptr);
     }
@@ -36,16 +34,6 @@ class HeldThread {
   bool found() const { return found_; }
 
  private:
-  void hold(const std::string& name) {
-    DIR* const tasks = ::opendir("/proc/self/task");
-    if (!tasks) return;
-    while (const dirent* entry = ::readdir(tasks)) {
-      std::string found;
-      std::getline(std::ifstream(std::string("/proc/self/task/") + entry->d_name + "/comm"), found);
-      if (found == name) found_ = ::syscall(SYS_tgkill, ::getpid(), std::atoi(entry->d_name), SIGUSR2) == 0;
-    }
-    ::closedir(tasks);
-  }
   static void wait(int) {
     const timespec pause{0, 1'000'000};
     while (held_) ::nanosleep(&pause, nullptr);

@@ -2,28 +2,45 @@
 #pragma once
 
 #include <dirent.h>
+#include <sched.h>
 #include <sys/syscall.h>
 #include <unistd.h>
 
 #include <cstdlib>
 #include <fstream>
+#include <optional>
 #include <string>
 
-namespace tankrig {
+namespace tankrig::testing_support {
 
-/// Sends `signal` to the thread of this name. False if there is none.
-inline bool signal_thread(pid_t process, const std::string& name, int signal) {
+/// The thread of this name, 0 if there is none.
+inline pid_t thread_named(pid_t process, const std::string& name) {
   const std::string tasks = "/proc/" + std::to_string(process) + "/task/";
   DIR* const folder = ::opendir(tasks.c_str());
-  if (!folder) return false;
-  bool sent = false;
+  if (!folder) return 0;
+  pid_t thread = 0;
   while (const dirent* entry = ::readdir(folder)) {
     std::string found;
     std::getline(std::ifstream(tasks + entry->d_name + "/comm"), found);
-    if (found == name) sent = ::syscall(SYS_tgkill, process, std::atoi(entry->d_name), signal) == 0;
+    if (found == name) thread = std::atoi(entry->d_name);
   }
   ::closedir(folder);
-  return sent;
+  return thread;
 }
 
-}  // namespace tankrig
+/// False if there is none.
+inline bool signal_thread(pid_t process, const std::string& name, int signal) {
+  const pid_t thread = thread_named(process, name);
+  return thread != 0 && ::syscall(SYS_tgkill, process, thread, signal) == 0;
+}
+
+/// The priority of this process's thread of this name under SCHED_FIFO; nothing if it has another policy, or is none.
+inline std::optional<int> fifo_priority(const std::string& name) {
+  const pid_t thread = thread_named(::getpid(), name);
+  sched_param parameters{};
+  if (thread == 0 || ::sched_getscheduler(thread) != SCHED_FIFO || ::sched_getparam(thread, &parameters) != 0)
+    return std::nullopt;
+  return parameters.sched_priority;
+}
+
+}  // namespace tankrig::testing_support

@@ -6,8 +6,9 @@
 #include <string_view>
 
 #include "rig/plan/plan_csv.hpp"
+#include "rig/session/event_kinds.hpp"
 #include "tests/camera/gige_rig.hpp"
-#include "tests/executive/mock_rig.hpp"
+#include "tests/support/mock_rig.hpp"
 
 namespace tankrig {
 namespace {
@@ -147,7 +148,7 @@ TEST_F(GigeTrigger, ExposesAtWholePeriodsOfThePlan) {
   ASSERT_EQ(result.status, "complete");
   Stamp zero;
   for (const auto& e : rig.sink.events)
-    if (e.kind == kPlanZeroEvent) zero = e.when;
+    if (e.kind == event_kind::kPlan) zero = e.when;
   const auto frames = rig.sink.of("mono", Phase::kSweep);
   ASSERT_GT(frames.size(), 15u);
   std::vector<double> off;

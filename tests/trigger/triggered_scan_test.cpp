@@ -5,7 +5,8 @@
 #include <cstdio>
 
 #include "rig/plan/plan_csv.hpp"
-#include "tests/executive/mock_rig.hpp"
+#include "rig/session/event_kinds.hpp"
+#include "tests/support/mock_rig.hpp"
 
 namespace tankrig {
 namespace {
@@ -35,7 +36,7 @@ struct TriggeredRig : testing_support::MockRig {
 
   Stamp plan_zero() const {
     for (const auto& e : sink.events)
-      if (e.kind == kPlanZeroEvent) return e.when;
+      if (e.kind == event_kind::kPlan) return e.when;
     return {};
   }
 };
@@ -100,6 +101,54 @@ TEST(SoftwareTrigger, ExposesAtWholePeriodsOfThePlan) {
     const double periods = seconds(f.stamp - rig.plan_zero()) / 0.04;
     EXPECT_NEAR(periods, std::round(periods), 1e-6);
   }
+}
+
+/// Loses all but its first two frames, until it is stopped.
+class Forgetful final : public Camera {
+ public:
+  explicit Forgetful(Camera& camera) : camera_(camera) {}
+  CameraInfo info() const override { return camera_.info(); }
+  Status start() override { return camera_.start(); }
+  Result<std::optional<Frame>> try_grab() override {
+    auto news = camera_.try_grab();
+    if (!forgets_ || !news.ok() || !news.value() || ++given_ <= 2) return news;
+    return std::optional<Frame>();
+  }
+  std::optional<Stamp> next_frame_at() const override { return camera_.next_frame_at(); }
+  void stop() noexcept override {
+    if (given_ > 0) forgets_ = false;
+    camera_.stop();
+  }
+  CameraCounters counters() const override { return camera_.counters(); }
+  Status trigger() override { return camera_.trigger(); }
+
+ private:
+  Camera& camera_;
+  bool forgets_ = true;
+  int given_ = 0;
+};
+
+TEST(SoftwareTrigger, LostAtTheEndOfABlockIsNoSilenceOfTheNext) {
+  TriggeredRig rig;
+  rig.power_on();
+  rig.plan = std::make_unique<ScanPlan>(make_scan_plan(rig.s, read_posture(*rig.arm, rig.clock, 1s)));
+  Forgetful left(*rig.cameras[1]);
+  const TriggerSettings software{TriggerMode::kSoftware, 0, std::nullopt};
+  ScanJob job{*rig.plan,
+              rig.s,
+              rig.clock,
+              *rig.arm,
+              *rig.laser,
+              {{rig.cameras[0].get(), RecordWhen::kAll, {}, software}, {&left, RecordWhen::kDark, {}, software}},
+              rig.sink,
+              rig.stop,
+              rig.interlock_closed,
+              rig.progress};
+  const ScanResult result = run_scan(job);
+  EXPECT_EQ(result.status, "complete");
+  EXPECT_GE(result.counts.at("left.trigger_lost"), 3u);
+  EXPECT_TRUE(rig.sink.told("drop", "left: trigger_lost"));
+  EXPECT_EQ(rig.sink.of("left", Phase::kDarkAfter).size(), 5u);
 }
 
 TEST(SoftwareTrigger, LearnsTheCamerasDelayInTheDarkBlock) {

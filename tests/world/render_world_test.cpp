@@ -3,6 +3,10 @@
 #include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
 
+#include <fstream>
+#include <sstream>
+#include <string>
+
 #include "core/input_error.hpp"
 #include "tests/world/render_scene.hpp"
 
@@ -74,6 +78,45 @@ TEST(RenderWorld, LooksLikeTheTankAtLightOne) {
   };
   EXPECT_NEAR(mean_near({-0.18, -0.12, 0}), 125, 25);
   EXPECT_NEAR(mean_near(scene.objects[0].wMo * Vector3d(0, 0, 0)), 35, 13);
+}
+
+/// The triangles of a box made by testing::write_box(), as Collada whose z axis is up.
+std::filesystem::path as_collada(const std::filesystem::path& box, testing::TemporaryFiles& files) {
+  std::ifstream in(box);
+  std::string vertices, corners;
+  for (std::string line; std::getline(in, line);) {
+    std::istringstream words(line.substr(1));
+    if (line[0] == 'v') vertices += words.str() + " ";
+    int a = 0, b = 0, c = 0, d = 0;
+    if (line[0] == 'f' && words >> a >> b >> c >> d)
+      for (const int corner : {a, b, c, a, c, d}) corners += std::to_string(corner - 1) + " ";
+  }
+  const auto file = files.add("box.dae");
+  std::ofstream(file) << R"(<?xml version="1.0"?>
+<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+<asset><unit meter="1"/><up_axis>Z_UP</up_axis></asset>
+<library_geometries><geometry id="g"><mesh>
+<source id="s"><float_array id="f" count="24">)"
+                      << vertices << R"(</float_array>
+<technique_common><accessor source="#f" count="8" stride="3">
+<param name="X" type="float"/><param name="Y" type="float"/><param name="Z" type="float"/></accessor></technique_common></source>
+<vertices id="v"><input semantic="POSITION" source="#s"/></vertices>
+<triangles count="12"><input semantic="VERTEX" source="#v" offset="0"/><p>)"
+                      << corners << R"(</p></triangles>
+</mesh></geometry></library_geometries>
+<library_visual_scenes><visual_scene id="scene"><node><instance_geometry url="#g"/></node></visual_scene></library_visual_scenes>
+<scene><instance_visual_scene url="#scene"/></scene>
+</COLLADA>)";
+  return file;
+}
+
+TEST(RenderWorld, ShowsAColladaMeshByTheAxesInItsFile) {
+  testing::TemporaryFiles files;
+  Scene scene = small_scene();
+  const cv::Mat by_obj = TankWorld::from_scene(scene, {}).render("left", still(scene, 0));
+  scene.objects[0].mesh = as_collada(scene.objects[0].mesh, files);
+  const cv::Mat by_collada = TankWorld::from_scene(scene, {}).render("left", still(scene, 0));
+  EXPECT_EQ(cv::norm(by_obj, by_collada, cv::NORM_INF), 0);
 }
 
 TEST(RenderWorld, HidesTheSceneBehindTheArm) {

@@ -11,9 +11,7 @@
 
 namespace tankrig::test {
 
-Load::Load(int memory, int network)
-    : stress_(
-          {"stress-ng", "--quiet", "--cpu", "2", "--vm", std::to_string(memory), "--sock", std::to_string(network)}) {
+Load::Load() : stress_({"stress-ng", "--quiet", "--cpu", "2", "--vm", "1", "--sock", "1"}) {
   std::this_thread::sleep_for(std::chrono::seconds(2));  // what it does first is reading itself from the host
 }
 
@@ -31,7 +29,7 @@ double processor_idle() {
 }
 
 Duration loaded_cyclictest(int priority, std::uint64_t cycles) {
-  const Load load(1, 1);
+  const Load load;
   const std::string out =
       shell("cyclictest -q -m -p " + std::to_string(priority) + " -i 1000 -l " + std::to_string(cycles));
   std::smatch match;

@@ -12,8 +12,7 @@ namespace tankrig::test {
 /// much from the network are what the standard kernel does for milliseconds without letting anybody else run.
 class Load {
  public:
-  /// Stressors of memory and of the network.
-  Load(int memory, int network);
+  Load();
   ~Load();
 
  private:
@@ -23,7 +22,7 @@ class Load {
 /// Time the processor has had nothing to do since the guest began [s].
 double processor_idle();
 
-/// The worst wake-up latency of cyclictest at `priority`, a thousand times a second, under Load(1, 1).
+/// The worst wake-up latency of cyclictest at `priority`, a thousand times a second, under such a Load.
 /// Errors: std::runtime_error.
 Duration loaded_cyclictest(int priority, std::uint64_t cycles);
 

@@ -12,7 +12,10 @@
 
 #include "core/clock.hpp"
 
-namespace tankrig::scenarios {
+namespace tankrig::testing_support {
+
+/// A machine as late has starved its emulators: one that is late so twice is taken for silent.
+inline constexpr Duration kStarved = std::chrono::milliseconds{25};
 
 /// The kernel carries a pseudo-terminal's bytes in a worker of its own: where that gets no time, lines and whoever
 /// polls them stand still, whatever time threads get. Threads: any; owns one.
@@ -54,4 +57,4 @@ class MachineWitness {
   std::thread thread_;  // last: it uses all of the above
 };
 
-}  // namespace tankrig::scenarios
+}  // namespace tankrig::testing_support

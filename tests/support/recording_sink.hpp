@@ -21,6 +21,7 @@ class RecordingSink final : public ScanSink {
     pixels.push_back(image.at<unsigned char>(0, 0));
   }
   void event(Stamp when, std::string_view kind, const std::string& text) override {
+    if (on_event) on_event(kind, text);
     events.push_back({when, std::string(kind), text});
   }
 
@@ -34,6 +35,7 @@ class RecordingSink final : public ScanSink {
   std::vector<Event> events;
   int throw_at = -1;
   std::function<void(const FrameRecord&)> on_frame;
+  std::function<void(std::string_view kind, const std::string& text)> on_event;
 
   /// Is there an event of this kind whose text has `words` in it?
   bool told(const std::string& kind, const std::string& words) const {

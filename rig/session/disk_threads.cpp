@@ -1,4 +1,4 @@
-#include "rig/session/disk_thread.hpp"
+#include "rig/session/disk_threads.hpp"
 
 #include <fcntl.h>
 #include <pthread.h>
@@ -9,10 +9,10 @@
 #include <chrono>
 #include <cstdio>
 #include <cstring>
+#include <system_error>
 #include <utility>
 
 #include "core/clock.hpp"
-#include "core/input_error.hpp"
 #include "rig/session/session_tables.hpp"
 
 namespace tankrig {
@@ -28,6 +28,9 @@ constexpr std::size_t kTextBytes = 16 << 20;  // lines that may wait: a minute a
 constexpr off_t kReserveBytes = 4 << 20;
 constexpr std::array kTableNames{"joints.csv", "frames.csv", "events.csv"};
 
+/// A disk is not given up in one look, after a while in which the program was suspended.
+Duration longest_look(Duration patience) { return patience / 4; }
+
 fs::path reserve_of(const fs::path& session) { return spool_folder(session) / "reserve"; }
 
 /// Room on the disk for what must still be said when it is full.
@@ -40,8 +43,14 @@ void make_reserve(const fs::path& file) {
 
 }  // namespace
 
-DiskThread::DiskThread(fs::path session, std::size_t ring_bytes, bool wait, Duration patience)
-    : session_(std::move(session)), ring_bytes_(ring_bytes), wait_(wait), writer_life_(patience) {
+DiskThreads::DiskThreads(fs::path session, std::shared_ptr<SessionLock> lock, std::size_t ring_bytes, bool wait,
+                         const DiskPatience& patience)
+    : session_(std::move(session)),
+      lock_(std::move(lock)),
+      ring_bytes_(ring_bytes),
+      wait_(wait),
+      patience_(patience),
+      writer_silence_(longest_look(patience.write), MonotonicClock{}.now()) {
   const std::array headers{joints_header(), frames_header(), events_header()};
   for (std::size_t i = 0; i < kTables; ++i) {
     tables_.push_back(std::make_unique<AppendFile>(session_ / kTableNames[i]));
@@ -52,42 +61,77 @@ DiskThread::DiskThread(fs::path session, std::size_t ring_bytes, bool wait, Dura
   fs::create_directory(spool_folder(session_), failed);
   if (failed) throw InputError(spool_folder(session_), "cannot be created: " + failed.message());
   make_reserve(reserve_of(session_));
-  writer_ = std::thread([this] { write_loop(); });
-  syncer_ = std::thread([this] { sync_loop(); });
 }
 
-DiskThread::~DiskThread() { stop(); }
+std::shared_ptr<DiskThreads> DiskThreads::start(fs::path session, std::shared_ptr<SessionLock> lock,
+                                                std::size_t ring_bytes, bool wait, const DiskPatience& patience) {
+  const std::shared_ptr<DiskThreads> disk(
+      new DiskThreads(std::move(session), std::move(lock), ring_bytes, wait, patience));
+  try {
+    disk->writer_ = std::thread([disk] { disk->write_loop(); });
+    disk->syncer_ = std::thread([disk] { disk->sync_loop(); });
+  } catch (const std::system_error& e) {
+    disk->join();
+    throw InputError(disk->session_, std::string("no thread to write it: ") + e.what());
+  }
+  return disk;
+}
 
-bool DiskThread::add_line(RecordedTable table, std::string_view line) {
-  std::unique_lock lock(mutex_);
-  const auto room = [&] { return waiting_text_ + line.size() <= kTextBytes || failure_; };
-  if (wait_) room_.wait(lock, room);
+template <class Room>
+bool DiskThreads::wait_for_room(std::unique_lock<std::mutex>& lock, Room room) {
+  while (wait_ && !room_.wait_for(lock, kLinesPeriod, room)) check_alive();
   rethrow();
   check_alive();
-  if (!room()) return false;
+  return room();
+}
+
+bool DiskThreads::add_line(RecordedTable table, std::string_view line) {
+  std::unique_lock lock(mutex_);
+  const auto room = [&] { return waiting_text_ + line.size() <= kTextBytes || failure_; };
+  if (!wait_for_room(lock, room)) return false;
   lines_[static_cast<std::size_t>(table)] += line;
   waiting_text_ += line.size();
   return true;
 }
 
-bool DiskThread::add_frame(const std::string& camera, std::string line, const cv::Mat& image) {
+bool DiskThreads::add_frame(const std::string& camera, std::string line, const cv::Mat& image) {
   if (image.empty() || image.depth() != CV_8U || (image.channels() != 1 && image.channels() != 3))
     throw InputError(session_, "camera " + camera + ": expected an image of 8 bits and 1 or 3 channels");
   Job job{camera, std::move(line), image};
   std::unique_lock lock(mutex_);
   const auto room = [&] { return waiting_bytes_ + job.bytes() <= ring_bytes_ || jobs_.empty() || failure_; };
-  if (wait_) room_.wait(lock, room);
-  rethrow();
-  check_alive();
-  if (!room()) return false;
+  if (!wait_for_room(lock, room)) return false;
   waiting_bytes_ += job.bytes();
   jobs_.push_back(std::move(job));
   work_.notify_one();
   return true;
 }
 
-void DiskThread::finish() {
-  stop();
+/// False if the thread has shown no sign of life since this was asked, for `patience`.
+bool DiskThreads::wait_for_end(const bool& ended, const std::atomic<std::uint64_t>& rounds, Duration patience) {
+  const MonotonicClock clock;
+  WatchedSilence silence(longest_look(patience), clock.now());
+  std::unique_lock lock(mutex_);
+  while (!ended_.wait_for(lock, kLinesPeriod, [&] { return ended; })) {
+    silence.look(clock.now(), rounds);
+    if (silence.so_far() > patience) return false;
+  }
+  return true;
+}
+
+void DiskThreads::finish() {
+  {
+    const std::lock_guard lock(mutex_);
+    closing_ = true;
+  }
+  work_.notify_all();
+  if (!wait_for_end(written_out_, writer_rounds_, patience_.write) ||
+      !wait_for_end(synced_, syncer_rounds_, patience_.sync)) {
+    writer_.detach();
+    syncer_.detach();
+    throw DiskHangs(session_, "the disk does not answer: what was not on it yet is lost");
+  }
+  join();
   std::error_code ignored;
   fs::remove(reserve_of(session_), ignored);
   try {
@@ -101,45 +145,41 @@ void DiskThread::finish() {
   rethrow();
 }
 
-void DiskThread::stop() {
+void DiskThreads::join() {
   {
     const std::lock_guard lock(mutex_);
     closing_ = true;
   }
   work_.notify_all();
   if (writer_.joinable()) writer_.join();
-  {
-    const std::lock_guard lock(mutex_);
-    written_out_ = true;
-  }
-  sync_.notify_all();
   if (syncer_.joinable()) syncer_.join();
 }
 
-void DiskThread::failed() {
+void DiskThreads::failed() {
   const std::lock_guard lock(mutex_);
   if (!failure_) failure_ = std::current_exception();
   room_.notify_all();
 }
 
-void DiskThread::rethrow() {
+void DiskThreads::rethrow() {
   if (failure_) std::rethrow_exception(failure_);
 }
 
-void DiskThread::check_alive() {
-  if (!writer_life_.missing(MonotonicClock{}.now())) return;
+void DiskThreads::check_alive() {
+  writer_silence_.look(MonotonicClock{}.now(), writer_rounds_);
+  if (writer_silence_.so_far() <= patience_.write) return;
   failure_ = std::make_exception_ptr(InputError(session_, "the disk does not answer"));
   rethrow();
 }
 
-void DiskThread::write_loop() {
+void DiskThreads::write_loop() {
   ::pthread_setname_np(::pthread_self(), "disk-writer");
   auto lines_due = std::chrono::steady_clock::now() + kLinesPeriod;
   std::unique_lock lock(mutex_);
   while (true) {
-    writer_life_.give(MonotonicClock{}.now());
+    ++writer_rounds_;
     work_.wait_until(lock, lines_due, [this] { return !jobs_.empty() || closing_; });
-    writer_life_.give(MonotonicClock{}.now());
+    ++writer_rounds_;
     const bool refuse = failure_ != nullptr;
     const bool last = closing_ && jobs_.empty();
     if (!jobs_.empty()) {
@@ -170,11 +210,15 @@ void DiskThread::write_loop() {
       }
       lock.lock();
     }
-    if (last) return;
+    if (!last) continue;
+    written_out_ = true;
+    sync_.notify_all();
+    ended_.notify_all();
+    return;
   }
 }
 
-void DiskThread::write_frame(const Job& job) {
+void DiskThreads::write_frame(const Job& job) {
   if (!segment_ || segment_->bytes() >= kSegmentBytes) {
     char name[24];
     std::snprintf(name, sizeof name, "%06d.raw", next_segment_++);
@@ -190,7 +234,7 @@ void DiskThread::write_frame(const Job& job) {
   waiting_text_ += job.line.size();
 }
 
-void DiskThread::write_lines() {
+void DiskThreads::write_lines() {
   std::array<std::string, kTables> lines;
   {
     const std::lock_guard lock(mutex_);
@@ -202,7 +246,7 @@ void DiskThread::write_lines() {
   for (const auto& table : tables_) table->flush();
 }
 
-void DiskThread::sync_loop() {
+void DiskThreads::sync_loop() {
   ::pthread_setname_np(::pthread_self(), "disk-sync");
   std::unique_lock lock(mutex_);
   while (!sync_.wait_for(lock, kSyncPeriod, [this] { return written_out_; })) {
@@ -214,21 +258,25 @@ void DiskThread::sync_loop() {
     }
     lock.lock();
   }
+  synced_ = true;
+  ended_.notify_all();
 }
 
-void DiskThread::sync_now() {
+void DiskThreads::sync_now() {
   std::vector<std::shared_ptr<SpoolWriter>> segments;
   {
     const std::lock_guard lock(mutex_);
     segments = unsynced_;
     if (unsynced_.size() > 1) unsynced_.erase(unsynced_.begin(), unsynced_.end() - 1);
   }
-  const auto sync = [](int descriptor, const fs::path& file) {
+  const auto sync = [this](int descriptor, const fs::path& file) {
+    ++syncer_rounds_;
     if (::fdatasync(descriptor) != 0 && errno != EINVAL && errno != EROFS)
       throw InputError(file, std::string("cannot be written: ") + std::strerror(errno));
   };
   for (const auto& segment : segments) sync(segment->descriptor(), spool_folder(session_));
   for (std::size_t i = 0; i < kTables; ++i) sync(tables_[i]->descriptor(), session_ / kTableNames[i]);
+  ++syncer_rounds_;
   if (std::exchange(first_sync_, false)) sync_file_system(session_);  // what was put into the session at its start
   const int folder = ::open(spool_folder(session_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (folder < 0) return;

@@ -6,7 +6,7 @@
 #include "rig/scan/before_start.hpp"
 #include "rig/scan/scan.hpp"
 #include "sim_backends/mock/mock_camera.hpp"
-#include "tests/executive/recording_sink.hpp"
+#include "tests/support/recording_sink.hpp"
 
 namespace tankrig::testing_support {
 

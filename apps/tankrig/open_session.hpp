@@ -1,0 +1,37 @@
+// A session named on the command line: its path, its tables, and what is wrong with it.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "apps/tankrig/progress.hpp"
+#include "rig/session/session_tables.hpp"
+
+namespace tankrig::app {
+
+/// The path of a session as the user may write it ("monday/", ".") as an absolute one without "." and trailing slash:
+/// it has a name, and a place beside it.
+std::filesystem::path session_path(const std::filesystem::path& given);
+
+/// The positional options "session" and "sessions", by session_path().
+CLI::Option* add_session_option(CLI::App* command, std::filesystem::path& session);
+CLI::Option* add_sessions_option(CLI::App* command, std::vector<std::filesystem::path>& sessions,
+                                 const std::string& what);
+
+/// Errors: InputError if `out` is the session or lies in it.
+void check_outside(const std::filesystem::path& out, const std::filesystem::path& session);
+
+struct OpenedSession {
+  Session session;  ///< `warnings` and `all_there` speak of its tables and its seal too
+  std::vector<JointState> joints;
+  std::vector<SessionEvent> events;
+  std::vector<std::string> unlike_seal;  ///< files that are not as they were sealed
+};
+
+/// Opens a session and warns of all that is wrong with it: cut, short or unreadable tables, an edited calibration,
+/// files that are not as they were sealed.  Errors: InputError if it cannot be used at all.
+OpenedSession open_session(const std::filesystem::path& path, Progress& progress);
+
+}  // namespace tankrig::app

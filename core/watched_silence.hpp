@@ -1,0 +1,37 @@
+// For how long something that should go round has not, as far as its watcher was there to see it.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+
+#include "core/time.hpp"
+
+namespace tankrig {
+
+/// A watcher that was away, or suspended with the whole program, saw nothing meanwhile: so one look adds at most
+/// `longest_look`, however long ago the one before was.  Threads: the watcher's.  RT: safe.
+class WatchedSilence {
+ public:
+  explicit WatchedSilence(Duration longest_look, Stamp from = {}) noexcept
+      : longest_look_(longest_look), looked_(from) {}
+
+  void restart(Stamp from) noexcept { *this = WatchedSilence(longest_look_, from); }
+
+  /// `rounds`: how often it has gone round, from 0 at the start of the watch.
+  void look(Stamp now, std::uint64_t rounds) noexcept {
+    silent_ = rounds != rounds_ ? Duration{0} : silent_ + std::min(now - looked_, longest_look_);
+    rounds_ = rounds;
+    looked_ = now;
+  }
+
+  /// At the last look.
+  Duration so_far() const noexcept { return silent_; }
+
+ private:
+  Duration longest_look_;
+  Stamp looked_;
+  std::uint64_t rounds_ = 0;
+  Duration silent_{};
+};
+
+}  // namespace tankrig

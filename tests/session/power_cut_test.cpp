@@ -1,0 +1,106 @@
+// Power cuts at random moments of a recording: of what was handed over a second before, the disk itself has all.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <fstream>
+#include <random>
+#include <thread>
+
+#include "rig/session/session_recover.hpp"
+#include "tests/session/disk_door.hpp"
+#include "tests/session/in_memory.hpp"
+#include "tests/session/some_session.hpp"
+#include "tests/support/sanitizers.hpp"
+
+namespace tankrig {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace std::chrono_literals;
+using SteadyClock = std::chrono::steady_clock;
+using testing_support::DiskDoor;
+
+constexpr auto kRecording = 3500ms;
+constexpr auto kFramePeriod = 10ms;
+constexpr int kCuts = 20;
+
+/// What a cut leaves: every file as its last sync found it.
+void leave(const fs::path& session, const DiskDoor& door, const fs::path& cut) {
+  for (const auto& [name, bytes] : door.on_disk(session)) {
+    fs::create_directories((cut / name).parent_path());
+    std::ifstream in(session / name, std::ios::binary);
+    std::string text(bytes, '\0');
+    in.read(text.data(), static_cast<std::streamsize>(bytes));
+    std::ofstream(cut / name, std::ios::binary) << text;
+  }
+}
+
+TEST(PowerCut, LosesNothingOlderThanASecond) {
+  const unsigned seed = std::random_device()();
+  std::mt19937 random(seed);
+  std::uniform_int_distribution<int> moments(0, static_cast<int>(kRecording / 1ms));
+  std::vector<std::chrono::milliseconds> cuts(kCuts);
+  for (auto& cut : cuts) cut = std::chrono::milliseconds(moments(random));
+  std::sort(cuts.begin(), cuts.end());
+
+  const InMemory in_memory;  // the disk's own speed is not the point
+  const TemporaryFolder folder;
+  const fs::path path = folder.path() / "s";
+  struct Cut {
+    fs::path path;
+    SteadyClock::time_point when;
+  };
+  std::vector<Cut> left;
+  std::vector<SteadyClock::time_point> handed_over;
+  SteadyClock::duration latest{};  // that this thread, and so probably the recorder's, came to its turn
+  {
+    const DiskDoor door;
+    SessionInfo info = some_info();
+    info.rig_hash.clear();
+    SessionWriter writer(path, info, {.wait_when_full = false});
+    writer.add_text("box.obj", "v 0 0 0\n");
+    const auto begin = SteadyClock::now();
+    for (int i = 0; SteadyClock::now() - begin < kRecording; ++i) {
+      writer.joints(some_joints(i));
+      writer.frame(some_frame(i), test_image(i));
+      handed_over.push_back(SteadyClock::now());
+      while (left.size() < cuts.size() && begin + cuts[left.size()] < SteadyClock::now()) {
+        left.push_back({folder.path() / std::to_string(left.size()), SteadyClock::now()});
+        leave(path, door, left.back().path);
+      }
+      const auto due = SteadyClock::now() + kFramePeriod;
+      std::this_thread::sleep_until(due);
+      latest = std::max(latest, SteadyClock::now() - due);
+    }
+    writer.close("complete");
+  }
+  std::size_t worst = 0, with_frames = 0;
+  for (std::size_t i = 0; i < left.size(); ++i) {
+    SCOPED_TRACE("seed " + std::to_string(seed) + ", cut " + std::to_string(i));
+    const auto before = [&](auto when) {
+      return static_cast<std::size_t>(std::lower_bound(handed_over.begin(), handed_over.end(), when) -
+                                      handed_over.begin());
+    };
+    const std::size_t needed = before(left[i].when - testing_support::kSlowness * 1s - 2 * latest);
+    if (!fs::exists(left[i].path)) {
+      EXPECT_EQ(needed, 0u);
+      continue;
+    }
+    const SessionFindings found = examine_session(left[i].path, {});
+    EXPECT_GE(found.frames.records.size(), needed);
+    EXPECT_GE(found.joints.records.size(), needed);
+    EXPECT_FALSE(found.whole());
+    worst = std::max(worst, before(left[i].when) - std::min(before(left[i].when), found.frames.records.size()));
+    if (needed == 0) continue;
+    ++with_frames;
+    EXPECT_TRUE(recover_session(left[i].path, {}).finished);
+    EXPECT_TRUE(examine_session(left[i].path, {}).whole());
+  }
+  std::printf("%zu cuts, %zu of them with frames to lose; at most the last %zu frames lost, %.0f ms; seed %u\n",
+              left.size(), with_frames, worst,
+              1e3 * std::chrono::duration<double>(kFramePeriod).count() * static_cast<double>(worst), seed);
+}
+
+}  // namespace
+}  // namespace tankrig
