@@ -32,7 +32,7 @@ std::string numbered(int index) {
 }
 
 SessionInfo beginning(SessionInfo info, const fs::path& path) {
-  if (info.name.empty()) info.name = path.filename().string();
+  if (info.name.empty()) info.name = (path.has_filename() ? path : path.parent_path()).filename().string();
   if (info.status.empty()) info.status = "recording";
   if (info.kind.empty()) info.kind = "scan";
   if (info.created_utc.empty()) info.created_utc = utc_now();

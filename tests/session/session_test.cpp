@@ -104,6 +104,14 @@ TEST(Session, OpensWhileItIsRecordedAndSaysSo) {
   writer.close("complete");
 }
 
+TEST(Session, HasItsFoldersNameHoweverThatIsWritten) {
+  const TemporaryFolder folder;
+  SessionInfo info = some_info();
+  info.name.clear();
+  SessionWriter((folder.path() / "monday" / "").string(), info).close("complete");
+  EXPECT_EQ(Session::open(folder.path() / "monday").info.name, "monday");
+}
+
 TEST(Session, IsOnDiskSoonWithoutBeingClosed) {
   const TemporaryFolder folder;
   SessionWriter writer(folder.path() / "s", some_info());
