@@ -11,6 +11,7 @@
 #include "drivers/can/can_log.hpp"
 #include "rig/session/session.hpp"
 #include "tests/program/program.hpp"
+#include "tests/support/awake_machine.hpp"
 #include "tests/support/machine_witness.hpp"
 
 namespace fs = std::filesystem;
@@ -41,6 +42,7 @@ const WireScan& wire_scan(const std::string& carrier) {
   if (known != done.end()) return known->second;
   for (int left = 2;; --left) {
     const fs::path folder = scratch_folder().parent_path() / ("wire-" + carrier + std::to_string(left));
+    const testing_support::AwakeMachine awake;
     const testing_support::MachineWitness witness;
     const ProgramRun run = run_tankrig({"emulate", "--rig", "tank-wire", "--truth", (folder / "truth").string(), "--",
                                         TANKRIG_PROGRAM, "scan", "--rig", "tank-wire", "--carrier", carrier, "--json",
