@@ -135,6 +135,8 @@ Result<std::optional<JointState>> Arm5e::drain(Stamp now) noexcept {
 
 bool Arm5e::silent(Stamp now) const noexcept { return now - heard_.oldest() > settings_.silence_timeout; }
 
+Duration Arm5e::answer_time() const noexcept { return link_->exchange_time() + settings_.reply_timeout; }
+
 void Arm5e::lose() noexcept {
   if (connected_) add(disconnects_);
   connected_ = stop_sent_ = false;
@@ -146,14 +148,17 @@ void Arm5e::lose() noexcept {
 /// The answer to the gains, or readings, which become a state once the encoders are believed.
 std::optional<JointState> Arm5e::take(const ArmAnswer& answer, Stamp now) noexcept {
   add(exchanges_);
-  if (answer.sensors) heard_.of(answer.has, now);
-  const bool returned = was_silent_ && answer.sensors && answer.has.whole();
+  const bool late = std::exchange(overdue_, false) || answer.read > asked_at_ + answer_time();
+  if (late) add(late_answers_);
+  const bool sensors = answer.sensors && !late;
+  if (sensors) heard_.of(answer.has, now);
+  const bool returned = was_silent_ && sensors && answer.has.whole();
   if (returned) was_silent_ = silent(now);
   if (gains_last_)
     gains_answered_ = true;
   else if (!gains_answered_)
     gains_next_ = true;
-  if (!answer.sensors) return {};
+  if (!sensors) return {};
   if (returned && homed() && all_at_power_up(answer.joints) && !all_at_power_up(last_.joints)) {
     for (EncoderTrack& track : tracks_) track.restart();
     lose_reference();
@@ -307,6 +312,7 @@ void Arm5e::set_demand(const std::array<double, kJoints>& ticks_per_s, Stamp now
 Status Arm5e::pump(Stamp now, bool at_once) noexcept {
   if (link_->outstanding() > 0 && now >= deadline_) {
     link_->give_up();
+    overdue_ = true;
     if (listened_ > sent_at_) {
       add(timeouts_);
       add(mute_retries_);
@@ -323,6 +329,7 @@ Status Arm5e::pump(Stamp now, bool at_once) noexcept {
   const ArmExchange exchange = at_once ? ArmExchange{} : schedule_.next();
   const bool gains = gains_next_ && !at_once;
   const bool rest = !driven_;
+  if (link_->outstanding() == 0) asked_at_ = now;
   if (!gains && !rest) stop_sent_ = false;  // also where the carrier takes only a part of it
   const Status sent = gains ? link_->try_send(settings_.pid, now) : send(exchange, now);
   if (!sent.ok()) {
@@ -339,7 +346,7 @@ Status Arm5e::pump(Stamp now, bool at_once) noexcept {
     if (!at_once) schedule_.advance();
   }
   sent_at_ = now;
-  deadline_ = now + link_->exchange_time() + settings_.reply_timeout;
+  deadline_ = now + answer_time();
   next_send_ = next_send_ + period_;
   if (next_send_ <= now) next_send_ = now + period_;
   return {};
@@ -397,11 +404,17 @@ void Arm5e::publish() noexcept {
 
 Statistics Arm5e::statistics() const {
   const auto count = [](const Count& c) { return static_cast<double>(c.load(std::memory_order_relaxed)); };
-  Statistics all{{"exchanges", count(exchanges_)},           {"timeouts", count(timeouts_)},
-                 {"mute_retries", count(mute_retries_)},     {"stale", count(stale_)},
-                 {"jumps_rejected", count(jumps_rejected_)}, {"jumps", count(jumps_)},
-                 {"watchdog_stops", count(watchdog_stops_)}, {"over_currents", count(over_currents_)},
-                 {"water_alarms", count(water_alarms_)},     {"disconnects", count(disconnects_)}};
+  Statistics all{{"exchanges", count(exchanges_)},
+                 {"timeouts", count(timeouts_)},
+                 {"mute_retries", count(mute_retries_)},
+                 {"late_answers", count(late_answers_)},
+                 {"stale", count(stale_)},
+                 {"jumps_rejected", count(jumps_rejected_)},
+                 {"jumps", count(jumps_)},
+                 {"watchdog_stops", count(watchdog_stops_)},
+                 {"over_currents", count(over_currents_)},
+                 {"water_alarms", count(water_alarms_)},
+                 {"disconnects", count(disconnects_)}};
   constexpr std::array<const char*, 10> kNames{"checksum_errors",  "length_errors", "discarded_bytes", "resyncs",
                                                "wrong_ids",        "wrong_lengths", "incomplete",      "unknown_slots",
                                                "send_buffer_full", "reopened"};

@@ -24,6 +24,9 @@ namespace tankrig {
 /// With a fast joint, set-points and readings of the others take kFastRound exchanges to come round; stop() and the
 /// first request after a silence are whole all the same. An arm of which anything has not been heard of is silent.
 ///
+/// The encoders were read at some time between a request and its answer. An answer that comes later than a request is
+/// waited for, or the first one after a request that was given up, does not tell when: it is counted and left.
+///
 /// Faults, each told once by try_read and then kept until clear_faults(): over-current, water, encoders that lost their
 /// reference, an axis beyond its limits. The arm is stopped, set-points are refused, states go on.
 ///
@@ -85,6 +88,7 @@ class Arm5e final : public Arm {
   JointState state() const noexcept;
   void watch(const JointState& state) noexcept;
   bool silent(Stamp now) const noexcept;
+  Duration answer_time() const noexcept;
   void lose() noexcept;
   Status pump(Stamp now, bool at_once) noexcept;
   Status send(const ArmExchange& exchange, Stamp now) noexcept;
@@ -114,15 +118,17 @@ class Arm5e final : public Arm {
   bool gains_next_ = true, gains_answered_ = false, gains_last_ = false;
   bool wobble_ = false;     ///< which of two equivalent frames is sent
   bool stop_sent_ = false;  ///< every joint's newest demand on the wire is rest
+  bool overdue_ = false;    ///< a request was given up: what comes next may be its answer
   bool connected_ = true, was_silent_ = false;
   Stamp next_send_{}, sent_at_{}, deadline_{}, listened_{};
+  Stamp asked_at_{};  ///< the oldest request that is not answered
   ArmFaults faults_;
 
   std::atomic<bool> homed_{false}, stop_wanted_{false}, line_lost_{false}, dying_{false};
   std::atomic<bool> driven_{false};          ///< a demand is not rest
   std::atomic<std::int64_t> written_ns_{0};  ///< newest set-point
-  Count exchanges_{0}, timeouts_{0}, mute_retries_{0}, stale_{0}, jumps_rejected_{0}, jumps_{0}, watchdog_stops_{0},
-      over_currents_{0}, water_alarms_{0}, disconnects_{0};
+  Count exchanges_{0}, timeouts_{0}, mute_retries_{0}, late_answers_{0}, stale_{0}, jumps_rejected_{0}, jumps_{0},
+      watchdog_stops_{0}, over_currents_{0}, water_alarms_{0}, disconnects_{0};
   std::array<Count, 10> link_counts_{};
   std::atomic<double> current_a_{0}, voltage_v_{0}, temperature_c_{0};
 

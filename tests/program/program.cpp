@@ -98,4 +98,17 @@ fs::path small_rig(const fs::path& folder, const Edits& edits) {
   return rig;
 }
 
+fs::path patient_wire_rig(const fs::path& folder, const Edits& edits) {
+  EXPECT_EQ(run_tankrig({"init", folder.string(), "--from", "tank-wire"}).exit_code, 0);
+  edit(folder / "rig.yaml",
+       {{"\nscan:\n",
+         "\nscan:\n  control: {feedback_timeout_s: 1, heartbeat_timeout_s: 1}\n"
+         "  safety: {camera_timeout_s: 10}\n"},
+        {"limit: 100,", "limit: 0,"},
+        {"reply_timeout_ms: 5 ", "silence_timeout_ms: 1000\n    watchdog_ms: 10000\n    reply_timeout_ms: 100 "},
+        {"answer_timeout_ms: 200", "answer_timeout_ms: 1000, caller_timeout_ms: 5000, opening_timeout_s: 20"}});
+  edit(folder / "rig.yaml", edits);
+  return folder / "rig.yaml";
+}
+
 }  // namespace tankrig::test

@@ -42,4 +42,8 @@ std::filesystem::path edited_rig(const std::filesystem::path& folder, const std:
 /// The same with a tenth of the sweep and few dark frames, with `edits` made after that.
 std::filesystem::path small_rig(const std::filesystem::path& folder, const Edits& edits = {});
 
+/// The rig.yaml of a copy of the tank-wire rig in `folder`, patient with a machine that starves its emulators, with
+/// `edits` made after that.
+std::filesystem::path patient_wire_rig(const std::filesystem::path& folder, const Edits& edits = {});
+
 }  // namespace tankrig::test

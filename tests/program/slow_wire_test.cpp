@@ -34,6 +34,7 @@ fs::path slow_rig() {
                              {"overruns: {limit: 100, window_s: 1}", "overruns: {limit: 0}"},
                              {"exchange_rate_hz: 350", "exchange_rate_hz: 50"},
                              {"exchange_rate_hz: 75", "exchange_rate_hz: 25"},
+                             {"reply_timeout_ms: 5 ", "reply_timeout_ms: 200 "},
                              {"answer_timeout_ms: 200", "answer_timeout_ms: 1000, caller_timeout_ms: 2000"},
                              {"zero_file:", "watchdog_ms: 4000\n    zero_file:"},
                              {"power_up_rad: [0, 0.13, 0.9, 0, 0.1]", "power_up_rad: [0, 0.13, 1.6, 0, 0.1]"}});

@@ -34,30 +34,15 @@ namespace {
 using namespace std::chrono_literals;
 using testing_support::FrozenThread;
 
-/// The tank-wire rig, soon in its sweep and patient with a busy machine; its laser is a box of this process.
+/// Soon in its sweep; its laser is a box of this process.
 fs::path wire_rig(const fs::path& folder) {
-  EXPECT_EQ(run_tankrig({"init", folder.string(), "--from", "tank-wire"}).exit_code, 0);
-  std::string text = read_text(folder / "rig.yaml");
-  const std::pair<std::string, std::string> edits[] = {
-      {"\nscan:\n",
-       "\nscan:\n  park_rad: [0, 0.13, 1.3, 0, 0.1]\n  dark_frames: 2\n"
-       "  control: {feedback_timeout_s: 1, heartbeat_timeout_s: 1}\n"
-       "  safety: {camera_timeout_s: 10, beam: {verify: false}}\n"},  // the cameras know nothing of the box
-      {"cycle_hz: 350", "cycle_hz: 100"},
-      {"limit: 100,", "limit: 0,"},
-      {"exchange_rate_hz: 350", "exchange_rate_hz: 100"},
-      {"device: runtime/laser", "device: " + (folder / "laser").string()},
-      {"warm_up_s: 1.0, answer_timeout_ms: 200",
-       "warm_up_s: 1.0, answer_timeout_ms: 1000, caller_timeout_ms: 5000, opening_timeout_s: 20"},
-      {"zero_file:", "watchdog_ms: 10000\n    zero_file:"},  // a cycle that hangs is this program's to notice
-      {"power_up_rad: [0, 0.13, 0.9", "power_up_rad: [0, 0.13, 1.3"}};
-  for (const auto& [from, to] : edits) {
-    const std::size_t at = text.find(from);
-    EXPECT_NE(at, std::string::npos) << "the tank-wire rig no longer says: " << from;
-    if (at != std::string::npos) text.replace(at, from.size(), to);
-  }
-  write_text(folder / "rig.yaml", text);
-  return folder / "rig.yaml";
+  return patient_wire_rig(folder,
+                          {{"\nscan:\n", "\nscan:\n  park_rad: [0, 0.13, 1.3, 0, 0.1]\n  dark_frames: 2\n"},
+                           {"safety: {", "safety: {beam: {verify: false}, "},  // the cameras know nothing of the box
+                           {"cycle_hz: 350", "cycle_hz: 100"},
+                           {"exchange_rate_hz: 350", "exchange_rate_hz: 100"},
+                           {"device: runtime/laser", "device: " + (folder / "laser").string()},
+                           {"power_up_rad: [0, 0.13, 0.9", "power_up_rad: [0, 0.13, 1.3"}});
 }
 
 /// A scan on a terminal of its own.

@@ -15,21 +15,7 @@ using testing::Not;
 namespace tankrig::test {
 namespace {
 
-using Edits = std::vector<std::pair<std::string, std::string>>;
-
-/// A copy of the tank-wire rig with `edits` made.
-fs::path wire_rig(const Edits& edits = {}) {
-  const fs::path folder = scratch_folder() / "rig";
-  EXPECT_EQ(run_tankrig({"init", folder.string(), "--from", "tank-wire"}).exit_code, 0);
-  std::string text = read_text(folder / "rig.yaml");
-  for (const auto& [from, to] : edits) {
-    const std::size_t at = text.find(from);
-    EXPECT_NE(at, std::string::npos) << "the tank-wire rig no longer says: " << from;
-    if (at != std::string::npos) text.replace(at, from.size(), to);
-  }
-  write_text(folder / "rig.yaml", text);
-  return folder / "rig.yaml";
-}
+fs::path wire_rig(const Edits& edits = {}) { return patient_wire_rig(scratch_folder() / "rig", edits); }
 
 /// Its arm has just been switched on, and homes without long pauses.
 fs::path rig_not_homed() {
@@ -44,7 +30,7 @@ double reached(const nlohmann::json& report, const std::string& name) {
 }
 
 TEST(OnTheWire, StatusTellsWhatTheCarrierDoes) {
-  const ProgramRun run = run_tankrig({"arm", "status", "--rig", "tank-wire", "--json"});
+  const ProgramRun run = run_tankrig({"arm", "status", "--rig", wire_rig().string(), "--json"});
   if (forbids_private_network(run)) GTEST_SKIP() << run.err;
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const auto status = run.json();
@@ -87,11 +73,11 @@ TEST(OnTheWire, CtrlCStopsAJogOnItsWay) {
 TEST(OnTheWire, CtrlCTwiceInASweepStillEndsWithLaserAndArmConfirmed) {
   int sent = 0;
   const fs::path session = scratch_folder() / "session";
-  const ProgramRun run =
-      run_tankrig({"scan", "--rig", "tank-wire", "--out", session.string()}, [&](const std::string& line, int pid) {
-        if (sent > 0 || line.find("scan: sweep") == std::string::npos) return;
-        for (int i = 0; i < 2; ++i) sent += kill(pid, SIGINT) == 0;
-      });
+  const ProgramRun run = run_tankrig({"scan", "--rig", wire_rig().string(), "--out", session.string()},
+                                     [&](const std::string& line, int pid) {
+                                       if (sent > 0 || line.find("scan: sweep") == std::string::npos) return;
+                                       for (int i = 0; i < 2; ++i) sent += kill(pid, SIGINT) == 0;
+                                     });
   if (forbids_private_network(run)) GTEST_SKIP() << run.err;
   ASSERT_EQ(sent, 2) << run.err;
   EXPECT_EQ(run.exit_code, 3) << run.err;
@@ -163,8 +149,8 @@ Edits beside_its_stops() {
 TEST(OnTheWire, AnArmThatIsHomedButNotSeenAtRestIsNotCalledNotHomed) {
   Edits edits = beside_its_stops();
   edits.push_back({"      exchange_rate_hz: 350", "      exchange_rate_hz: 5"});
-  edits.push_back({"    driver: arm5e\n", "    driver: arm5e\n    silence_timeout_ms: 5000\n"});
-  edits.push_back({"\nscan:\n", "\nscan:\n  safety: {rest_timeout_s: 0.2}\n"});  // two readings in it: no run of them
+  edits.push_back({"silence_timeout_ms: 1000", "silence_timeout_ms: 5000"});
+  edits.push_back({"safety: {", "safety: {rest_timeout_s: 0.2, "});  // two readings in it: no run of them
   const fs::path rig = wire_rig(edits);
   const ProgramRun run = run_tankrig({"arm", "home", "--rig", rig.string(), "--yes", "--json"});
   if (forbids_private_network(run)) GTEST_SKIP() << run.err;
@@ -207,11 +193,11 @@ TEST(OnTheWire, IsStoppedAlsoWhileItsDevicesStart) {
 TEST(OnTheWire, APreviewRunsUntilCtrlCAndThatIsNoFailure) {
   const fs::path out = scratch_folder() / "see.png";
   int refreshes = 0;
-  const ProgramRun run =
-      run_tankrig({"camera", "preview", "--rig", "tank-wire", "--camera", "left", "--out", out.string(), "--json"},
-                  [&](const std::string& line, int pid) {
-                    if (line.find("focus") != std::string::npos && ++refreshes == 3) kill(pid, SIGINT);
-                  });
+  const ProgramRun run = run_tankrig(
+      {"camera", "preview", "--rig", wire_rig().string(), "--camera", "left", "--out", out.string(), "--json"},
+      [&](const std::string& line, int pid) {
+        if (line.find("focus") != std::string::npos && ++refreshes == 3) kill(pid, SIGINT);
+      });
   if (forbids_private_network(run)) GTEST_SKIP() << run.err;
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_GE(run.json().at("refreshes").get<int>(), 3);

@@ -20,10 +20,20 @@ using nlohmann::json;
 namespace tankrig::test {
 namespace {
 
+constexpr double kEnough = 0.25;  ///< share of a scan's frames about which the machine must have kept time
+
 struct WireScan {
   json result;
   Session session;
   fs::path truth;  ///< folder of CAMERA.csv
+  std::vector<testing_support::MachineWitness::Late> late;
+
+  /// Did the machine keep the emulators' time about then? A reading more than kNear away is of no use to a frame.
+  bool punctual_about(Stamp when) const {
+    constexpr Duration kNear = std::chrono::milliseconds{10};
+    return std::none_of(late.begin(), late.end(),
+                        [&](const auto& l) { return l.due <= when + kNear && when - kNear <= l.came; });
+  }
 };
 
 /// Why emulated cameras cannot have their network here; empty if they can.
@@ -35,6 +45,14 @@ const std::string& forbidden() {
   return reason;
 }
 
+/// Share of its frames about which the machine kept the emulators' time.
+double punctual_share(const WireScan& scan) {
+  const auto& frames = scan.session.frames;
+  const auto punctual = std::count_if(frames.begin(), frames.end(),
+                                      [&](const FrameRecord& frame) { return scan.punctual_about(frame.stamp); });
+  return static_cast<double>(punctual) / std::max<double>(1, static_cast<double>(frames.size()));
+}
+
 /// A scan over a carrier, made once for all tests; again while the machine starves it, three times at most.
 const WireScan& wire_scan(const std::string& carrier) {
   static std::map<std::string, WireScan> done;
@@ -43,15 +61,20 @@ const WireScan& wire_scan(const std::string& carrier) {
   for (int left = 2;; --left) {
     const fs::path folder = scratch_folder().parent_path() / ("wire-" + carrier + std::to_string(left));
     const testing_support::AwakeMachine awake;
-    const testing_support::MachineWitness witness;
+    testing_support::MachineWitness witness;
     const ProgramRun run = run_tankrig({"emulate", "--rig", "tank-wire", "--truth", (folder / "truth").string(), "--",
                                         TANKRIG_PROGRAM, "scan", "--rig", "tank-wire", "--carrier", carrier, "--json",
                                         "--out", (folder / "session").string()});
-    const Duration late = witness.latest();
-    std::printf("%s: the machine was %.1f ms late at most\n", carrier.c_str(), 1e3 * seconds(late));
-    if (late > testing_support::kStarved && left > 0) continue;
-    if (run.exit_code != 0) throw std::runtime_error("scan failed: " + run.err);
-    return done[carrier] = {run.json(), Session::open(folder / "session"), folder / "truth"};
+    const auto late = witness.lateness();
+    std::printf("%s: the machine was %.1f ms late at most\n", carrier.c_str(), 1e3 * seconds(witness.latest()));
+    if (run.exit_code != 0) {
+      if (witness.latest() > testing_support::kStarved && left > 0) continue;
+      throw std::runtime_error("scan failed: " + run.err);
+    }
+    WireScan scan{run.json(), Session::open(folder / "session"), folder / "truth", late};
+    std::printf("%s: punctual about %.0f %% of the frames\n", carrier.c_str(), 100 * punctual_share(scan));
+    if (punctual_share(scan) < kEnough && left > 0) continue;
+    return done[carrier] = std::move(scan);
   }
 }
 
@@ -121,7 +144,7 @@ TEST_P(WireScans, JoinFramesToJointsWithinTwoMillisecondsOfTheTruth) {
   const std::vector<TrueExposure> truth = read_truth(scan().truth / "mono.csv");
   std::vector<double> late_ms, elbow_ms;
   for (const FrameRecord& frame : scan().session.frames) {
-    if (frame.camera != "mono" || frame.phase != Phase::kSweep) continue;
+    if (frame.camera != "mono" || frame.phase != Phase::kSweep || !scan().punctual_about(frame.stamp)) continue;
     const auto nearest = std::min_element(truth.begin(), truth.end(), [&](const auto& a, const auto& b) {
       return std::abs((a.mid - frame.stamp).count()) < std::abs((b.mid - frame.stamp).count());
     });
@@ -129,7 +152,8 @@ TEST_P(WireScans, JoinFramesToJointsWithinTwoMillisecondsOfTheTruth) {
     late_ms.push_back(1e3 * std::abs(seconds(nearest->mid - frame.stamp)));
     elbow_ms.push_back(1e3 * std::abs((*frame.q)[2] - nearest->elbow) / 0.1);  // at 0.1 rad/s; 2 ms are 0.2 mm at 1 m
   }
-  ASSERT_GT(late_ms.size(), 150u);
+  ASSERT_GE(punctual_share(scan()), kEnough);
+  ASSERT_GE(late_ms.size(), 50u);
   EXPECT_LE(quantile(late_ms, 0.99), 2.0);
   EXPECT_LE(quantile(elbow_ms, 0.99), 2.0);
   std::printf("%s: stamp p50 %.3f ms, p99 %.3f ms; elbow p50 %.3f ms, p99 %.3f ms\n", GetParam(),
@@ -151,7 +175,9 @@ TEST_P(WireScans, LoseNoFrameWithoutAReasonAndACount) {
                                "laser_switching", "laser_wrong"})
       counted += count(scan(), camera + "." + reason);
     EXPECT_LE(gaps, counted) << camera;
-    EXPECT_GE(count(scan(), camera + ".recorded"), 15) << camera;  // of 20 or more; a busy machine may cost some
+    const double recorded = count(scan(), camera + ".recorded");
+    EXPECT_GE(recorded + counted, 20) << camera;
+    EXPECT_GE(recorded, 10) << camera << ": a starved machine may cost some, not half of them";
   }
 }
 
@@ -161,8 +187,10 @@ INSTANTIATE_TEST_SUITE_P(Carriers, WireScans, testing::Values("can", "serial"),
 TEST(WireScan, KeepsFramesWithinTwoMillisecondsOfAJointSampleOverCan) {
   if (!forbidden().empty()) GTEST_SKIP() << forbidden();
   std::vector<double> residual_ms;
-  for (const FrameRecord& frame : wire_scan("can").session.frames)
-    residual_ms.push_back(1e3 * seconds(frame.sync_residual));
+  const WireScan& scan = wire_scan("can");
+  for (const FrameRecord& frame : scan.session.frames)
+    if (scan.punctual_about(frame.stamp)) residual_ms.push_back(1e3 * seconds(frame.sync_residual));
+  ASSERT_GE(punctual_share(scan), kEnough);
   EXPECT_LE(quantile(residual_ms, 0.99), 2.0);
 }
 
