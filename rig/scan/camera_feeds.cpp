@@ -44,6 +44,7 @@ void CameraFeeds::schedule(bool ended) {
     const bool wanted = !ended && joiner_.wanted(feed.number, now - lead, now + lead);
     if (wanted && !feed.running) start(feed);
     if (!wanted && feed.running) {
+      tell_.asks();
       ask(feed, [&] { return feed.camera->stop(), true; });
       feed.running = false;
     }

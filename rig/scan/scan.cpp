@@ -75,7 +75,7 @@ class ScanRun {
   bool left_behind() const { return left_behind_; }
 
  private:
-  /// A device may take its time to start; the supervisor is well meanwhile.
+  /// A camera may take its time to start or to stop; the supervisor is well meanwhile.
   CameraFeedEvents feed_events() {
     return {[this] { executive_.heartbeat(well_at_ = job_.clock.now()); },
             [this](Stamp frame) {
@@ -110,7 +110,7 @@ class ScanRun {
   }
 
   /// Everything beside the cycle: interlock, cameras, disk, screen. Its heartbeat is as old as the round that gave it,
-  /// or as the newest camera it began to start, so a camera or a disk that holds a round up for longer than
+  /// or as the newest camera it began to start or to stop, so a camera or a disk that holds a round up for longer than
   /// heartbeat_timeout costs the beam in the next cycle.
   void supervise() {
     feeds_.begin_round();

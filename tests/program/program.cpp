@@ -106,6 +106,9 @@ fs::path patient_wire_rig(const fs::path& folder, const Edits& edits) {
          "  safety: {camera_timeout_s: 10}\n"},
         {"limit: 100,", "limit: 0,"},
         {"reply_timeout_ms: 5 ", "silence_timeout_ms: 1000\n    watchdog_ms: 10000\n    reply_timeout_ms: 100 "},
+        {"mono: {driver: aravis,", "mono: {driver: aravis, stall_periods: 250,"},
+        {"left: {driver: aravis,", "left: {driver: aravis, stall_periods: 250,"},
+        {"right: {driver: aravis,", "right: {driver: aravis, stall_periods: 250,"},
         {"answer_timeout_ms: 200", "answer_timeout_ms: 1000, caller_timeout_ms: 5000, opening_timeout_s: 20"}});
   edit(folder / "rig.yaml", edits);
   return folder / "rig.yaml";

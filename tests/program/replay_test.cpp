@@ -176,14 +176,23 @@ TEST(SessionExport, WantsAFormat) {
   EXPECT_EQ(run_tankrig({"session", "export", scanned().string(), "--format", "mp4"}).exit_code, 2);
 }
 
-TEST(SessionExport, BagHoldsEveryFrameJointAndCloudWithItsDefinition) {
-  const fs::path out = scratch_folder() / "out";
-  const ProgramRun run =
-      run_tankrig({"session", "export", scanned().string(), "--format", "bag", "--out", out.string()});
-  if (run.err.find("built without librosbag-storage") != std::string::npos) GTEST_SKIP() << run.err;
-  ASSERT_EQ(run.exit_code, 0) << run.err;
-  const Session session = Session::open(scanned());
-  const Bag bag = read_bag(read_text(out / "scanned.bag"));
+class SessionBag : public testing::Test {
+ protected:
+  void SetUp() override {
+    const fs::path out = scratch_folder() / "out";
+    const ProgramRun run =
+        run_tankrig({"session", "export", scanned().string(), "--format", "bag", "--out", out.string()});
+    if (run.err.find("built without librosbag-storage") != std::string::npos) GTEST_SKIP() << run.err;
+    ASSERT_EQ(run.exit_code, 0) << run.err;
+    session = Session::open(scanned());
+    bag = read_bag(read_text(out / "scanned.bag"));
+  }
+
+  Session session;
+  Bag bag;
+};
+
+TEST_F(SessionBag, HoldsEveryFrameJointAndCloudWithItsDefinition) {
   std::map<std::string, std::size_t> frames;
   for (const FrameRecord& frame : session.frames) ++frames[frame.camera];
   for (const auto& [camera, count] : frames) {
@@ -206,14 +215,7 @@ TEST(SessionExport, BagHoldsEveryFrameJointAndCloudWithItsDefinition) {
   EXPECT_EQ(bag.indexed, bag.messages);
 }
 
-TEST(SessionExport, BagSaysWhatTheSessionSays) {
-  const fs::path out = scratch_folder() / "out";
-  const ProgramRun run =
-      run_tankrig({"session", "export", scanned().string(), "--format", "bag", "--out", out.string()});
-  if (run.err.find("built without librosbag-storage") != std::string::npos) GTEST_SKIP() << run.err;
-  ASSERT_EQ(run.exit_code, 0) << run.err;
-  const Session session = Session::open(scanned());
-  const Bag bag = read_bag(read_text(out / "scanned.bag"));
+TEST_F(SessionBag, SaysWhatTheSessionSays) {
   const auto wall = [&](Stamp stamp) {
     return static_cast<std::uint64_t>(stamp.ns + session.info.clock_begin->offset_ns());
   };

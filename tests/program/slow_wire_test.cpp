@@ -26,8 +26,8 @@ fs::path slow_rig() {
                               {"from_rad: 1.3", "from_rad: 1.65"},
                               {"to_rad: 2.1", "to_rad: 1.8"},
                               {"dark_frames: 10", "dark_frames: 5"},
-                              {"feedback_timeout_s: 0.25", "feedback_timeout_s: 2"},
-                              {"heartbeat_timeout_s: 0.25", "heartbeat_timeout_s: 2"},
+                              {"feedback_timeout_s: 0.25", "feedback_timeout_s: 10"},
+                              {"heartbeat_timeout_s: 0.25", "heartbeat_timeout_s: 10"},
                               {"max_joint_gap_s: 0.1", "max_joint_gap_s: 1"}});
   edit(folder / "rig.yaml", {{"camera_lead_s: 0.5", "camera_lead_s: 2"},
                              {"cycle_hz: 350", "cycle_hz: 50"},
@@ -36,7 +36,7 @@ fs::path slow_rig() {
                              {"exchange_rate_hz: 75", "exchange_rate_hz: 25"},
                              {"reply_timeout_ms: 5 ", "reply_timeout_ms: 200 "},
                              {"answer_timeout_ms: 200", "answer_timeout_ms: 1000, caller_timeout_ms: 2000"},
-                             {"zero_file:", "watchdog_ms: 4000\n    zero_file:"},
+                             {"zero_file:", "silence_timeout_ms: 5000\n    watchdog_ms: 20000\n    zero_file:"},
                              {"power_up_rad: [0, 0.13, 0.9, 0, 0.1]", "power_up_rad: [0, 0.13, 1.6, 0, 0.1]"}});
   const Edits eyes_in_scene{{"<resw>640</resw><resh>480</resh>", "<resw>160</resw><resh>120</resh>"},
                             {"<fx>765.4</fx><fy>762.9</fy><x0>315.7</x0><y0>236.8</y0>",

@@ -7,6 +7,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "tests/program/program.hpp"
+#include "tests/support/sanitizers.hpp"
 
 namespace fs = std::filesystem;
 using testing::HasSubstr;
@@ -205,6 +206,7 @@ TEST(OnTheWire, APreviewRunsUntilCtrlCAndThatIsNoFailure) {
 }
 
 TEST(OnTheWire, ALitPreviewLeavesTheLaserOffAndTheArmWhereItWas) {
+  TANKRIG_SKIP_SANITIZED("no emulated camera has a picture in time for a preview's heartbeat");
   const fs::path rig = wire_rig();
   const ProgramRun run = run_tankrig({"camera", "preview", "--rig", rig.string(), "--laser", "--yes", "--seconds", "2",
                                       "--out", (scratch_folder() / "lit.png").string(), "--json"});

@@ -6,6 +6,7 @@
 #include "core/input_error.hpp"
 #include "rig/session/event_kinds.hpp"
 #include "tests/support/mock_rig.hpp"
+#include "tests/support/slow_camera.hpp"
 
 namespace tankrig {
 namespace {
@@ -62,30 +63,12 @@ TEST(RealTimeScan, TellsWhatTheSystemDoesNotGrantWhereItGoesWithoutIt) {
   EXPECT_NE(rig.sink.events[0].text.find("processor 1023"), std::string::npos) << rig.sink.events[0].text;
 }
 
-/// A mock camera whose device takes its time to start, as real ones do.
-class SlowStarter final : public Camera {
- public:
-  SlowStarter(Camera& camera, Clock& clock) : camera_(camera), clock_(clock) {}
-  CameraInfo info() const override { return camera_.info(); }
-  Status start() override {
-    clock_.sleep_until(clock_.now() + 100ms);
-    return camera_.start();
-  }
-  Result<std::optional<Frame>> try_grab() override { return camera_.try_grab(); }
-  void stop() noexcept override { camera_.stop(); }
-  CameraCounters counters() const override { return camera_.counters(); }
-
- private:
-  Camera& camera_;
-  Clock& clock_;
-};
-
 TEST(RealTimeScan, LightsTheSweepOfACameraThatIsSlowToStart) {
   ShortRig rig;
   rig.s.heartbeat_timeout = 5;
   rig.power_on();
   rig.plan = std::make_unique<ScanPlan>(make_scan_plan(rig.s, read_posture(*rig.arm, rig.clock, 1s)));
-  SlowStarter mono(*rig.cameras[0], rig.clock);
+  testing_support::SlowCamera mono(*rig.cameras[0], rig.clock, 100ms);
   ScanJob job{*rig.plan, rig.s,    rig.clock,          *rig.arm, *rig.laser, {{&mono, RecordWhen::kAll}},
               rig.sink,  rig.stop, [] { return true; }};
   const ScanResult result = run_scan(job);

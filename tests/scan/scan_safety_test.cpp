@@ -5,12 +5,14 @@
 
 #include "core/input_error.hpp"
 #include "tests/support/mock_rig.hpp"
+#include "tests/support/slow_camera.hpp"
 
 namespace tankrig {
 namespace {
 
 using namespace std::chrono_literals;
 using testing_support::MockRig;
+using testing_support::SlowCamera;
 
 /// Does `what` once, in the middle of the sweep.
 void in_the_sweep(MockRig& rig, std::function<void()> what) {
@@ -221,34 +223,14 @@ TEST(ScanSafety, NamesTheCameraThatHoldsTheSupervisorUp) {
   EXPECT_TRUE(result.left.safe());
 }
 
-/// Takes its time to start, once.
-class SlowStarter final : public Camera {
- public:
-  SlowStarter(Camera& camera, Clock& clock, Duration time) : camera_(camera), clock_(clock), time_(time) {}
-  CameraInfo info() const override { return camera_.info(); }
-  Status start() override {
-    clock_.sleep_until(clock_.now() + std::exchange(time_, Duration{0}));
-    return camera_.start();
-  }
-  Result<std::optional<Frame>> try_grab() override { return camera_.try_grab(); }
-  std::optional<Stamp> next_frame_at() const override { return camera_.next_frame_at(); }
-  void stop() noexcept override { camera_.stop(); }
-  CameraCounters counters() const override { return camera_.counters(); }
-
- private:
-  Camera& camera_;
-  Clock& clock_;
-  Duration time_;
-};
-
-TEST(ScanSafety, GoesOnWhereCamerasTogetherTakeLongToStartAndNoneOfThemAlone) {
+TEST(ScanSafety, GoesOnWhereCamerasTogetherTakeLongToStartOrToStopAndNoneOfThemAlone) {
   MockRig rig;
   ASSERT_EQ(rig.s.heartbeat_timeout, 0.25);
   rig.power_on();
   rig.plan = std::make_unique<ScanPlan>(make_scan_plan(rig.s, read_posture(*rig.arm, rig.clock, 1s)));
   const auto black = [](const std::string&, const sim::Exposure&) { return cv::Mat(2, 2, CV_8UC1, cv::Scalar(0)); };
   sim::MockCamera eye({"right", 2, 2, 1, 25}, rig.mock.camera, rig.clock, *rig.arm, *rig.laser, black);
-  SlowStarter left(*rig.cameras[1], rig.clock, 150ms), right(eye, rig.clock, 150ms);
+  SlowCamera left(*rig.cameras[1], rig.clock, 150ms, 150ms), right(eye, rig.clock, 150ms, 150ms);
   ScanJob job{*rig.plan,
               rig.s,
               rig.clock,
@@ -270,7 +252,7 @@ TEST(ScanSafety, BlamesNoCameraForWhatItDidInAnEarlierRound) {
     if (frame.phase == Phase::kSweep && !std::exchange(held_up, true)) rig.clock.sleep_until(rig.clock.now() + 500ms);
   };
   rig.power_on();
-  SlowStarter mono(*rig.cameras[0], rig.clock, 400ms);  // before the plan begins: nothing hangs on it
+  SlowCamera mono(*rig.cameras[0], rig.clock, 400ms);  // before the plan begins: nothing hangs on it
   rig.plan = std::make_unique<ScanPlan>(make_scan_plan(rig.s, read_posture(*rig.arm, rig.clock, 1s)));
   ScanJob job{*rig.plan,   rig.s,      rig.clock,
               *rig.arm,    *rig.laser, {{&mono, RecordWhen::kAll}},

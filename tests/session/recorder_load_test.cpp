@@ -18,6 +18,7 @@
 #include "tests/session/in_child.hpp"
 #include "tests/session/some_session.hpp"
 #include "tests/support/held_thread.hpp"
+#include "tests/support/sanitizers.hpp"
 
 namespace tankrig {
 namespace {
@@ -70,7 +71,7 @@ std::string record_until_refused(SessionWriter& writer, int frames) {
 
 TEST(Recorder, SustainsThreeColourCamerasAt25FramesPerSecond) {
   constexpr int kFrames = 100;  // 4 s of 69 MB/s: the ring holds 0.7 s of them
-  constexpr auto kPeriod = 40ms;
+  constexpr auto kPeriod = 40ms * testing_support::kSlowness;
   const TemporaryFolder folder;
   SessionWriter writer(folder.path() / "s", three_cameras(), {.wait_when_full = false, .ring_bytes = 48 << 20});
   const cv::Mat picture = noisy_picture(0);
