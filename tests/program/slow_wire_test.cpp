@@ -36,7 +36,7 @@ fs::path slow_rig() {
                              {"exchange_rate_hz: 75", "exchange_rate_hz: 25"},
                              {"reply_timeout_ms: 5 ", "reply_timeout_ms: 200 "},
                              {"answer_timeout_ms: 200", "answer_timeout_ms: 1000, caller_timeout_ms: 2000"},
-                             {"zero_file:", "silence_timeout_ms: 5000\n    watchdog_ms: 20000\n    zero_file:"},
+                             {"zero_file:", "silence_timeout_ms: 5000\n    watchdog_ms: 10000\n    zero_file:"},
                              {"power_up_rad: [0, 0.13, 0.9, 0, 0.1]", "power_up_rad: [0, 0.13, 1.6, 0, 0.1]"}});
   const Edits eyes_in_scene{{"<resw>640</resw><resh>480</resh>", "<resw>160</resw><resh>120</resh>"},
                             {"<fx>765.4</fx><fy>762.9</fy><x0>315.7</x0><y0>236.8</y0>",
