@@ -67,10 +67,8 @@ const WireScan& wire_scan(const std::string& carrier) {
                                         "--out", (folder / "session").string()});
     const auto late = witness.lateness();
     std::printf("%s: the machine was %.1f ms late at most\n", carrier.c_str(), 1e3 * seconds(witness.latest()));
-    if (run.exit_code != 0) {
-      if (witness.latest() > testing_support::kStarved && left > 0) continue;
-      throw std::runtime_error("scan failed: " + run.err);
-    }
+    if (witness.latest() > testing_support::kStarved && left > 0) continue;
+    if (run.exit_code != 0) throw std::runtime_error("scan failed: " + run.err);
     WireScan scan{run.json(), Session::open(folder / "session"), folder / "truth", late};
     std::printf("%s: punctual about %.0f %% of the frames\n", carrier.c_str(), 100 * punctual_share(scan));
     if (punctual_share(scan) < kEnough && left > 0) continue;
@@ -143,8 +141,11 @@ TEST_P(WireScans, ScoreAsTheMockRigWithTheSameCameras) {
 TEST_P(WireScans, JoinFramesToJointsWithinTwoMillisecondsOfTheTruth) {
   const std::vector<TrueExposure> truth = read_truth(scan().truth / "mono.csv");
   std::vector<double> late_ms, elbow_ms;
+  int swept = 0;
   for (const FrameRecord& frame : scan().session.frames) {
-    if (frame.camera != "mono" || frame.phase != Phase::kSweep || !scan().punctual_about(frame.stamp)) continue;
+    if (frame.camera != "mono" || frame.phase != Phase::kSweep) continue;
+    ++swept;
+    if (!scan().punctual_about(frame.stamp)) continue;
     const auto nearest = std::min_element(truth.begin(), truth.end(), [&](const auto& a, const auto& b) {
       return std::abs((a.mid - frame.stamp).count()) < std::abs((b.mid - frame.stamp).count());
     });
@@ -152,6 +153,7 @@ TEST_P(WireScans, JoinFramesToJointsWithinTwoMillisecondsOfTheTruth) {
     late_ms.push_back(1e3 * std::abs(seconds(nearest->mid - frame.stamp)));
     elbow_ms.push_back(1e3 * std::abs((*frame.q)[2] - nearest->elbow) / 0.1);  // at 0.1 rad/s; 2 ms are 0.2 mm at 1 m
   }
+  ASSERT_GT(swept, 150);
   ASSERT_GE(punctual_share(scan()), kEnough);
   ASSERT_GE(late_ms.size(), 50u);
   EXPECT_LE(quantile(late_ms, 0.99), 2.0);
@@ -177,7 +179,7 @@ TEST_P(WireScans, LoseNoFrameWithoutAReasonAndACount) {
     EXPECT_LE(gaps, counted) << camera;
     const double recorded = count(scan(), camera + ".recorded");
     EXPECT_GE(recorded + counted, 20) << camera;
-    EXPECT_GE(recorded, 10) << camera << ": a starved machine may cost some, not half of them";
+    EXPECT_GE(recorded, 15) << camera;  // a busy machine may cost some
   }
 }
 
