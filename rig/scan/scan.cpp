@@ -23,7 +23,6 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr std::size_t kJointSamples = 4096;  // kept for frames still to be joined
-constexpr Duration kFirstFrameTimeout = 3s;  // of the camera that sets the frame grid
 constexpr Duration kProgressPeriod = 100ms;
 constexpr Duration kBeamSettles = 300ms;  // around a switching: projectors glow, contacts are read back late
 constexpr double kCyclesToArm = 2;        // until the safety step has seen the switch
@@ -105,8 +104,6 @@ class ScanRun {
     CycleRecord record;
     while (executive_.try_pop(record)) consume(record);
     if (ended()) executive_.set_armed(false);
-    if (!plan_zero_ && round_began_ - begin_ > kFirstFrameTimeout)
-      device_failed("camera: no frame to set the frame grid by");
   }
 
   /// Everything beside the cycle: interlock, cameras, disk, screen. Its heartbeat is as old as the round that gave it,

@@ -169,12 +169,14 @@ class MuteCamera final : public Camera {
 struct MuteRig : MockRig {
   std::unique_ptr<MuteCamera> camera;
   TriggerSettings trigger;
+  bool mute_from_start = false;
   Stamp happened;
 
   ScanResult run(const std::function<void(MuteCamera&)>& happens) {
     mock.camera.triggered = trigger.mode != TriggerMode::kFree;
     power_on();
     camera = std::make_unique<MuteCamera>(*cameras[0], clock);
+    camera->mute = mute_from_start;
     progress = [this, &happens](const ScanProgress& p) {
       if (happened.ns != 0 || p.phase != Phase::kSweep || sink.of("mono", Phase::kSweep).size() < 5) return;
       happened = clock.now();
@@ -205,6 +207,14 @@ TEST(ScanSafety, EndsWhereACameraFallsSilentAndNamesIt) {
     EXPECT_LT(rig.ended_after(), timeout + 0.05);
     EXPECT_TRUE(result.left.safe());
   }
+}
+
+TEST(ScanSafety, EndsWhereACameraGivesNoFrameToSetTheFrameGridByAndNamesIt) {
+  MuteRig rig;
+  rig.mute_from_start = true;
+  const ScanResult result = rig.run([](MuteCamera&) {});
+  EXPECT_EQ(result.status, "stopped: camera mono: no frame for 3.0 s");
+  EXPECT_TRUE(result.left.safe());
 }
 
 TEST(ScanSafety, EndsWhereATriggeredCameraAnswersNoTriggerAndNamesIt) {
