@@ -81,6 +81,15 @@ struct ArmBench {
     return false;
   }
 
+  /// Driven at 0.1 rad/s until it moves so.
+  bool elbow_swings() {
+    return until([&] {
+      (void)arm->try_read();
+      EXPECT_TRUE(arm->write_velocity(elbow(0.1)).ok());
+      return emulator->true_velocity_at(clock.now())[kElbow] > 0.09;
+    });
+  }
+
   /// Reads until a state comes.
   JointState state() {
     std::optional<JointState> found;
