@@ -1,5 +1,7 @@
 #include "rig/capture/beam_watch.hpp"
 
+#include <cstring>
+
 namespace tankrig {
 namespace {
 
@@ -8,6 +10,15 @@ namespace {
 constexpr int kPresent = 16, kAbsent = 12;
 constexpr double kLeastContrast = 0.5;    // of a stray beam, relative to the newest stripe
 constexpr std::size_t kMostWaiting = 64;  // frames
+constexpr double kMoved = 2e-3;           // by so much a stripe's picture is another one [rad]
+
+bool same_bits(const cv::Mat& a, const cv::Mat& b) {
+  if (a.size() != b.size() || a.type() != b.type()) return false;
+  const std::size_t row = static_cast<std::size_t>(a.cols) * a.elemSize();
+  for (int r = 0; r < a.rows; ++r)
+    if (std::memcmp(a.ptr(r), b.ptr(r), row) != 0) return false;
+  return true;
+}
 
 }  // namespace
 
@@ -58,11 +69,23 @@ void BeamWatch::judge_lit(PerCamera& camera, const Waiting& frame) {
   const auto joints = joints_.interpolate(frame.middle);
   const bool expected = camera.in_view && joints.ok() && camera.in_view(joints.value().q);
   if (sign->triples >= kPresent) camera.lit_contrast = sign->contrast;
+  if (sign->triples >= kPresent && joints.ok()) judge_repeats(camera, frame, joints.value().q);
   if (!expected) return;
   ++lit_;
   lit_seen_ += sign->triples >= kPresent;
   camera.missing = sign->triples < kAbsent ? camera.missing + 1 : 0;
   if (camera.missing >= settings_.frames) verdict_ = BeamVerdict::kMissing;
+}
+
+void BeamWatch::judge_repeats(PerCamera& camera, const Waiting& frame, const JointVector& q) {
+  if (!same_bits(camera.lit, frame.image)) {
+    camera.lit = frame.image;
+    camera.lit_q = q;
+    camera.repeated = 0;
+    return;
+  }
+  if ((q - camera.lit_q).cwiseAbs().maxCoeff() < kMoved) return;
+  if (++camera.repeated >= settings_.frames) repeating_ = frame.camera;
 }
 
 void BeamWatch::judge_dark(PerCamera& camera, const Waiting& frame) {

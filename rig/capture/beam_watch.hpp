@@ -3,6 +3,7 @@
 
 #include <deque>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,7 +21,8 @@ namespace tankrig {
 using StripeInView = std::function<bool(const JointVector& q)>;
 
 /// What a camera sees in the dark is learnt from its first frames before any light. From then on every frame testifies,
-/// except around a switching. `frames` contradictions of one camera in a row are a verdict, which stays.
+/// except around a switching. `frames` contradictions of one camera in a row are a verdict, which stays. A camera whose
+/// lit picture stays the same, bit for bit, though the arm moves is no witness.
 /// Threads: one, the supervisor's.  RT: never.
 class BeamWatch {
  public:
@@ -37,6 +39,9 @@ class BeamWatch {
   /// Judges the frames whose light is known by now, and of lit ones the joints.
   BeamVerdict judge();
 
+  /// The camera that has repeated its lit picture in `frames` frames in a row.
+  std::optional<int> repeating() const { return repeating_; }
+
   /// "beam seen in 200 of 200 lit frames, not seen in 24 of 24 dark ones"
   std::string summary() const;
 
@@ -46,6 +51,9 @@ class BeamWatch {
     DarkReference dark;
     double lit_contrast = 0;     // of the newest stripe seen with the laser on
     int missing = 0, stray = 0;  // in a row
+    cv::Mat lit;                 // the newest picture with a stripe, and the joints when it was new
+    JointVector lit_q = JointVector::Zero();
+    int repeated = 0;  // in a row
   };
   struct Waiting {
     int camera;
@@ -55,6 +63,7 @@ class BeamWatch {
 
   bool joints_known(const Waiting& frame) const;
   void judge_lit(PerCamera& camera, const Waiting& frame);
+  void judge_repeats(PerCamera& camera, const Waiting& frame, const JointVector& q);
   void judge_dark(PerCamera& camera, const Waiting& frame);
 
   const BeamSettings settings_;
@@ -66,6 +75,7 @@ class BeamWatch {
   std::optional<Stamp> switched_;  // newest switching, commanded or told
   bool commanded_ = false, emitting_ = false, was_lit_ = false;
   BeamVerdict verdict_ = BeamVerdict::kNone;
+  std::optional<int> repeating_;
   int lit_ = 0, lit_seen_ = 0, dark_ = 0, dark_clear_ = 0;
 };
 

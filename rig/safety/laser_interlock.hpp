@@ -24,8 +24,8 @@ struct InterlockLimits {
 /// What the cycle knows when it asks. Levels; edges are found by the step itself.
 struct InterlockInputs {
   Stamp now{};
-  bool arm = false;               ///< operator's arming switch
-  bool reset = false;             ///< operator's reset button
+  bool arm = false;               ///< arming switch: a scan's own, once it is begun
+  bool reset = false;             ///< reset button; no command has one yet: a fault ends the scan
   bool hold = false;              ///< operator's request for light with the arm at rest
   bool interlock_closed = false;  ///< lid, key, door: open means no emission
   bool heartbeat_fresh = false;   ///< the supervising loop was heard of lately

@@ -21,7 +21,7 @@ CameraFeeds::CameraFeeds(const std::vector<ScanCamera>& cameras, const ScanSetti
     beam_.add_camera(c.beam_in_view);
     triggers_.add_camera(number, *c.camera, c.record, c.trigger);
     feeds_.push_back(
-        {c.camera, number, c.record, c.time_offset, c.trigger.mode != TriggerMode::kFree, false, {}, false});
+        {c.camera, number, c.record, c.time_offset, c.trigger.mode != TriggerMode::kFree, false, {}, false, {}});
   }
 }
 
@@ -92,6 +92,7 @@ void CameraFeeds::grab(Feed& feed) {
     feed.news = clock_.now();
     feed.delivers = true;
     Frame& frame = *news.value();
+    if (const std::string wrong = feed.stamps.judge(frame, feed.news); !wrong.empty()) return failed(feed, wrong);
     frame.stamp = frame.stamp - feed.time_offset;
     tell_.frame(frame.stamp);
     triggers_.add_frame(feed.number, frame);
@@ -111,12 +112,16 @@ void CameraFeeds::check_silence(const Feed& feed) {
   const double patience = feed.delivers ? usual : std::max(usual, kFirstFrame);
   if (!since || seconds(clock_.now() - *since) <= patience) return;
   char line[48];
-  std::snprintf(line, sizeof line, ": no frame for %.1f s", patience);
-  tell_.failed("camera " + feed.camera->info().name + line, false);
+  std::snprintf(line, sizeof line, "no frame for %.1f s", patience);
+  failed(feed, line);
 }
 
 void CameraFeeds::failed(const Feed& feed, const Error& error) {
-  tell_.failed("camera " + feed.camera->info().name + ": " + describe(error), error.code == ErrorCode::kInternal);
+  failed(feed, describe(error), error.code == ErrorCode::kInternal);
+}
+
+void CameraFeeds::failed(const Feed& feed, const std::string& what, bool thread_died) {
+  tell_.failed("camera " + feed.camera->info().name + ": " + what, thread_died);
 }
 
 std::map<std::string, std::uint64_t> CameraFeeds::counts() const {

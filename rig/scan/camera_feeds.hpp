@@ -11,6 +11,7 @@
 #include "drivers/camera/camera.hpp"
 #include "rig/capture/beam_watch.hpp"
 #include "rig/capture/frame_joiner.hpp"
+#include "rig/capture/stamp_watch.hpp"
 #include "rig/capture/triggers.hpp"
 #include "rig/plan/scan_settings.hpp"
 #include "rig/plan/trigger_settings.hpp"
@@ -69,12 +70,14 @@ class CameraFeeds {
     bool running;
     Stamp news;     // it was started, or its newest frame arrived
     bool delivers;  // has done so since it was started
+    StampWatch stamps;
   };
 
   void start(Feed& feed);
   void grab(Feed& feed);
   void check_silence(const Feed& feed);
   void failed(const Feed& feed, const Error& error);
+  void failed(const Feed& feed, const std::string& what, bool thread_died = false);
   template <class Call>
   std::invoke_result_t<Call> ask(const Feed& feed, Call call);
 

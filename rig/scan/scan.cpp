@@ -118,6 +118,7 @@ class ScanRun {
     if (!ended()) feeds_.check_silence();
     joiner_.drain();
     executive_.set_beam(beam_.judge());
+    if (const auto camera = beam_.repeating()) device_failed(repeats(*camera));
     report_progress();
     executive_.heartbeat(well_at_);
   }
@@ -214,6 +215,11 @@ class ScanRun {
   void thread_died(const std::string& what) {
     if (failure_.empty()) failure_ = what;
     executive_.thread_died();
+  }
+
+  std::string repeats(int camera) const {
+    return "camera " + job_.cameras[static_cast<std::size_t>(camera)].camera->info().name +
+           ": repeats its picture though the arm moves";
   }
 
   void report_progress() {

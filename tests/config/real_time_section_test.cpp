@@ -26,7 +26,7 @@ TEST(RealTimeSection, IsStrictWhereTheFileSaysNothing) {
   const RealTimeSettings s = read("  real_time: {}\n");
   EXPECT_TRUE(s.required);
   EXPECT_TRUE(s.lock_memory);
-  EXPECT_EQ(s.priority, 50);
+  EXPECT_EQ(s.priority, 80);
   EXPECT_FALSE(s.cpu);
   EXPECT_EQ(s.overruns, 10);
   EXPECT_EQ(s.window, 1);

@@ -205,7 +205,7 @@ TEST(PlatformFacts, SayWhatTheSystemGave) {
   const auto facts = platform_facts(machine.root, settings, {true, true, true, true});
   EXPECT_EQ(facts.at("kernel"), "6.1.0-rt");
   EXPECT_EQ(facts.at("preemption"), "PREEMPT_RT");
-  EXPECT_EQ(facts.at("scheduling"), "SCHED_FIFO 50");
+  EXPECT_EQ(facts.at("scheduling"), "SCHED_FIFO 80");
   EXPECT_EQ(facts.at("memory"), "locked");
   EXPECT_EQ(facts.at("processor"), "3");
   EXPECT_EQ(facts.at("sleep"), "kept off");

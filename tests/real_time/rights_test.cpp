@@ -66,7 +66,7 @@ rlim_t memory_limit(const std::string& word) {
 TEST(RealTimeRights, AUserWithoutThemIsToldWhatIsMissingAndHowToGetIt) {
   const std::string told = as_a_user(0, 65536, [] { return missing_real_time({}); });
   EXPECT_EQ(told,
-            "not granted: SCHED_FIFO at priority 50, locked memory without limit: put etc/limits.d/tankrig.conf into "
+            "not granted: SCHED_FIFO at priority 80, locked memory without limit: put etc/limits.d/tankrig.conf into "
             "/etc/security/limits.d and log in again, or use setcap (docs/real_time.md)");
 }
 

@@ -60,8 +60,6 @@ const std::vector<Reason>& not_on_wires() {
       {D::kLaser, {K::kSlow}, "the box tells its contact, not the light: light that is missing is `beam off`"},
       {D::kLaser, {K::kDropped}, "a command that is lost has no echo: intermittent"},
       {D::kLaser, {K::kWriteError}, "a line that takes nothing is unplugged"},
-      {D::kDisk, {K::kDiskFull, K::kWriteError, K::kSlow, K::kStuck}, "part of the host, not on a wire"},
-      {D::kSupervisor, {K::kOff, K::kStuck, K::kSlow}, "part of the host, not on a wire"},
   };
   return table;
 }
@@ -70,7 +68,8 @@ const std::vector<Reason>& not_on_wires() {
 const std::vector<Reason>& not_on_serial() {
   static const std::vector<Reason> table = {
       {D::kArm, {K::kBusOff, K::kEnobufs}, "a serial line has neither"},
-      {D::kCamera, {K::kDelayed, K::kDropped, K::kClockJump}, "nothing stops, so the carrier's timing changes nothing"},
+      {D::kCamera, {K::kDelayed, K::kDropped}, "nothing stops, so the carrier's timing changes nothing"},
+      {D::kCamera, {K::kClockJump}, "found at the first frame, whatever carries the arm"},
       {D::kLuxMeter,
        {K::kOff, K::kStuck, K::kGarbage, K::kWrong, K::kSlow, K::kIntermittent, K::kUnplugged, K::kTorn},
        "read after the scan, with the arm at rest on either carrier"},

@@ -8,11 +8,11 @@
 #include "rig/session/session_writer.hpp"
 #include "sim_backends/faults/faulty_arm.hpp"
 #include "sim_backends/faults/faulty_camera.hpp"
-#include "sim_backends/faults/faulty_host.hpp"
 #include "sim_backends/faults/faulty_laser.hpp"
 #include "sim_backends/faults/faulty_lux_meter.hpp"
 #include "sim_backends/mock/mock_camera.hpp"
 #include "sim_backends/mock/mock_lux_meter.hpp"
+#include "tests/scenarios/faulty_session.hpp"
 
 namespace tankrig::scenarios {
 namespace {
@@ -30,13 +30,10 @@ ScanSettings small_scan() {
   return s;
 }
 
-/// A grey floor; a row shines as long as the laser did while it was exposed.
 cv::Mat taken(cv::Size size, const sim::Exposure& exposure) {
-  cv::Mat image(size, CV_8UC1, cv::Scalar(20));
   double light = 0;
   for (const double power : exposure.laser) light += power / static_cast<double>(exposure.laser.size());
-  image.rowRange(size.height / 2 - 1, size.height / 2 + 2) = cv::Scalar(20 + 200 * light);
-  return image;
+  return stripe_picture(size, light, exposure.index);
 }
 
 SessionCamera described(const CameraInfo& info) {
@@ -49,43 +46,6 @@ SessionCamera described(const CameraInfo& info) {
   return camera;
 }
 
-/// The session, with the disk of the plan before it.
-class FaultySession final : public ScanSink {
- public:
-  FaultySession(SessionWriter& writer, sim::FaultScript& script, sim::FaultyHost& host, CallTape& tape,
-                Outcome& outcome)
-      : writer_(writer), script_(script), host_(host), tape_(tape), outcome_(outcome) {}
-
-  void joints(const JointState& state) override {
-    written(false, [&] { writer_.joints(state); });
-  }
-  void frame(const FrameRecord& record, const cv::Mat& image) override {
-    written(true, [&] { writer_.frame(record, image); });
-  }
-  void event(Stamp when, std::string_view kind, const std::string& text) override {
-    if (kind == "phase") script_.enter_phase(text, when);
-    outcome_.events.push_back({when, std::string(kind), text});
-    writer_.event(when, kind, text);
-  }
-
- private:
-  template <class Write>
-  void written(bool frame, Write write) {
-    try {
-      host_.write(frame);
-      write();
-    } catch (...) {
-      tape_.add(Call::kScan, true);
-      throw;
-    }
-  }
-  SessionWriter& writer_;
-  sim::FaultScript& script_;
-  sim::FaultyHost& host_;
-  CallTape& tape_;
-  Outcome& outcome_;
-};
-
 struct Rig {
   Rig(const sim::FaultPlan& plan, std::filesystem::path path, cv::Size picture)
       : script(plan),
@@ -94,7 +54,6 @@ struct Rig {
         faulty_arm(mock_arm, script, clock),
         faulty_laser(mock_laser, script, clock),
         lux_meter(mock_lux_meter, script, clock),
-        host(script, clock),
         tape(clock),
         arm(faulty_arm, tape),
         laser(faulty_laser, tape),
@@ -129,18 +88,13 @@ struct Rig {
 
  private:
   void run(SessionWriter& writer, Outcome& out) {
-    FaultySession sink(writer, script, host, tape, out);
+    FaultySession sink(writer, script, clock, tape, out);
     const ScanPlan plan = make_scan_plan(s, read_posture(arm, clock, 1s));
     std::atomic<bool> stop{false};
     const auto interlock = [&] {
-      try {
-        host.round();
-      } catch (...) {
-        tape.add(Call::kScan, true);
-        throw;
-      }
+      sink.round();
       for (const sim::FaultEvent& e : script.news(clock.now())) writer.event(e.when, "injected", e.text);
-      return host.interlock(true);
+      return sink.interlock();
     };
     const auto always = [](const JointVector&) { return true; };
     ScanJob job{
@@ -184,7 +138,6 @@ struct Rig {
   sim::FaultyLaser faulty_laser;
   sim::MockLuxMeter mock_lux_meter{[] { return 60.0; }, clock};
   sim::FaultyLuxMeter lux_meter;
-  sim::FaultyHost host;
   CallTape tape;
   TapedArm arm;
   TapedLaser laser;
@@ -195,6 +148,15 @@ struct Rig {
 };
 
 }  // namespace
+
+cv::Mat stripe_picture(cv::Size size, double light, std::uint64_t index) {
+  constexpr int kFloor = 18, kNoise = 5, kStripe = 200;
+  cv::Mat image(size, CV_8UC1);
+  cv::RNG random(index + 1);
+  random.fill(image, cv::RNG::UNIFORM, kFloor, kFloor + kNoise);
+  image.rowRange(size.height / 2 - 1, size.height / 2 + 2) += cv::Scalar(kStripe * light);
+  return image;
+}
 
 bool Outcome::told(const std::string& words) const {
   if (status.find(words) != std::string::npos) return true;

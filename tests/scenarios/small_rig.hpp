@@ -39,6 +39,9 @@ struct Outcome {
 Outcome scan_with_faults(const sim::FaultPlan& plan, const std::filesystem::path& session,
                          cv::Size picture = {160, 120});
 
+/// A dark floor with a sensor's noise; three rows shine, 1: all of the laser's light.
+cv::Mat stripe_picture(cv::Size size, double light, std::uint64_t index);
+
 /// Seconds per cycle of the small rig.
 inline constexpr double kCyclePeriod = 0.005;
 

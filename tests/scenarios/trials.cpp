@@ -12,11 +12,11 @@ using namespace std::chrono_literals;
 using D = sim::FaultDevice;
 using K = sim::FaultKind;
 
-constexpr Duration kMockAt = 2s, kWireAt = 800ms;  // after the laser's first command: in the sweep
+constexpr Duration kMockAt = 2s, kWireAt = 1200ms;  // after the laser's first command: in the sweep
 
 struct Argument {
   double ratio = -1;  // below 0: the plan's default; so are times of 0
-  Duration delay{}, duration{};
+  Duration delay{}, duration{}, jump{};
   bool from_start = false;
 };
 
@@ -31,7 +31,12 @@ struct Case {
 
 constexpr char kDone[] = "complete";
 constexpr char kDark[] = "beam not seen";
+constexpr char kRepeats[] = "repeats its picture";
+constexpr char kJumped[] = "its clock jumped";
 constexpr char kRelay[] = "laser relay: read state";
+constexpr char kNoRoom[] = "No space left on device";
+constexpr char kBadDisk[] = "Input/output error";
+constexpr char kDied[] = "supervisor: died";
 constexpr char kHeartbeat[] = "heartbeat late";
 constexpr char kSilent[] = "arm: silent or arm silent";  // by the driver, or by the cycle that had no news
 constexpr char kNone[] = "";
@@ -54,7 +59,7 @@ constexpr Case kCases[] = {
     {D::kArm, K::kClockJump,    {}, "following error", nullptr, nullptr},
     {D::kArm, K::kWriteError,   {}, "arm: write set-points", nullptr, nullptr},
     {D::kCamera, K::kOff,          {}, "camera mono", "camera mono", "camera mono"},
-    {D::kCamera, K::kStuck,        {}, "stray beam", "stray beam", "stray beam"},
+    {D::kCamera, K::kStuck,        {}, kRepeats, kRepeats, kRepeats},
     {D::kCamera, K::kGarbage,      {}, kDark, kDark, kDark},
     {D::kCamera, K::kWrong,        {}, kDark, kDark, kDark},
     {D::kCamera, K::kSlow,         {.delay = 400ms, .duration = 100ms}, kHeartbeat, nullptr, nullptr},
@@ -63,7 +68,8 @@ constexpr Case kCases[] = {
     {D::kCamera, K::kUnplugged,    {}, "camera mono", "camera mono", "camera mono"},
     {D::kCamera, K::kDropped,      {.ratio = 0.05}, kDone, kDone, nullptr, kNone, "mono.lost"},
     {D::kCamera, K::kTorn,         {}, "camera mono", "camera mono", "camera mono", kNone, "mono.incomplete"},
-    {D::kCamera, K::kClockJump,    {}, kDone, kDone, nullptr},
+    {D::kCamera, K::kClockJump,    {}, kJumped, kDone, nullptr},
+    {D::kCamera, K::kClockJump,    {.jump = -500ms}, kJumped, kJumped, nullptr},
     {D::kLaser, K::kOff,          {}, kRelay, kRelay, kRelay},
     {D::kLaser, K::kStuck,        {}, "laser: on though not commanded", "laser: on though not commanded", "laser: on though not commanded"},
     {D::kLaser, K::kGarbage,      {}, kRelay, kRelay, kRelay},
@@ -88,13 +94,13 @@ constexpr Case kCases[] = {
     {D::kLuxMeter, K::kTorn,         {}, kDone, kDone, nullptr, "protocol error"},
     {D::kInterlock, K::kOff,          {}, "interlock open", "interlock open", "interlock open"},
     {D::kInterlock, K::kIntermittent, {}, "interlock open", "interlock open", "interlock open"},
-    {D::kDisk, K::kDiskFull,   {}, "No space left on device", nullptr, nullptr},
-    {D::kDisk, K::kWriteError, {}, "Input/output error", nullptr, nullptr},
-    {D::kDisk, K::kSlow,       {.duration = 1s}, kHeartbeat, nullptr, nullptr},
-    {D::kDisk, K::kStuck,      {.duration = 1s}, kHeartbeat, nullptr, nullptr},
-    {D::kSupervisor, K::kOff,   {}, "supervisor: died", nullptr, nullptr},
-    {D::kSupervisor, K::kStuck, {.duration = 1s}, kHeartbeat, nullptr, nullptr},
-    {D::kSupervisor, K::kSlow,  {.duration = 1s}, kHeartbeat, nullptr, nullptr},
+    {D::kDisk, K::kDiskFull,   {}, kNoRoom, kNoRoom, kNoRoom},
+    {D::kDisk, K::kWriteError, {}, kBadDisk, kBadDisk, kBadDisk},
+    {D::kDisk, K::kSlow,       {.duration = 1s}, kHeartbeat, kHeartbeat, kHeartbeat},
+    {D::kDisk, K::kStuck,      {.duration = 1s}, kHeartbeat, kHeartbeat, kHeartbeat},
+    {D::kSupervisor, K::kOff,   {}, kDied, kDied, kDied},
+    {D::kSupervisor, K::kStuck, {.duration = 1s}, kHeartbeat, kHeartbeat, kHeartbeat},
+    {D::kSupervisor, K::kSlow,  {.duration = 1s}, kHeartbeat, kHeartbeat, kHeartbeat},
 };
 // clang-format on
 
@@ -107,6 +113,7 @@ sim::FaultSpec fault_of(const Case& c, Place place) {
   if (c.device == D::kCamera) s.camera = "mono";
   if (c.argument.ratio >= 0) s.ratio = c.argument.ratio;
   if (c.argument.delay.count() > 0) s.delay = c.argument.delay;
+  if (c.argument.jump.count() != 0) s.jump = c.argument.jump;
   s.duration = c.argument.duration;
   return s;
 }
@@ -131,6 +138,10 @@ std::optional<Duration> patience(std::string_view words, const Trial& trial) {
   const Duration testimony = usual.safety.beam.frames * from_seconds(usual.frame_period);
   const Duration dark = (trial.place == Place::kMock ? kLitMock : kLitWire) - fault.at;
   const bool seen_lit = fault.device == D::kLaser;  // a box that tells the opposite contradicts the cameras at once
+  // No cycle is stepped in virtual time while the supervisor hangs; a disk makes it hang at the next frame.
+  const Duration hangs = fault.kind == K::kStuck ? fault.duration : fault.delay;
+  const Duration held = trial.place == Place::kMock ? hangs : 0ms;
+  const Duration next_frame = fault.device == D::kDisk ? from_seconds(usual.frame_period) : 0ms;
   const struct {
     std::string_view words;
     Duration longest;
@@ -148,18 +159,19 @@ std::optional<Duration> patience(std::string_view words, const Trial& trial) {
       {"arm: write set-points", 0ms},
       {"camera mono", from_seconds(usual.safety.camera_timeout)},
       {kDark, testimony},
+      {kRepeats, testimony},
+      {kJumped, from_seconds(usual.frame_period)},
       {"stray beam", (seen_lit ? 0ms : dark) + kAfterSwitching + testimony},
       {kRelay, kRelaySilence},
       {"laser: on though not commanded", dark + from_seconds(usual.safety.laser_off_allowance)},
       {"laser: dark after its warm-up",
        kLightDueMock + from_seconds(usual.laser_warm_up + usual.safety.laser_on_margin)},
       {"laser: switch", dark},
-      {kHeartbeat,
-       std::max(from_seconds(usual.heartbeat_timeout), fault.kind == K::kStuck ? fault.duration : fault.delay)},
+      {kHeartbeat, std::max(from_seconds(usual.heartbeat_timeout), held) + next_frame},
       {"interlock open", kContactsRead},
-      {"No space left on device", 0ms},
-      {"Input/output error", 0ms},
-      {"supervisor: died", 0ms},
+      {kNoRoom, 0ms},
+      {kBadDisk, 0ms},
+      {kDied, 0ms},
   };
   const auto* const found = std::ranges::find_if(all, [&](const auto& one) { return one.words == words; });
   return found == std::end(all) ? std::nullopt : std::optional(found->longest);
@@ -195,6 +207,7 @@ std::string argument(const sim::FaultSpec& fault) {
   };
   if (fault.ratio != usual.ratio) add("ratio", fault.ratio, "");
   if (fault.delay != usual.delay) add("delay", 1e3 * seconds(fault.delay), " ms");
+  if (fault.jump != usual.jump) add("jump", 1e3 * seconds(fault.jump), " ms");
   if (fault.duration != usual.duration) add("for", 1e3 * seconds(fault.duration), " ms");
   if (fault.origin == sim::FaultOrigin::kStart) text += text.empty() ? "from the start" : ", from the start";
   return text;

@@ -11,6 +11,7 @@
 #include "rig/scan/scan_log.hpp"
 #include "rig/session/session_writer.hpp"
 #include "sim_backends/faults/picture_faults.hpp"
+#include "tests/scenarios/faulty_session.hpp"
 
 namespace tankrig::scenarios {
 namespace {
@@ -18,7 +19,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr Duration kWarmUp = 200ms;
-constexpr int kWidth = 160, kHeight = 120, kStripeHalf = 1;
+constexpr int kWidth = 160, kHeight = 120;
 
 // As in a rig file.
 constexpr char kDevices[] = R"(
@@ -54,27 +55,6 @@ ScanSettings short_scan() {
   return s;
 }
 
-cv::Mat picture(double light) {
-  cv::Mat image(kHeight, kWidth, CV_8UC1, cv::Scalar(20));
-  image.rowRange(kHeight / 2 - kStripeHalf, kHeight / 2 + kStripeHalf + 1) = cv::Scalar(20 + 200 * light);
-  return image;
-}
-
-class TapedSession final : public ScanSink {
- public:
-  TapedSession(SessionWriter& writer, Outcome& outcome) : writer_(writer), outcome_(outcome) {}
-  void joints(const JointState& state) override { writer_.joints(state); }
-  void frame(const FrameRecord& record, const cv::Mat& image) override { writer_.frame(record, image); }
-  void event(Stamp when, std::string_view kind, const std::string& text) override {
-    outcome_.events.push_back({when, std::string(kind), text});
-    writer_.event(when, kind, text);
-  }
-
- private:
-  SessionWriter& writer_;
-  Outcome& outcome_;
-};
-
 }  // namespace
 
 EmulatedRig::EmulatedRig(const std::filesystem::path& runtime, const sim::FaultPlan& plan)
@@ -107,7 +87,8 @@ EmulatedRig::EmulatedRig(const std::filesystem::path& runtime, const sim::FaultP
     const Stamp now = clock_.now();
     if (const sim::FaultSpec* late = script_.active(sim::FaultDevice::kCamera, sim::FaultKind::kDelayed, now, "mono"))
       clock_.sleep_until(now + late->delay);
-    return pictures_->spoilt(picture(laser_.power_at(begin + exposure / 2)), index, now);
+    return pictures_->spoilt(stripe_picture({kWidth, kHeight}, laser_.power_at(begin + exposure / 2), index), index,
+                             now);
   });
   script_.mark(sim::FaultOrigin::kStart, clock_.now());
   faults_ = std::make_unique<sim::WireFaults>(
@@ -143,11 +124,21 @@ Outcome scan_wire(const std::filesystem::path& runtime, const std::string& carri
   SessionWriterOptions options;
   options.wait_when_full = false;
   SessionWriter writer(session, info, options);
-  TapedSession sink(writer, out);
+  sim::FaultScript healthy({});
+  FaultySession sink(writer, rig ? rig->script() : healthy, clock, tape, out);
   const std::atomic<bool> stop{false};
-  ScanJob job{plan, s,     clock,
-              arm,  laser, {{&camera, RecordWhen::kAll, [](const JointVector&) { return true; }}},
-              sink, stop,  [&] { return relay.interlock_closed().value_or(false); }};
+  ScanJob job{plan,
+              s,
+              clock,
+              arm,
+              laser,
+              {{&camera, RecordWhen::kAll, [](const JointVector&) { return true; }}},
+              sink,
+              stop,
+              [&] {
+                sink.round();
+                return relay.interlock_closed().value_or(false);
+              }};
   try {
     const ScanResult result = run_scan(job);
     out.status = result.status;

@@ -20,7 +20,7 @@ class EmulatedRig {
 
   const sim::RelayEmulator& relay() const { return *relay_; }
   sim::ArmEmulator& arm() { return *arm_; }
-  const sim::FaultScript& script() const { return script_; }
+  sim::FaultScript& script() { return script_; }
 
  private:
   MonotonicClock clock_;

@@ -20,7 +20,7 @@ using std::chrono::microseconds;
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 
-constexpr int kPriority = 80;  // above the threads of interrupts, whose priority is 50
+constexpr int kPriority = RealTimeSettings{}.priority;  // what a rig file gets that names none
 constexpr const char* kBus = "vcan0";
 constexpr int kBitrate = 1'000'000;
 constexpr Duration kPeriod = milliseconds(1);
@@ -111,7 +111,6 @@ ScanPlan plan_of(ScanSettings& settings, const JointVector& stand) {
   settings.sweep_from = 1.1;
   settings.sweep_to = 1.75;
   settings.passes = 2;
-  settings.real_time.priority = kPriority;
   settings.real_time.overruns = 0;  // counted only: the kernel's fault is what is to be seen
   settings.feedback_timeout = settings.heartbeat_timeout = 1;
   return make_scan_plan(settings, stand);
