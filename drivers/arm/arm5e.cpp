@@ -13,7 +13,7 @@ namespace {
 constexpr double kNoAngle = std::numeric_limits<double>::quiet_NaN();
 constexpr std::uint16_t kPowerUpRaw = 2;
 constexpr auto kKeeperPeriod = std::chrono::milliseconds(50);
-constexpr int kKeeperPriority = 47;  // below the cycle's and the laser's: the light goes off first
+constexpr int kKeeperPriority = 77;  // below the cycle's and the laser's: the light goes off first
 
 void add(std::atomic<std::uint64_t>& count) noexcept { count.fetch_add(1, std::memory_order_relaxed); }
 

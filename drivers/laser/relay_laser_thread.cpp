@@ -12,7 +12,7 @@
 namespace tankrig {
 namespace {
 
-constexpr int kPriority = 48;  // below the cycle's, above the triggers'
+constexpr int kPriority = 78;  // below the cycle's, above the triggers'
 constexpr Duration kLongestWait = SignOfLife::kUsual / 4;
 constexpr Duration kReopenPeriod = std::chrono::milliseconds{100};
 constexpr int kLateAnswers = 20;  // so many answer time-outs long an answer may still come

@@ -13,7 +13,7 @@ namespace tankrig {
 namespace {
 
 constexpr std::size_t kToldLater = 1024;  // fired triggers that wait for the supervisor
-constexpr int kPriority = 45;             // below the cycle's, above everything that moves pictures
+constexpr int kPriority = 75;             // below the cycle's, above everything that moves pictures
 
 }  // namespace
 
