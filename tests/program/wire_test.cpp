@@ -53,13 +53,14 @@ double punctual_share(const WireScan& scan) {
   return static_cast<double>(punctual) / std::max<double>(1, static_cast<double>(frames.size()));
 }
 
-/// A scan over a carrier, made once for all tests; again while the machine starves it, three times at most.
+/// A scan over a carrier, made once for all tests; again while the machine starves it, five times at most.
 const WireScan& wire_scan(const std::string& carrier) {
   static std::map<std::string, WireScan> done;
   const auto known = done.find(carrier);
   if (known != done.end()) return known->second;
-  for (int left = 2;; --left) {
+  for (int left = 4;; --left) {
     const fs::path folder = scratch_folder().parent_path() / ("wire-" + carrier + std::to_string(left));
+    fs::remove_all(folder);  // of a case whose last scan failed
     const testing_support::AwakeMachine awake;
     testing_support::MachineWitness witness;
     const ProgramRun run = run_tankrig({"emulate", "--rig", "tank-wire", "--truth", (folder / "truth").string(), "--",
