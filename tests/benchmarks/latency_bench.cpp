@@ -1,6 +1,7 @@
 // The cycle's wake-up latency at 1 kHz beside cyclictest's (package rt-tests), in turns in one run.
 #include <benchmark/benchmark.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <cstring>
 #include <map>
@@ -13,11 +14,14 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr int kRounds = 4, kCycles = 1500;
-/// p99 of ours against cyclictest's, where a busy machine wakes either late by chance. Maxima are shown, never judged.
+constexpr int kRounds = 8, kCycles = 750;
+/// p99 of ours against cyclictest's, each in its quietest round: a busy machine, or one whose processors are lent,
+/// wakes either late by chance. Maxima are shown, never judged.
 constexpr double kMostRatio = 3, kAllowance_us = 50;
 
-void run_cycle(Histogram& wake_up) {
+using Counts = std::map<int, std::uint64_t>;  // by microseconds
+
+Histogram run_cycle() {
   ScanSettings settings;
   settings.park << 0, 0.12, 1.2, 0, 0.1;
   settings.posture = settings.park;
@@ -33,27 +37,28 @@ void run_cycle(Histogram& wake_up) {
   cycle.begin();
   while (cycle.cycles() < kCycles) clock.sleep_until(clock.now() + 100ms);
   cycle.end();
-  wake_up.merge(cycle.times()->wake_up);
+  return cycle.times()->wake_up;
 }
 
-/// False if it is not installed.
-bool run_cyclictest(std::map<int, std::uint64_t>& counts) {
+/// Nothing if it is not installed.
+Counts run_cyclictest() {
   char command[160];
-  std::snprintf(command, sizeof command, "cyclictest -q -m -p 50 -i 1000 -l %d -h 100000 -t 1 2>/dev/null", kCycles);
+  std::snprintf(command, sizeof command, "cyclictest -q -m -p %d -i 1000 -l %d -h 100000 -t 1 2>/dev/null",
+                RealTimeSettings{}.priority, kCycles);
   FILE* out = ::popen(command, "r");
-  if (!out) return false;
+  if (!out) return {};
   char line[256];
-  bool any = false;
+  Counts counts;
   while (std::fgets(line, sizeof line, out)) {
     int us = 0;
     unsigned long long count = 0;
     if (line[0] == '#' || std::sscanf(line, "%d %llu", &us, &count) != 2) continue;
-    if (count > 0) counts[us] += count, any = true;
+    if (count > 0) counts[us] += count;
   }
-  return ::pclose(out) == 0 && any;
+  return ::pclose(out) == 0 ? counts : Counts{};
 }
 
-double quantile(const std::map<int, std::uint64_t>& counts, double share) {
+double quantile(const Counts& counts, double share) {
   std::uint64_t all = 0, seen = 0;
   for (const auto& [us, count] : counts) all += count;
   for (const auto& [us, count] : counts)
@@ -62,25 +67,32 @@ double quantile(const std::map<int, std::uint64_t>& counts, double share) {
 }
 
 void wake_up_latency(benchmark::State& state) {
+  const auto us = [](Duration d) { return static_cast<double>(d.count()) * 1e-3; };
   Histogram ours;
-  std::map<int, std::uint64_t> theirs;
+  Counts theirs;
+  double our_quietest = 1e9, their_quietest = 1e9;
   for ([[maybe_unused]] auto _ : state)
     for (int round = 0; round < kRounds; ++round) {
-      run_cycle(ours);
-      if (!run_cyclictest(theirs)) {
+      const Histogram one = run_cycle();
+      const Counts other = run_cyclictest();
+      if (other.empty()) {
         state.SkipWithError("skipped: cyclictest is not installed (rt-tests), or may not use SCHED_FIFO");
         return;
       }
+      our_quietest = std::min(our_quietest, us(one.quantile(0.99)));
+      their_quietest = std::min(their_quietest, quantile(other, 0.99));
+      ours.merge(one);
+      for (const auto& [at, count] : other) theirs[at] += count;
     }
-  const auto us = [](Duration d) { return static_cast<double>(d.count()) * 1e-3; };
   state.counters["p50_us"] = us(ours.quantile(0.5));
   state.counters["p99_us"] = us(ours.quantile(0.99));
   state.counters["max_us"] = us(ours.max());
   state.counters["cyclictest_p50_us"] = quantile(theirs, 0.5);
   state.counters["cyclictest_p99_us"] = quantile(theirs, 0.99);
   state.counters["cyclictest_max_us"] = quantile(theirs, 1);
-  if (us(ours.quantile(0.99)) > kMostRatio * quantile(theirs, 0.99) + kAllowance_us)
-    state.SkipWithError("p99 is far above cyclictest's");
+  state.counters["quietest_p99_us"] = our_quietest;
+  state.counters["cyclictest_quietest_p99_us"] = their_quietest;
+  if (our_quietest > kMostRatio * their_quietest + kAllowance_us) state.SkipWithError("p99 is far above cyclictest's");
 }
 BENCHMARK(wake_up_latency)->Iterations(1)->Unit(benchmark::kSecond);
 

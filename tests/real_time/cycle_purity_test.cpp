@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <condition_variable>
+#include <cstdio>
 #include <functional>
 #include <mutex>
 #include <stdexcept>
@@ -144,6 +145,9 @@ struct WatchedCycle {
     EXPECT_EQ(deeds.calls, 0u);
     if (cycle.granted().memory_locked) {
       EXPECT_EQ(deeds.page_faults, 0u);
+    } else {
+      std::printf("%llu page faults are not judged: this machine locks no memory\n",
+                  static_cast<unsigned long long>(deeds.page_faults));
     }
   }
 };
