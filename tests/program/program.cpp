@@ -10,8 +10,6 @@
 #include <fstream>
 #include <sstream>
 
-#include "tests/support/sanitizers.hpp"
-
 namespace fs = std::filesystem;
 
 namespace tankrig::test {
@@ -100,34 +98,6 @@ fs::path small_rig(const fs::path& folder, const Edits& edits) {
   return rig;
 }
 
-namespace {
-
-/// A quarter of tank-sim's width and height, without distortion: builds with sanitizers would render whole pictures for
-/// minutes before the first. They are too small to show the stripe in every posture.
-constexpr char kSmallCameras[] = R"(
-cameras:
-  - name: mono
-    role: mono
-    model: {width_px: 180, height_px: 144, fx_px: 156.5, fy_px: 170.7, cx_px: 91.9, cy_px: 70.8, k1: 0, k2: 0, p1: 0, p2: 0, k3: 0}
-    bMc: {translation_m: [0.716, 0.228, 0.585], quaternion_xyzw: [0.418637960, -0.308630971, -0.569861946, 0.636196939]}
-    record: all
-    rate_hz: 25
-  - name: left
-    role: left
-    model: {width_px: 160, height_px: 120, fx_px: 191.3, fy_px: 190.7, cx_px: 78.6, cy_px: 58.8, k1: 0, k2: 0, p1: 0, p2: 0, k3: 0}
-    bMc: {translation_m: [0.575, 0.215, 0.57], quaternion_xyzw: [0.397810856, -0.280376899, -0.584590789, 0.649144766]}
-    record: dark
-    rate_hz: 25
-  - name: right
-    role: right
-    model: {width_px: 160, height_px: 120, fx_px: 191.3, fy_px: 190.7, cx_px: 78.6, cy_px: 58.8, k1: 0, k2: 0, p1: 0, p2: 0, k3: 0}
-    bMc: {translation_m: [0.589017063, 0.128580300, 0.561102960], quaternion_xyzw: [0.397810856, -0.280376899, -0.584590789, 0.649144766]}
-    record: dark
-    rate_hz: 25
-)";
-
-}  // namespace
-
 fs::path patient_wire_rig(const fs::path& folder, const Edits& edits) {
   EXPECT_EQ(run_tankrig({"init", folder.string(), "--from", "tank-wire"}).exit_code, 0);
   edit(folder / "rig.yaml",
@@ -140,9 +110,6 @@ fs::path patient_wire_rig(const fs::path& folder, const Edits& edits) {
         {"left: {driver: aravis,", "left: {driver: aravis, stall_periods: 250,"},
         {"right: {driver: aravis,", "right: {driver: aravis, stall_periods: 250,"},
         {"answer_timeout_ms: 200", "answer_timeout_ms: 1000, caller_timeout_ms: 5000, opening_timeout_s: 20"}});
-  if (testing_support::kSlowness > 1)
-    edit(folder / "rig.yaml", {{"\nscan:\n", kSmallCameras + std::string("\nscan:\n")},
-                               {"camera_timeout_s: 10", "camera_timeout_s: 10, beam: {verify: false}"}});
   edit(folder / "rig.yaml", edits);
   return folder / "rig.yaml";
 }
