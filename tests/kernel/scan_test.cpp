@@ -23,7 +23,7 @@ namespace tankrig::test {
 namespace {
 
 constexpr int kDarkFrames = 3;
-constexpr int kSweepFrames = 25;  // 0.3 rad at 0.08 rad/s and 10 frames/s are 37; a busy host may cost some
+constexpr int kSweepFrames = 36;  // 0.3 rad at 0.08 rad/s and 10 frames/s are 37
 
 sim::ArmEmulatorParameters arm_parameters() {
   sim::ArmEmulatorParameters parameters;
@@ -99,7 +99,16 @@ void power_up_the_bus() {
   }
 }
 
-TEST(ScanInTheGuest, ScansReconstructsAndScoresTheBox) {
+class ScanInTheGuest : public testing::Test {
+ protected:
+  /// Virtual time runs on while a program's pages come from the host: here nobody's deadline is in it.
+  static void SetUpTestSuite() {
+    const std::string program = TANKRIG_PROGRAM;
+    shell("cat " + program + " $(ldd " + program + " | grep -o '/[^ ]*') >/dev/null");
+  }
+};
+
+TEST_F(ScanInTheGuest, ScansReconstructsAndScoresTheBox) {
   const TemporaryFolder folder;
   power_up_the_bus();
   RestOfTheRig rest(folder.path());
@@ -114,9 +123,9 @@ TEST(ScanInTheGuest, ScansReconstructsAndScoresTheBox) {
   const auto result = nlohmann::json::parse(folder.read("said.json"));
   EXPECT_GE(result["frames"], 2 * kDarkFrames + kSweepFrames);
   const auto& laser = result["laser"];
-  std::printf("mean error %.2f mm, %.1f %% of what can be covered, scan and scores %.0f s\n",
-              1e3 * laser["mean_error_m"].get<double>(), 100 * laser["coverage_of_ceiling"].get<double>(),
-              result["wall_s"].get<double>());
+  std::printf("%d frames, mean error %.2f mm, %.1f %% of what can be covered, scan and scores %.0f s\n",
+              result["frames"].get<int>(), 1e3 * laser["mean_error_m"].get<double>(),
+              100 * laser["coverage_of_ceiling"].get<double>(), result["wall_s"].get<double>());
   EXPECT_LT(laser["mean_error_m"], 0.003);
   EXPECT_GT(laser["coverage_of_ceiling"], 0.6);
 
@@ -127,7 +136,7 @@ TEST(ScanInTheGuest, ScansReconstructsAndScoresTheBox) {
   EXPECT_EQ(log.entries.front().interface, "rigcan0");
 }
 
-TEST(ScanInTheGuest, EmulateServesTheWorldOnAVideoDevice) {
+TEST_F(ScanInTheGuest, EmulateServesTheWorldOnAVideoDevice) {
   const TemporaryFolder folder;
   const auto rig = emulated_rig(folder, "{v4l2_outputs: {mono: {device: /dev/video10, pixel_format: BGR24}}}");
   const auto stream = folder.path() / "pictures.bgr";
@@ -139,7 +148,7 @@ TEST(ScanInTheGuest, EmulateServesTheWorldOnAVideoDevice) {
   EXPECT_NE(std::count(bytes.begin(), bytes.end(), bytes[0]), static_cast<long>(bytes.size()));  // no blank picture
 }
 
-TEST(ScanInTheGuest, EmulateServesTheArmOnACanController) {
+TEST_F(ScanInTheGuest, EmulateServesTheArmOnACanController) {
   const TemporaryFolder folder;
   power_up_the_bus();
   const auto rig = emulated_rig(folder, "{arm: {can_interface: rigcan1, homed: true}}");
