@@ -90,6 +90,14 @@ struct WireRig : testing_support::MockRigUnder<MonotonicClock> {
     return found == result.counts.end() ? 0 : found->second;
   }
 
+  /// What is no frame of the session, for whatever reason.
+  static std::uint64_t left_out(const ScanResult& result) {
+    std::uint64_t sum = 0;
+    for (const auto& [name, number] : result.counts)
+      if (name.rfind("mono.", 0) == 0 && name != "mono.recorded") sum += number;
+    return sum;
+  }
+
  private:
   /// From trigger to command to exposure to frame: what is lost is lost at a station, and counted there. A camera that
   /// exposes ignores a trigger: two may be that close where the machine is busy.
@@ -111,8 +119,9 @@ struct WireRig : testing_support::MockRigUnder<MonotonicClock> {
     if (spoilt > 0)
       std::printf("lost %d, incomplete %d, overrun %d\n", static_cast<int>(received.lost),
                   static_cast<int>(received.incomplete), static_cast<int>(received.overrun));
-    EXPECT_EQ(received.delivered + spoilt, emulator.sent()) << "each came back";
-    EXPECT_EQ(count(result, "trigger_lost"), emulator.triggers_ignored() + spoilt);
+    // A frame is missed by the driver where a later one comes, by its trigger in any case.
+    EXPECT_LE(received.delivered + spoilt, emulator.sent());
+    EXPECT_EQ(count(result, "trigger_lost"), fired - received.delivered) << "each came back, or is counted";
     for (const FrameRecord& f : sink.frames) EXPECT_NEAR(seconds(truth(f).middle - f.stamp), 0, 2e-3);
   }
 
@@ -129,7 +138,7 @@ TEST_F(GigeTrigger, ExposesAtEqualElbowAngles) {
   ASSERT_EQ(result.status, "complete");
   const auto frames = rig.sink.of("mono", Phase::kSweep);
   EXPECT_LE(frames.size(), kAngles);
-  EXPECT_GE(frames.size() + rig.count(result, "trigger_skipped") + rig.count(result, "trigger_lost"), kAngles);
+  EXPECT_GE(frames.size() + rig.left_out(result), kAngles) << "each is a frame, or is counted";
   ASSERT_GT(frames.size(), kAngles / 2);
   std::vector<double> off;
   for (const FrameRecord& f : frames) {
