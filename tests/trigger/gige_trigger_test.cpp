@@ -8,6 +8,7 @@
 #include "rig/plan/plan_csv.hpp"
 #include "rig/session/event_kinds.hpp"
 #include "tests/camera/gige_rig.hpp"
+#include "tests/support/machine_witness.hpp"
 #include "tests/support/mock_rig.hpp"
 
 namespace tankrig {
@@ -73,7 +74,9 @@ struct WireRig : testing_support::MockRigUnder<MonotonicClock> {
     ScanJob job{
         *plan,   s, clock, *arm, *laser, {{&camera, RecordWhen::kAll, {}, trigger}}, sink, stop, interlock_closed,
         progress};
+    testing_support::MachineWitness witness;
     const ScanResult result = run_scan(job);
+    starved_ = witness.latest() > testing_support::kStarved;
     expect_every_trigger_has_its_fate(result, emulator, camera);
     return result;
   }
@@ -89,6 +92,9 @@ struct WireRig : testing_support::MockRigUnder<MonotonicClock> {
     const auto found = result.counts.find(std::string("mono.") + reason);
     return found == result.counts.end() ? 0 : found->second;
   }
+
+  /// Did the machine take the processors away during the scan?
+  bool starved() const { return starved_; }
 
   /// What is no frame of the session, for whatever reason.
   static std::uint64_t left_out(const ScanResult& result) {
@@ -119,14 +125,17 @@ struct WireRig : testing_support::MockRigUnder<MonotonicClock> {
     if (spoilt > 0)
       std::printf("lost %d, incomplete %d, overrun %d\n", static_cast<int>(received.lost),
                   static_cast<int>(received.incomplete), static_cast<int>(received.overrun));
-    // A frame is missed by the driver where a later one comes, by its trigger in any case.
     EXPECT_LE(received.delivered + spoilt, emulator.sent());
-    EXPECT_EQ(count(result, "trigger_lost"), fired - received.delivered) << "each came back, or is counted";
+    if (!starved_) {
+      EXPECT_EQ(received.delivered + spoilt, emulator.sent()) << "each came back";
+    }
+    EXPECT_EQ(count(result, "trigger_lost"), fired - received.delivered) << "what did not come back is counted";
     for (const FrameRecord& f : sink.frames) EXPECT_NEAR(seconds(truth(f).middle - f.stamp), 0, 2e-3);
   }
 
   std::mutex mutex_;
   std::vector<Truth> truth_;
+  bool starved_ = false;
 };
 
 class GigeTrigger : public testing::GigeTest {};
@@ -138,7 +147,8 @@ TEST_F(GigeTrigger, ExposesAtEqualElbowAngles) {
   ASSERT_EQ(result.status, "complete");
   const auto frames = rig.sink.of("mono", Phase::kSweep);
   EXPECT_LE(frames.size(), kAngles);
-  EXPECT_GE(frames.size() + rig.left_out(result), kAngles) << "each is a frame, or is counted";
+  const auto by_trigger = rig.count(result, "trigger_skipped") + rig.count(result, "trigger_lost");
+  EXPECT_GE(frames.size() + (rig.starved() ? rig.left_out(result) : by_trigger), kAngles);
   ASSERT_GT(frames.size(), kAngles / 2);
   std::vector<double> off;
   for (const FrameRecord& f : frames) {
