@@ -1,4 +1,5 @@
-// How late this machine lets a thread be that only wants to look at the clock and to pass a byte through a line.
+// How late this machine lets a thread be that only wants to look at the clock and to pass a byte through a line; and
+// the end of a test of the wall's clock where that was too late.
 #pragma once
 
 #include <poll.h>
@@ -10,34 +11,69 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cstdio>
+#include <deque>
 #include <mutex>
+#include <string>
 #include <thread>
 #include <vector>
 
 #include "core/clock.hpp"
+
+/// Ends a test whose machine did not keep time: before what is asserted of the wall's clock, after what is not. `bound`
+/// is the test's own: what its assertions bear. In the test's body, as GTEST_SKIP. A failure before it stays one.
+#define TANKRIG_SKIP_IF_LATE(witness, bound)                                                           \
+  if (const ::tankrig::Duration late_by = (witness).latest(); late_by <= ::tankrig::Duration{bound}) { \
+  } else                                                                                               \
+    GTEST_SKIP() << ::tankrig::testing_support::machine_was_late(late_by, bound)
 
 namespace tankrig::testing_support {
 
 /// A machine as late has starved its emulators: one that is late so twice is taken for silent.
 inline constexpr Duration kStarved = std::chrono::milliseconds{25};
 
-/// The kernel carries a pseudo-terminal's bytes in a worker of its own: where that gets no time, lines and whoever
-/// polls them stand still, whatever time threads get. Threads: any; owns one on each processor.
+/// Words that the end of `./run test` counts.
+inline std::string machine_was_late(Duration by, Duration bound) {
+  char text[96];
+  std::snprintf(text, sizeof text, "skipped because the machine was late: by %.1f ms, at most %.1f ms allowed",
+                1e3 * seconds(by), 1e3 * seconds(bound));
+  return text;
+}
+
+/// An ordinary thread on each processor that asks to be woken every 2 ms. The kernel carries a pseudo-terminal's bytes
+/// in a worker of its own: where that gets no time, lines and whoever polls them stand still, whatever time threads
+/// get.
+///
+/// It tells that a processor was not to be had, to within its period: by a host that lent it to others, by other
+/// programs, by an interrupt. It does not tell by whom. An ordinary thread of the code under test that never lets go
+/// delays it by no more than the scheduler's turn, a few milliseconds: state no bound below that. A real-time thread
+/// that never lets go delays it as a thief does, and its test would be skipped: so the skips are counted at the run's
+/// end, and on a machine that keeps time each of them is a fault to be found.  Threads: any; owns one on each
+/// processor.
 class MachineWitness {
  public:
   MachineWitness() {
     cpu_set_t allowed;
     CPU_ZERO(&allowed);
     if (::sched_getaffinity(0, sizeof allowed, &allowed) != 0) CPU_SET(0, &allowed);
-    for (int cpu = 0; cpu < CPU_SETSIZE; ++cpu)
-      if (CPU_ISSET(cpu, &allowed)) threads_.emplace_back([this, cpu] { watch(cpu); });
+    for (int cpu = 0; cpu < CPU_SETSIZE; ++cpu) {
+      if (!CPU_ISSET(cpu, &allowed)) continue;
+      std::atomic<std::int64_t>& due_ns = due_ns_.emplace_back(clock_.now().ns);
+      threads_.emplace_back([this, cpu, &due_ns] { watch(cpu, due_ns); });
+    }
   }
   ~MachineWitness() { end(); }
   MachineWitness(const MachineWitness&) = delete;
   MachineWitness& operator=(const MachineWitness&) = delete;
 
-  /// So far, at most.
-  Duration latest() const noexcept { return Duration{latest_ns_}; }
+  /// So far, at most; also where a processor or a line has not come back yet.
+  Duration latest() const noexcept {
+    std::int64_t latest_ns = latest_ns_;
+    if (ends_) return Duration{latest_ns};
+    const std::int64_t now_ns = clock_.now().ns;
+    for (const std::atomic<std::int64_t>& due_ns : due_ns_) latest_ns = std::max(latest_ns, now_ns - due_ns);
+    return Duration{latest_ns};
+  }
 
   struct Late {
     Stamp due, came;
@@ -57,7 +93,7 @@ class MachineWitness {
       if (thread.joinable()) thread.join();
   }
 
-  void watch(int cpu) {
+  void watch(int cpu, std::atomic<std::int64_t>& due_ns) {
     constexpr Duration kPeriod = std::chrono::milliseconds{2};
     constexpr int kLongest = 10'000;  // ms
     cpu_set_t only;
@@ -65,12 +101,14 @@ class MachineWitness {
     CPU_SET(cpu, &only);
     (void)::pthread_setaffinity_np(::pthread_self(), sizeof only, &only);
     MonotonicClock clock;
+    note({{due_ns}, clock.now()});
     termios raw{};
     ::cfmakeraw(&raw);
     int here = -1, there = -1;
     const bool line = ::openpty(&here, &there, nullptr, &raw, nullptr) == 0;
     while (!ends_) {
       const Stamp due = clock.now() + kPeriod;
+      due_ns = due.ns;
       clock.sleep_until(due);
       char byte = 0;
       pollfd door{here, POLLIN, 0};
@@ -87,8 +125,10 @@ class MachineWitness {
     late_.push_back(late);
   }
 
+  const MonotonicClock clock_;
   std::mutex mutex_;
   std::vector<Late> late_;
+  std::deque<std::atomic<std::int64_t>> due_ns_;  // of each processor's next wake-up
   std::atomic<bool> ends_{false};
   std::atomic<std::int64_t> latest_ns_{0};
   std::vector<std::thread> threads_;
