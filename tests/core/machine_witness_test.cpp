@@ -60,10 +60,12 @@ TEST(EndOfRun, NamesWhatWasSkippedForLatenessAndNothingElse) {
   const std::string late = testing_support::machine_was_late(37200us, 25ms) + "\n";
   EXPECT_EQ(end_of_run("1/3 Testing: core.A\n[ RUN      ] A.B\nfile.cpp:1: Skipped\nno right\n[  SKIPPED ] A.B\n"),
             "skipped because the machine was late: 0 tests\n");
-  EXPECT_EQ(end_of_run("1/2 Testing: arm.A.B\n[ RUN      ] A.B\n" + late +
-                       "2/2 Testing: program.wire\n[ RUN      ] C.D/can\nok\n[ RUN      ] C.E/can\n" + late),
-            "skipped because the machine was late: 2 tests\n"
-            "  arm.A.B: by 37.2 ms\n  program.wire, C.E/can: by 37.2 ms\n");
+  EXPECT_EQ(
+      end_of_run("1/2 Testing: arm.A.B\n[ RUN      ] A.B\n" + late +
+                 "2/3 Testing: scenarios.wires\n[1/2] laser off\nlaser off, on can: " + late +
+                 "3/3 Testing: program.wire\n[ RUN      ] C.D/can\nok\n[ RUN      ] C.E/can\n" + late),
+      "skipped because the machine was late: 3 tests\n"
+      "  arm.A.B: by 37.2 ms\n  scenarios.wires: laser off, on can: by 37.2 ms\n  program.wire, C.E/can: by 37.2 ms\n");
 }
 
 }  // namespace

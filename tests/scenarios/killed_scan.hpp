@@ -18,7 +18,8 @@ struct Killed {
 /// Scans over `carrier` in a process of its own and kills it in its sweep.
 Killed kill_scan(const std::string& carrier);
 
-/// As verdict.hpp's broken().
+/// As verdict.hpp's.
+bool too_late(const Killed& killed);
 std::string broken(const Killed& killed);
 
 }  // namespace tankrig::scenarios

@@ -4,10 +4,12 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
 #include <exception>
+#include <sstream>
 
 namespace tankrig::scenarios {
 namespace {
@@ -36,7 +38,7 @@ std::string read_all(int from) {
   } catch (const std::exception& e) {
     m.why = e.what();
   }
-  write_all(to, m.line + kEnd + m.status + kEnd + m.why + kEnd);
+  write_all(to, m.line + kEnd + m.status + kEnd + m.why + kEnd + m.skipped + kEnd);
   std::fflush(stdout);
   ::_exit(0);
 }
@@ -45,7 +47,7 @@ std::string read_all(int from) {
 
 Measured measured_apart(const std::function<Measured()>& measure, unsigned longest_s) {
   int pipe[2];
-  if (::pipe2(pipe, O_CLOEXEC) != 0) return {"", "", std::string("pipe: ") + std::strerror(errno)};
+  if (::pipe2(pipe, O_CLOEXEC) != 0) return {"", "", std::string("pipe: ") + std::strerror(errno), ""};
   std::fflush(stdout);
   const pid_t child = ::fork();
   if (child == 0) {
@@ -56,14 +58,15 @@ Measured measured_apart(const std::function<Measured()>& measure, unsigned longe
   ::close(pipe[1]);
   const std::string told = child < 0 ? "" : read_all(pipe[0]);
   ::close(pipe[0]);
-  if (child < 0) return {"", "", std::string("fork: ") + std::strerror(errno)};
+  if (child < 0) return {"", "", std::string("fork: ") + std::strerror(errno), ""};
   int status = 0;
   ::waitpid(child, &status, 0);
-  const auto first = told.find(kEnd), second = told.find(kEnd, first + 1);
-  if (first == std::string::npos || second == std::string::npos || told.back() != kEnd)
-    return {"", "", WIFSIGNALED(status) ? std::string("died: ") + ::strsignal(WTERMSIG(status)) : "told nothing"};
-  return {told.substr(0, first), told.substr(first + 1, second - first - 1),
-          told.substr(second + 1, told.size() - second - 2)};
+  if (std::ranges::count(told, kEnd) != 4)
+    return {"", "", WIFSIGNALED(status) ? std::string("died: ") + ::strsignal(WTERMSIG(status)) : "told nothing", ""};
+  Measured m;
+  std::istringstream parts(told);
+  for (std::string* part : {&m.line, &m.status, &m.why, &m.skipped}) std::getline(parts, *part, kEnd);
+  return m;
 }
 
 }  // namespace tankrig::scenarios

@@ -6,9 +6,9 @@
 
 namespace tankrig::scenarios {
 
-/// A line of the page, and what is wrong with it.
+/// A line of the page, what is wrong with it, and why it was not judged.
 struct Measured {
-  std::string line, status, why;
+  std::string line, status, why, skipped;
 };
 
 /// `measure` runs in a child, which is killed if it takes longer than `longest_s`. Its death or an exception is what is

@@ -30,28 +30,29 @@ but for what its row names.
 | relay open | from detection until its contact opened [ms] | at most %WIRE%; by its own watchdog: %RELAY% after the fault |
 | stop, cycles | steps from the laser's command to the arm's, which comes strictly later | at most 1 |
 | stop | from detection until the arm was commanded to rest (mock), or had the demand for rest on its wire [ms] | at most %WIRE% |
-| machine late | see below [ms] | |
+| machine late | see below [ms] | at most %LATE%, else the row is not judged |
 | lost | frames that were taken and are not in the session, by reason | |
 | session, left | the session's status, and what the devices themselves confirmed at the end | true of the devices; never "at rest" by readings that repeat |
-| verdict | ok, or what is wrong; "scan 2": the first told nothing | ok |
+| tries | how often it was made, whatever came of it | 1 |
+| verdict | ok, or what is wrong | ok |
 
-Bounds in ms are for a machine that is never late; allowed is twice more what a thread that only looks at the clock and
-passes a byte through a pseudo-terminal was late at most in that scan, the column "machine late".
+"machine late" is what a thread on each processor that only looks at the clock and passes a byte through a pseudo-terminal
+was late at most in that scan. Beyond its bound the times tell of the machine and not of the drivers: the row says "not
+judged", and is wrong only if something was left on or said to be safe that was not. It is not made again.
 
 "before": before detection already, because the laser's driver drops the command by itself or the sweep was over.
 "never": it did not get one. "-": there is nothing to measure.
 
-A scan on wires is made again, at most four times, if it ended before its fault began, or if the machine was
-so late that the scan was stopped for another device's silence or the program's own, within all these bounds. After every scan on wires the
-relay's contact is open (unless it has welded) and the arm at rest, also where a command could not reach them.
+After every scan on wires the relay's contact is open (unless it has welded) and the arm at rest, also where a command
+could not reach them.
 
 )md";
 
 constexpr char kTableHead[] =
     "| device | fault | on | must | within | detected | off, cycles | off, command | off, byte | relay open | stop, "
     "cycles | "
-    "stop | machine late | lost | session, left | verdict |\n"
-    "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
+    "stop | machine late | lost | session, left | tries | verdict |\n"
+    "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
 
 constexpr char kElsewhere[] = R"(
 ## What has no row
@@ -96,7 +97,21 @@ std::string cell(std::string text) {
   return text;
 }
 
-std::string verdict_cell(const std::string& why) { return why.empty() ? "ok" : "**" + cell(why) + "**"; }
+constexpr char kTries[] = "1";
+
+std::string in_ms(Duration time, int decimals) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.*f", decimals, 1e3 * seconds(time));
+  return text;
+}
+
+/// `late`: 0 where the machine was not too late.
+std::string verdict_cells(const std::string& why, Duration late = {}) {
+  const std::string verdict = !why.empty()        ? "**" + cell(why) + "**"
+                              : late > Duration{} ? "not judged: machine late by " + in_ms(late, 1) + " ms"
+                                                  : "ok";
+  return std::string(" | ") + kTries + " | " + verdict + " |\n";
+}
 
 std::string beginning(const Trial& t) {
   const std::string how = argument(t.fault);
@@ -121,9 +136,7 @@ std::string times(const Row& row) {
 std::string after(std::optional<Stamp> when, Stamp since) {
   if (!when) return "never";
   if (*when < since) return "before";
-  char text[32];
-  std::snprintf(text, sizeof text, "%.1f", 1e3 * seconds(*when - since));
-  return text;
+  return in_ms(*when - since, 1);
 }
 
 std::string page_heading(const std::string& machine) {
@@ -131,20 +144,21 @@ std::string page_heading(const std::string& machine) {
   replace(text, "%MACHINE%", machine);
   replace(text, "%WIRE%", in_ms(kOnTheWire));
   replace(text, "%RELAY%", in_ms(kRelayAlone));
+  replace(text, "%LATE%", in_ms(kBearable));
   return text + kTableHead;
 }
 
-std::string page_row(const Row& row, const std::string& why, int vain) {
+std::string page_row(const Row& row, const std::string& why) {
   const Outcome& o = row.outcome;
-  const std::string late = row.wire ? after(Stamp{} + row.wire->machine_late, Stamp{}) : "-";
+  const std::string late = row.wire ? in_ms(row.wire->machine_late, 1) : "-";
   const bool lux_says = row.trial.fault.device == sim::FaultDevice::kLuxMeter;
   return beginning(row.trial) + times(row) + " | " + late + " | " + lost(o) + " | " + cell(o.status) + "; " +
-         to_string(o.left) + (lux_says ? "; reading: " + cell(o.lux) : "") + " | " + verdict_cell(why) +
-         (vain > 0 ? ", scan " + std::to_string(vain + 1) : "") + " |\n";
+         to_string(o.left) + (lux_says ? "; reading: " + cell(o.lux) : "") +
+         verdict_cells(why, too_late(row) ? row.wire->machine_late : Duration{});
 }
 
 std::string page_row(const Trial& trial, const std::string& why) {
-  return beginning(trial) + "- | - | - | - | - | - | - | - | - | - | " + verdict_cell(why) + " |\n";
+  return beginning(trial) + "- | - | - | - | - | - | - | - | - | -" + verdict_cells(why);
 }
 
 std::string page_absences() {
@@ -172,8 +186,17 @@ std::string page_killed_heading() {
   return "\n## The scanning process is killed (SIGKILL)\nNobody commands anything any more: the devices' own watchdogs "
          "act (relay 1 s after its last refresh, at most " +
          in_ms(kRelayAlone) + " after the kill; arm 500 ms after its last demand, at rest at most " + in_ms(kArmAlone) +
-         " after the kill; and twice what the machine was late).\n\n| carrier | relay open [ms] | arm at rest [ms] | "
-         "verdict |\n|---|---|---|---|\n";
+         " after the kill).\n\n| carrier | relay open [ms] | arm at rest [ms] | machine late [ms] | tries | verdict |\n"
+         "|---|---|---|---|---|---|\n";
+}
+
+std::string page_killed_row(const std::string& carrier, const Killed& k, const std::string& why) {
+  return "| " + carrier + " | " + after(k.opened, k.when) + " | " + after(k.rested, k.when) + " | " +
+         in_ms(k.machine_late, 1) + verdict_cells(why, too_late(k) ? k.machine_late : Duration{});
+}
+
+std::string page_killed_row(const std::string& carrier, const std::string& why) {
+  return "| " + carrier + " | - | - | -" + verdict_cells(why);
 }
 
 }  // namespace tankrig::scenarios

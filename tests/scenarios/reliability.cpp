@@ -7,6 +7,8 @@
 #include <cstdio>
 #include <cstring>
 #include <fstream>
+#include <functional>
+#include <optional>
 #include <thread>
 
 #include "sim_backends/wire/private_network.hpp"
@@ -25,20 +27,21 @@ using namespace std::chrono_literals;
 using sim::FaultDevice;
 using sim::FaultKind;
 
-constexpr int kSkipped = 77;  // as CMakeLists.txt says
+constexpr int kSkipped = 77;  // as CMakeLists.txt says: also where a row was not judged
 constexpr unsigned kLongestTrial = 120;
-constexpr int kTries = 5;
 
 Row on_mock(const Trial& trial) {
   const TemporaryFolder folder;
   return {trial, scan_with_faults({{trial.fault}}, folder.path() / "session"), {}};
 }
 
-bool comes_to_rest(sim::ArmEmulator& arm) {
+/// How long until it holds; nothing: never.
+std::optional<Duration> time_until(const std::function<bool()>& condition) {
   MonotonicClock clock;
-  for (const Stamp deadline = clock.now() + kArmAlone; clock.now() < deadline; clock.sleep_until(clock.now() + 1ms))
-    if (arm.true_velocity_at(clock.now()).cwiseAbs().maxCoeff() < 1e-3) return true;
-  return false;
+  const Stamp begin = clock.now();
+  for (; clock.now() - begin < kWatched; clock.sleep_until(clock.now() + 1ms))
+    if (condition()) return clock.now() - begin;
+  return {};
 }
 
 Row on_wire(const Trial& trial) {
@@ -52,7 +55,10 @@ Row on_wire(const Trial& trial) {
     row.outcome.status = std::string("not begun: ") + e.what();
   }
   WireMarks& marks = *row.wire;
-  marks.arm_moves = !comes_to_rest(rig.arm());
+  const MonotonicClock clock;
+  marks.rested_after = time_until([&] { return rig.arm().true_velocity_at(clock.now()).cwiseAbs().maxCoeff() < 1e-3; });
+  if (witness.latest() > kBearable)
+    time_until([&] { return !rig.relay().relay_closed(); });  // the box's watchdog had no time either
   marks.off_byte = rig.relay().off_since();
   marks.opened = rig.relay().opened();
   marks.rest = rig.arm().rest_since();
@@ -61,30 +67,22 @@ Row on_wire(const Trial& trial) {
   return row;
 }
 
-/// Again while nothing was learnt, and how often in vain.
-template <class Measure, class InVain>
-auto until_measured(Measure measure, InVain in_vain, int& vain) {
-  auto result = measure();
-  for (vain = 0; vain < kTries - 1 && in_vain(result); ++vain) result = measure();
-  return result;
+std::string skipped(bool too_late, Duration machine_late) {
+  return too_late ? testing_support::machine_was_late(machine_late, kBearable) : "";
 }
 
 Measured measured(const Trial& trial) {
-  int vain = 0;
-  const Row row =
-      trial.place == Place::kMock ? on_mock(trial) : until_measured([&] { return on_wire(trial); }, inconclusive, vain);
+  const Row row = trial.place == Place::kMock ? on_mock(trial) : on_wire(trial);
   const std::string why = broken(row);
-  return {page_row(row, why, vain), row.outcome.status, why};
+  return {page_row(row, why), row.outcome.status, why, row.wire ? skipped(too_late(row), row.wire->machine_late) : ""};
 }
 
 Measured measured_kill(const std::string& carrier) {
-  int vain = 0;
-  const Killed k =
-      until_measured([&] { return kill_scan(carrier); }, [](const Killed& killed) { return !killed.in_sweep; }, vain);
+  const Killed k = kill_scan(carrier);
   const std::string why = broken(k);
-  const std::string open = after(k.opened, k.when), rest = after(k.rested, k.when);
-  return {"| " + carrier + " | " + open + " | " + rest + " | " + (why.empty() ? "ok" : "**" + why + "**") + " |\n",
-          "relay open after " + open + " ms, arm at rest after " + rest + " ms", why};
+  return {page_killed_row(carrier, k, why),
+          "relay open after " + after(k.opened, k.when) + " ms, arm at rest after " + after(k.rested, k.when) + " ms",
+          why, skipped(too_late(k), k.machine_late)};
 }
 
 std::string name(const Trial& trial) {
@@ -153,25 +151,29 @@ class Run {
     write(m.line.empty() ? fallback(m.why) : m.line);
     std::printf("[%zu/%zu] %4.0f s: %s (%.1f s): %s%s%s\n", ++done_, all_, seconds(clock_.now() - begun_), name.c_str(),
                 seconds(clock_.now() - begin), m.status.c_str(), m.why.empty() ? "" : "; WRONG: ", m.why.c_str());
+    if (m.why.empty() && !m.skipped.empty()) std::printf("%s: %s\n", name.c_str(), m.skipped.c_str());
     std::fflush(stdout);
     wrong_ += !m.why.empty();
+    skipped_ += m.why.empty() && !m.skipped.empty();
   }
 
   int finish(std::size_t without_reason) {
     char text[160];
-    std::snprintf(text, sizeof text, "\n%zu trials in %.0f s, %zu wrong; load average at the end %.1f.\n", done_,
-                  seconds(clock_.now() - begun_), wrong_, load());
+    std::snprintf(text, sizeof text,
+                  "\n%zu trials in %.0f s, %zu wrong, %zu not judged; load average at the end %.1f.\n", done_,
+                  seconds(clock_.now() - begun_), wrong_, skipped_, load());
     write(text);
     std::printf("%s", text);
     if (failed_ || (out_.is_open() && !out_)) std::fprintf(stderr, "reliability: the page cannot be written\n");
-    return wrong_ == 0 && without_reason == 0 && !failed_ && (!out_.is_open() || out_) ? 0 : 1;
+    if (wrong_ > 0 || without_reason > 0 || failed_ || (out_.is_open() && !out_)) return 1;
+    return skipped_ > 0 ? kSkipped : 0;
   }
 
  private:
   MonotonicClock clock_;
   const Stamp begun_ = clock_.now();
   std::ofstream out_;
-  std::size_t all_, done_ = 0, wrong_ = 0;
+  std::size_t all_, done_ = 0, wrong_ = 0, skipped_ = 0;
   bool failed_ = false;
 };
 
@@ -195,7 +197,7 @@ int run(const Asked& asked) {
     for (const std::string carrier : {"can", "serial"})
       run.take(
           "killed on " + carrier, [&] { return measured_kill(carrier); },
-          [&](const std::string& why) { return "| " + carrier + " | - | - | **" + why + "** |\n"; });
+          [&](const std::string& why) { return page_killed_row(carrier, why); });
   }
   run.write(page_absences());
   const std::vector<Absence> absent = absences();

@@ -4,7 +4,8 @@
 match($0, /skipped because the machine was late: by [0-9.]+ ms/) {
   by = substr($0, RSTART, RLENGTH)
   sub(/.*: /, "", by)
-  late[++tests] = where ": " by
+  what = substr($0, 1, RSTART - 1)
+  late[++tests] = where ": " what by
 }
 END {
   printf "skipped because the machine was late: %d test%s\n", tests, tests == 1 ? "" : "s"
