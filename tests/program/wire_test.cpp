@@ -6,7 +6,6 @@
 #include <cmath>
 #include <fstream>
 #include <map>
-#include <optional>
 #include <sstream>
 
 #include "drivers/can/can_log.hpp"
@@ -21,22 +20,46 @@ using nlohmann::json;
 namespace tankrig::test {
 namespace {
 
-// Share of a scan's frames about which the machine has kept time:
-constexpr double kEnough = 0.25;    ///< must
-constexpr double kNearlyAll = 0.8;  ///< makes no other scan worth its time
-constexpr int kTries = 5;
+using testing::ContainsRegex;
+using testing_support::kStarved;
 
+constexpr double kEnough =
+    0.25;  // of a scan's frames must have a punctual machine about them, for others to be judged by
+
+/// One try over a carrier, and how the machine kept time meanwhile.
 struct WireScan {
-  json result;
-  Session session;
-  fs::path truth;  ///< folder of CAMERA.csv
+  ProgramRun run;
   std::vector<testing_support::MachineWitness::Late> late;
+  fs::path truth;  ///< folder of CAMERA.csv
+  json result;     ///< with the session: nothing of them if the scan failed
+  Session session;
 
+  /// At most, while it recorded; of a scan that failed, at all.
+  Duration latest() const {
+    Duration most{};
+    for (const auto& one : late)
+      if (session.frames.empty() || (one.came >= session.frames.front().stamp && one.due <= last_stamp()))
+        most = std::max(most, one.came - one.due);
+    return most;
+  }
   /// Did the machine keep the emulators' time about then? A reading more than kNear away is of no use to a frame.
   bool punctual_about(Stamp when) const {
     constexpr Duration kNear = std::chrono::milliseconds{10};
     return std::none_of(late.begin(), late.end(),
                         [&](const auto& l) { return l.due <= when + kNear && when - kNear <= l.came; });
+  }
+  /// Share of its frames about which it did.
+  double punctual_share() const {
+    const auto punctual = std::count_if(session.frames.begin(), session.frames.end(),
+                                        [&](const FrameRecord& frame) { return punctual_about(frame.stamp); });
+    return static_cast<double>(punctual) / std::max<double>(1, static_cast<double>(session.frames.size()));
+  }
+
+ private:
+  Stamp last_stamp() const {
+    Stamp last = session.frames.front().stamp;
+    for (const FrameRecord& frame : session.frames) last = std::max(last, frame.stamp);
+    return last;
   }
 };
 
@@ -49,58 +72,31 @@ const std::string& forbidden() {
   return reason;
 }
 
-/// Share of its frames about which the machine kept the emulators' time.
-double punctual_share(const WireScan& scan) {
-  const auto& frames = scan.session.frames;
-  const auto punctual = std::count_if(frames.begin(), frames.end(),
-                                      [&](const FrameRecord& frame) { return scan.punctual_about(frame.stamp); });
-  return static_cast<double>(punctual) / std::max<double>(1, static_cast<double>(frames.size()));
-}
-
-/// tank-wire, which outlasts seconds without a processor: what it loses then are frames.
-fs::path unhurried_rig(const fs::path& folder) {
-  return patient_wire_rig(
-      folder, {{"feedback_timeout_s: 1, heartbeat_timeout_s: 1", "feedback_timeout_s: 5, heartbeat_timeout_s: 5"},
-               {"silence_timeout_ms: 1000", "silence_timeout_ms: 5000"},
-               {"answer_timeout_ms: 1000", "answer_timeout_ms: 4000"},
-               {"\n  arm:\n    power_up_rad",
-                "\n  laser: {watchdog_ms: 15000}\n  arm:\n    watchdog_ms: 10000\n    power_up_rad"}});
-}
-
-/// A scan over a carrier; nothing if it failed on a machine that starved it.
-std::optional<WireScan> try_wire_scan(const std::string& carrier, const fs::path& rig, const fs::path& folder) {
+WireScan try_wire_scan(const std::string& carrier, const fs::path& folder) {
+  WireScan scan;
+  scan.truth = folder / "truth";
   const testing_support::AwakeMachine awake;
   testing_support::MachineWitness witness;
-  const ProgramRun run = run_tankrig({"emulate", "--rig", rig.string(), "--truth", (folder / "truth").string(), "--",
-                                      TANKRIG_PROGRAM, "scan", "--rig", rig.string(), "--carrier", carrier, "--json",
-                                      "--out", (folder / "session").string()});
-  const auto late = witness.lateness();
-  std::printf("%s: the machine was %.1f ms late at most\n", carrier.c_str(), 1e3 * seconds(witness.latest()));
-  if (run.exit_code != 0 && witness.latest() > testing_support::kStarved) {
-    std::printf("%s", run.err.c_str());
-    return {};
+  scan.run =
+      run_tankrig({"emulate", "--rig", "tank-wire", "--truth", scan.truth.string(), "--", TANKRIG_PROGRAM, "scan",
+                   "--rig", "tank-wire", "--carrier", carrier, "--json", "--out", (folder / "session").string()});
+  scan.late = witness.lateness();
+  if (scan.run.exit_code == 0) {
+    scan.result = scan.run.json();
+    scan.session = Session::open(folder / "session");
   }
-  if (run.exit_code != 0) throw std::runtime_error("scan failed: " + run.err);
-  WireScan scan{run.json(), Session::open(folder / "session"), folder / "truth", late};
-  std::printf("%s: punctual about %.0f %% of the frames\n", carrier.c_str(), 100 * punctual_share(scan));
+  std::printf("%s: seed %llu; the machine was %.1f ms late at most, punctual about %.0f %% of the frames\n",
+              carrier.c_str(), static_cast<unsigned long long>(scan.session.info.seed), 1e3 * seconds(scan.latest()),
+              100 * scan.punctual_share());
   return scan;
 }
 
-/// A scan over a carrier, made once for all tests: the first about nearly all of whose frames the machine kept time, of
-/// five at most; else that with the most such frames. The first try is the shipped rig's.
+/// A scan over a carrier, made once for all tests.
 const WireScan& wire_scan(const std::string& carrier) {
   static std::map<std::string, WireScan> done;
   const auto known = done.find(carrier);
   if (known != done.end()) return known->second;
-  std::optional<WireScan> best;
-  for (int i = 0; i < kTries && !(best && punctual_share(*best) >= kNearlyAll); ++i) {
-    const fs::path folder = scratch_folder().parent_path() / ("wire-" + carrier + std::to_string(i));
-    fs::remove_all(folder);  // of a case whose last scan failed
-    auto scan = try_wire_scan(carrier, i == 0 ? "tank-wire" : unhurried_rig(folder / "rig"), folder);
-    if (scan && (!best || punctual_share(*scan) > punctual_share(*best))) best = std::move(scan);
-  }
-  if (!best) throw std::runtime_error("no scan was to be had");
-  return done[carrier] = *std::move(best);
+  return done[carrier] = try_wire_scan(carrier, scratch_folder().parent_path() / ("wire-" + carrier));
 }
 
 const json& mock_scan() {
@@ -144,15 +140,39 @@ double quantile(std::vector<double> values, double share) {
   return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
 }
 
-class WireScans : public testing::TestWithParam<const char*> {
+class OnWires : public testing::Test {
  protected:
-  void SetUp() override {
+  /// A scan that failed is the machine's fault only where that was late.
+  void take(const std::string& carrier) {
     if (!forbidden().empty()) GTEST_SKIP() << forbidden();
+    scan_ = &wire_scan(carrier);
+    if (scan_->run.exit_code == 0) return;
+    std::printf("%s", scan_->run.err.c_str());
+    EXPECT_THAT(scan_->run.err, ContainsRegex("laser off|LASER MAY BE ON|nothing moved")) << "it says what it left";
+    TANKRIG_SKIP_IF_LATE(*scan_, kStarved);
+    FAIL() << "exit code " << scan_->run.exit_code;
   }
-  const WireScan& scan() const { return wire_scan(GetParam()); }
+  const WireScan& scan() const { return *scan_; }
+  std::string never_punctual() const {
+    return testing_support::machine_was_late(scan().latest(), testing_support::MachineWitness::kPunctual);
+  }
+
+ private:
+  const WireScan* scan_ = nullptr;
+};
+
+class WireScans : public OnWires, public testing::WithParamInterface<const char*> {
+ protected:
+  void SetUp() override { take(GetParam()); }
+};
+
+class WireScanOverCan : public OnWires {
+ protected:
+  void SetUp() override { take("can"); }
 };
 
 TEST_P(WireScans, ScoreAsTheMockRigWithTheSameCameras) {
+  TANKRIG_SKIP_IF_LATE(scan(), kStarved);  // it costs frames, and so coverage
   for (const char* method : {"laser", "laser_paper", "stereo", "stereo_paper"}) {
     const double wire = scan().result.at(method).at("mean_error_m").get<double>();
     const double mock = mock_scan().at(method).at("mean_error_m").get<double>();
@@ -180,8 +200,8 @@ TEST_P(WireScans, JoinFramesToJointsWithinTwoMillisecondsOfTheTruth) {
     late_ms.push_back(1e3 * std::abs(seconds(nearest->mid - frame.stamp)));
     elbow_ms.push_back(1e3 * std::abs((*frame.q)[2] - nearest->elbow) / 0.1);  // at 0.1 rad/s; 2 ms are 0.2 mm at 1 m
   }
+  if (scan().punctual_share() < kEnough) GTEST_SKIP() << never_punctual();
   ASSERT_GT(swept, 150);
-  ASSERT_GE(punctual_share(scan()), kEnough);
   ASSERT_GE(late_ms.size(), 50u);
   EXPECT_LE(quantile(late_ms, 0.99), 2.0);
   EXPECT_LE(quantile(elbow_ms, 0.99), 2.0);
@@ -199,37 +219,44 @@ TEST_P(WireScans, LoseNoFrameWithoutAReasonAndACount) {
       if (before && before->phase == frame.phase) gaps += static_cast<double>(frame.sequence - before->sequence - 1);
       before = &frame;
     }
-    double counted = 0;
-    for (const char* reason : {"lost", "incomplete", "overrun", "joints_before", "joints_after", "joint_gap",
-                               "laser_switching", "laser_wrong"})
+    double counted = 0, spoilt = 0;
+    for (const char* reason : {"lost", "incomplete", "overrun"}) spoilt += count(scan(), camera + "." + reason);
+    for (const char* reason : {"joints_before", "joints_after", "joint_gap", "laser_switching", "laser_wrong"})
       counted += count(scan(), camera + "." + reason);
-    EXPECT_LE(gaps, counted) << camera;
     const double recorded = count(scan(), camera + ".recorded");
-    EXPECT_GE(recorded + counted, 20) << camera;
-    EXPECT_GE(recorded, 15) << camera;  // a busy machine may cost some
+    std::printf("%s: %s: recorded %.0f, spoilt %.0f, left out %.0f\n", GetParam(), name, recorded, spoilt, counted);
+    EXPECT_LE(gaps, spoilt + counted) << camera;
+    EXPECT_GE(recorded + spoilt + counted, 20) << camera;
+  }
+}
+
+TEST_P(WireScans, LoseNoFrameOnAMachineThatKeepsTime) {
+  TANKRIG_SKIP_IF_LATE(scan(), kStarved);
+  for (const char* name : {"mono", "left", "right"}) {
+    const std::string camera = name;
+    for (const char* reason : {"lost", "incomplete", "overrun"})
+      EXPECT_EQ(count(scan(), camera + "." + reason), 0) << camera << "." << reason;
+    EXPECT_GE(count(scan(), camera + ".recorded"), 20) << camera;
   }
 }
 
 INSTANTIATE_TEST_SUITE_P(Carriers, WireScans, testing::Values("can", "serial"),
                          [](const auto& carrier) { return std::string(carrier.param); });
 
-TEST(WireScan, KeepsFramesWithinTwoMillisecondsOfAJointSampleOverCan) {
-  if (!forbidden().empty()) GTEST_SKIP() << forbidden();
+TEST_F(WireScanOverCan, KeepsFramesWithinTwoMillisecondsOfAJointSample) {
   std::vector<double> residual_ms;
-  const WireScan& scan = wire_scan("can");
-  for (const FrameRecord& frame : scan.session.frames)
-    if (scan.punctual_about(frame.stamp)) residual_ms.push_back(1e3 * seconds(frame.sync_residual));
-  ASSERT_GE(punctual_share(scan), kEnough);
+  for (const FrameRecord& frame : scan().session.frames)
+    if (scan().punctual_about(frame.stamp)) residual_ms.push_back(1e3 * seconds(frame.sync_residual));
+  if (scan().punctual_share() < kEnough) GTEST_SKIP() << never_punctual();
   EXPECT_LE(quantile(residual_ms, 0.99), 2.0);
 }
 
-TEST(WireScan, LogsEveryFrameOfTheBus) {
-  if (!forbidden().empty()) GTEST_SKIP() << forbidden();
-  const WireScan& scan = wire_scan("can");
-  const auto frames = read_can_log(scan.session.path / "can.log");
-  EXPECT_EQ(static_cast<double>(frames.entries.size()), scan.session.info.devices.at("can_log.recorded"));
+TEST_F(WireScanOverCan, LogsEveryFrameOfTheBus) {
+  const auto frames = read_can_log(scan().session.path / "can.log");
+  EXPECT_EQ(static_cast<double>(frames.entries.size()), scan().session.info.devices.at("can_log.recorded"));
+  TANKRIG_SKIP_IF_LATE(scan(), kStarved);
   // Eleven frames an exchange, at most 350 exchanges a second.
-  EXPECT_GT(static_cast<double>(frames.entries.size()), 11 * 100 * scan.session.info.simulated_s);
+  EXPECT_GT(static_cast<double>(frames.entries.size()), 11 * 100 * scan().session.info.simulated_s);
 }
 
 }  // namespace

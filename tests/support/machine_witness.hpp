@@ -75,6 +75,7 @@ class MachineWitness {
     return Duration{latest_ns};
   }
 
+  static constexpr Duration kPunctual = std::chrono::milliseconds{1};
   struct Late {
     Stamp due, came;
   };
@@ -85,8 +86,6 @@ class MachineWitness {
   }
 
  private:
-  static constexpr Duration kPunctual = std::chrono::milliseconds{1};
-
   void end() {
     ends_ = true;
     for (std::thread& thread : threads_)
