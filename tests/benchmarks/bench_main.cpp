@@ -1,4 +1,5 @@
-// main() of every benchmark: a bound that is missed fails (exit 1), a peer that is not installed skips (exit 77).
+// main() of every benchmark: a bound that is missed fails (exit 1), a peer that is not installed or a late machine
+// skips (exit 77).
 #include <benchmark/benchmark.h>
 
 #include <string_view>
@@ -9,8 +10,7 @@ class Verdict final : public benchmark::ConsoleReporter {
  public:
   void ReportRuns(const std::vector<Run>& runs) override {
     for (const Run& run : runs)
-      if (run.error_occurred)
-        (std::string_view(run.error_message).substr(0, 8) == "skipped:" ? skipped : failed) = true;
+      if (run.error_occurred) (std::string_view(run.error_message).starts_with("skipped") ? skipped : failed) = true;
     ConsoleReporter::ReportRuns(runs);
   }
   bool skipped = false, failed = false;

@@ -98,7 +98,7 @@ TEST(DiskThatHangs, InASyncIsLeftBehindToo) {
   const fs::path path = folder.path() / "s";
   {
     DiskDoor door;
-    SessionWriter writer(path, info(), {.wait_when_full = false, .patience = {.sync = 300ms}});
+    SessionWriter writer(path, info(), {.wait_when_full = false, .patience = {.sync = 3s}});
     begin(writer);
     door.hold();
     ASSERT_TRUE(within(30s, [&] { return door.someone_waits(); }));

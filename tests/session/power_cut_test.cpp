@@ -11,6 +11,7 @@
 #include "tests/session/disk_door.hpp"
 #include "tests/session/in_memory.hpp"
 #include "tests/session/some_session.hpp"
+#include "tests/support/machine_witness.hpp"
 #include "tests/support/sanitizers.hpp"
 
 namespace tankrig {
@@ -37,8 +38,9 @@ void leave(const fs::path& session, const DiskDoor& door, const fs::path& cut) {
 }
 
 TEST(PowerCut, LosesNothingOlderThanASecond) {
-  const unsigned seed = std::random_device()();
-  std::mt19937 random(seed);
+  constexpr unsigned kSeed = 1;
+  constexpr Duration kBearable = 100ms * testing_support::kSlowness;
+  std::mt19937 random(kSeed);
   std::uniform_int_distribution<int> moments(0, static_cast<int>(kRecording / 1ms));
   std::vector<std::chrono::milliseconds> cuts(kCuts);
   for (auto& cut : cuts) cut = std::chrono::milliseconds(moments(random));
@@ -53,7 +55,7 @@ TEST(PowerCut, LosesNothingOlderThanASecond) {
   };
   std::vector<Cut> left;
   std::vector<SteadyClock::time_point> handed_over;
-  SteadyClock::duration latest{};  // that this thread, and so probably the recorder's, came to its turn
+  testing_support::MachineWitness witness;
   {
     const DiskDoor door;
     SessionInfo info = some_info();
@@ -69,20 +71,19 @@ TEST(PowerCut, LosesNothingOlderThanASecond) {
         left.push_back({folder.path() / std::to_string(left.size()), SteadyClock::now()});
         leave(path, door, left.back().path);
       }
-      const auto due = SteadyClock::now() + kFramePeriod;
-      std::this_thread::sleep_until(due);
-      latest = std::max(latest, SteadyClock::now() - due);
+      std::this_thread::sleep_until(SteadyClock::now() + kFramePeriod);
     }
     writer.close("complete");
   }
+  const bool in_time = witness.latest() <= kBearable;
   std::size_t worst = 0, with_frames = 0;
   for (std::size_t i = 0; i < left.size(); ++i) {
-    SCOPED_TRACE("seed " + std::to_string(seed) + ", cut " + std::to_string(i));
+    SCOPED_TRACE("seed " + std::to_string(kSeed) + ", cut " + std::to_string(i));
     const auto before = [&](auto when) {
       return static_cast<std::size_t>(std::lower_bound(handed_over.begin(), handed_over.end(), when) -
                                       handed_over.begin());
     };
-    const std::size_t needed = before(left[i].when - testing_support::kSlowness * 1s - 2 * latest);
+    const std::size_t needed = in_time ? before(left[i].when - testing_support::kSlowness * 1s) : 0;
     if (!fs::exists(left[i].path)) {
       EXPECT_EQ(needed, 0u);
       continue;
@@ -99,7 +100,9 @@ TEST(PowerCut, LosesNothingOlderThanASecond) {
   }
   std::printf("%zu cuts, %zu of them with frames to lose; at most the last %zu frames lost, %.0f ms; seed %u\n",
               left.size(), with_frames, worst,
-              1e3 * std::chrono::duration<double>(kFramePeriod).count() * static_cast<double>(worst), seed);
+              1e3 * std::chrono::duration<double>(kFramePeriod).count() * static_cast<double>(worst), kSeed);
+  TANKRIG_SKIP_IF_LATE(witness, kBearable);
+  EXPECT_GT(with_frames, 0u);
 }
 
 }  // namespace

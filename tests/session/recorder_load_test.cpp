@@ -18,6 +18,7 @@
 #include "tests/session/in_child.hpp"
 #include "tests/session/some_session.hpp"
 #include "tests/support/held_thread.hpp"
+#include "tests/support/machine_witness.hpp"
 #include "tests/support/sanitizers.hpp"
 
 namespace tankrig {
@@ -75,6 +76,7 @@ TEST(Recorder, SustainsThreeColourCamerasAt25FramesPerSecond) {
   const TemporaryFolder folder;
   SessionWriter writer(folder.path() / "s", three_cameras(), {.wait_when_full = false, .ring_bytes = 48 << 20});
   const cv::Mat picture = noisy_picture(0);
+  const testing_support::MachineWitness witness;
   const auto begin = std::chrono::steady_clock::now();
   for (int i = 0; i < kFrames; ++i) {
     std::this_thread::sleep_until(begin + i * kPeriod);
@@ -82,9 +84,16 @@ TEST(Recorder, SustainsThreeColourCamerasAt25FramesPerSecond) {
     for (const char* camera : {"mono", "left", "right"}) writer.frame(frame_of(camera, i), picture);
   }
   writer.close("complete");
+  for (const std::string camera : {"mono.", "left.", "right."}) {
+    std::uint64_t accounted = 0;
+    for (const auto& [reason, count] : writer.info().counts)
+      if (reason.starts_with(camera)) accounted += count;
+    EXPECT_EQ(accounted, static_cast<std::uint64_t>(kFrames)) << camera;
+  }
   write_checksums(folder.path() / "s");
   const SessionFindings found = examine_session(folder.path() / "s", {});
   EXPECT_TRUE(found.whole());
+  TANKRIG_SKIP_IF_LATE(witness, 100ms * testing_support::kSlowness);
   EXPECT_EQ(found.frames.records.size(), 3u * kFrames);
   for (const auto& [reason, count] : found.info.counts) {
     EXPECT_THAT(reason, testing::Not(HasSubstr("dropped"))) << count;

@@ -121,13 +121,13 @@ TEST(SessionCheck, IsRightAboutAFinishedSessionCutDeletedOrFlippedAnywhere) {
   const TemporaryFolder folder;
   const fs::path original = finished(folder), path = folder.path() / "hurt";
   const std::vector<std::string> files = files_of(original);
-  const unsigned seed = std::random_device()();
-  std::mt19937 random(seed);
+  constexpr unsigned kSeed = 1;
+  std::mt19937 random(kSeed);
   for (int i = 0; i < 240; ++i) {
     fs::remove_all(path);
     fs::copy(original, path, fs::copy_options::recursive);
     const std::string file = files[static_cast<std::size_t>(i / 3) % files.size()];
-    SCOPED_TRACE(hurt(path, file, static_cast<Hurt>(i % 3), random) + ", seed " + std::to_string(seed));
+    SCOPED_TRACE(hurt(path, file, static_cast<Hurt>(i % 3), random) + ", seed " + std::to_string(kSeed));
     const SessionFindings found = examine_session(path, describe);
     ASSERT_FALSE(found.whole());
     ASSERT_TRUE(found.usable());
@@ -161,13 +161,13 @@ TEST(SessionCheck, IsRightAboutAKilledSessionCutOrDeletedAnywhere) {
   const TemporaryFolder folder;
   const fs::path original = killed(folder), path = folder.path() / "hurt";
   const std::vector<std::string> files = files_of(original);
-  const unsigned seed = std::random_device()();
-  std::mt19937 random(seed);
+  constexpr unsigned kSeed = 2;
+  std::mt19937 random(kSeed);
   for (int i = 0; i < 120; ++i) {
     fs::remove_all(path);
     fs::copy(original, path, fs::copy_options::recursive);
     const std::string file = files[static_cast<std::size_t>(i / 2) % files.size()];
-    SCOPED_TRACE(hurt(path, file, static_cast<Hurt>(i % 2), random) + ", seed " + std::to_string(seed));
+    SCOPED_TRACE(hurt(path, file, static_cast<Hurt>(i % 2), random) + ", seed " + std::to_string(kSeed));
     const SessionFindings found = examine_session(path, describe);
     ASSERT_FALSE(found.whole());
     ASSERT_TRUE(found.usable());

@@ -105,15 +105,15 @@ TEST_F(DamagedSessionYaml, IsWholeWhenItIs) {
 }
 
 TEST_F(DamagedSessionYaml, WithOneBadByteKeepsEverySectionButThoseItNames) {
-  const unsigned seed = std::random_device()();
-  std::mt19937 random(seed);
+  constexpr unsigned kSeed = 1;
+  std::mt19937 random(kSeed);
   int damaged = 0;
   for (int i = 0; i < 600; ++i) {
     std::string yaml = whole_;
     const std::size_t at = random() % yaml.size();
     yaml[at] = static_cast<char>(yaml[at] ^ 1 << random() % 8);
     write(yaml);
-    SCOPED_TRACE("byte " + std::to_string(at) + ", seed " + std::to_string(seed));
+    SCOPED_TRACE("byte " + std::to_string(at) + ", seed " + std::to_string(kSeed));
     const SessionFindings found = examined();
     ASSERT_TRUE(found.info_known);
     if (!found.info_damaged) continue;  // another good value: the seal tells
@@ -121,16 +121,16 @@ TEST_F(DamagedSessionYaml, WithOneBadByteKeepsEverySectionButThoseItNames) {
     EXPECT_LE(expect_regained_or_named(found), 4u);
     if (HasFailure()) break;
   }
-  EXPECT_GT(damaged, 100) << "seed " << seed;
+  EXPECT_GT(damaged, 100) << "seed " << kSeed;
 }
 
 TEST_F(DamagedSessionYaml, CutAnywhereKeepsWhatStandsBeforeTheCut) {
-  const unsigned seed = std::random_device()();
-  std::mt19937 random(seed);
+  constexpr unsigned kSeed = 2;
+  std::mt19937 random(kSeed);
   for (int i = 0; i < 200; ++i) {
     const std::size_t at = random() % (whole_.size() - 1);
     write(whole_.substr(0, at));
-    SCOPED_TRACE("cut at " + std::to_string(at) + ", seed " + std::to_string(seed));
+    SCOPED_TRACE("cut at " + std::to_string(at) + ", seed " + std::to_string(kSeed));
     const SessionFindings found = examined();
     ASSERT_TRUE(found.info_damaged);
     ASSERT_TRUE(found.info_known);
