@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "core/input_error.hpp"
+#include "core/regular_file.hpp"
 #include "core/shown_text.hpp"
 
 namespace tankrig {
@@ -115,8 +116,6 @@ ConfigNode ConfigNode::mapping_of(const std::filesystem::path& file, Load load) 
   node->file = file;
   try {
     node->yaml = load();
-  } catch (const YAML::BadFile&) {
-    throw InputError(file, "cannot be read, expected a YAML file");
   } catch (const YAML::Exception& e) {
     throw InputError(file, std::max(e.mark.line + 1, 1), shown_text(e.msg, 100) + ", expected valid YAML");
   }
@@ -130,9 +129,7 @@ ConfigNode ConfigNode::mapping_of(const std::filesystem::path& file, Load load) 
 }
 
 ConfigNode ConfigNode::load(const std::filesystem::path& file) {
-  std::error_code ignored;
-  if (std::filesystem::is_directory(file, ignored)) throw InputError(file, "is a folder, expected a YAML file");
-  return mapping_of(file, [&] { return YAML::LoadFile(file.string()); });
+  return parse(read_regular_file(file, kMostYamlBytes, "a YAML file"), file);
 }
 
 ConfigNode ConfigNode::parse(const std::string& text, const std::filesystem::path& file) {

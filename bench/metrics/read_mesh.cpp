@@ -9,6 +9,7 @@
 #include <string>
 
 #include "bench/metrics/triangle_mesh.hpp"
+#include "core/assimp_files.hpp"
 #include "core/input_error.hpp"
 
 namespace tankrig {
@@ -46,9 +47,9 @@ std::string one_line(std::string text) {
 }  // namespace
 
 TriangleMesh read_mesh(const std::filesystem::path& file) {
-  if (!std::filesystem::is_regular_file(file)) throw InputError(file, "not found, expected a triangle mesh file");
-
+  check_mesh_file(file);
   Assimp::Importer importer;
+  importer.SetIOHandler(new AssimpFiles);  // the importer's own from here on
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
   const aiScene* scene = importer.ReadFile(file.string(), aiProcess_Triangulate);
   if (scene == nullptr || scene->mRootNode == nullptr)

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>
-#include <sstream>
 
 #include "bench/report/figures.hpp"
 #include "core/input_error.hpp"
+#include "core/regular_file.hpp"
 
 namespace tankrig {
 namespace {
@@ -147,10 +147,7 @@ std::string picture_data(const ReportPicture& picture) {
                        "' cannot be encoded, expected 8 bits and 1 or 3 channels");
     return "data:image/png;base64," + base64({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
   }
-  std::ifstream in(picture.file, std::ios::binary);
-  std::stringstream bytes;
-  bytes << in.rdbuf();
-  const std::string data = bytes.str();
+  const std::string data = read_regular_file(picture.file, kMostPictureBytes, "a PNG or JPEG picture");
   if (data.starts_with("\x89PNG")) return "data:image/png;base64," + base64(data);
   if (data.starts_with("\xff\xd8")) return "data:image/jpeg;base64," + base64(data);
   throw InputError(picture.file, "cannot be read, expected a PNG or JPEG picture");

@@ -4,11 +4,10 @@
 #include <cctype>
 #include <cstdio>
 #include <cstring>
-#include <fstream>
-#include <iterator>
 #include <optional>
 
 #include "core/input_error.hpp"
+#include "core/regular_file.hpp"
 
 namespace tankrig {
 namespace {
@@ -251,11 +250,7 @@ CanLog parse_can_log(std::string_view text, const std::filesystem::path& file) {
 }
 
 CanLog read_can_log(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  if (!in) throw InputError(file, "cannot read the CAN log");
-  const std::string text{std::istreambuf_iterator<char>(in), {}};
-  if (in.bad()) throw InputError(file, "cannot read the CAN log");
-  return parse_can_log(text, file);
+  return parse_can_log(read_regular_file(file, kMostTableBytes, "a CAN log"), file);
 }
 
 }  // namespace tankrig

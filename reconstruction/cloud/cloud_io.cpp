@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <fstream>
-#include <sstream>
 
 #include "core/input_error.hpp"
+#include "core/regular_file.hpp"
 #include "reconstruction/cloud/scalar_fields.hpp"
 
 namespace tankrig {
@@ -19,17 +19,6 @@ std::string lower_extension(const fs::path& file) {
   if (extension != ".ply" && extension != ".pcd")
     throw InputError(file, "found extension '" + extension + "', expected .ply or .pcd");
   return extension;
-}
-
-std::string whole_file(const fs::path& file) {
-  std::error_code ignored;
-  if (fs::is_directory(file, ignored)) throw InputError(file, "is a folder, expected a point cloud");
-  std::ifstream in(file, std::ios::binary);
-  if (!in) throw InputError(file, "cannot be read, expected a point cloud");
-  std::ostringstream text;
-  text << in.rdbuf();
-  if (in.bad()) throw InputError(file, "cannot be read to its end");
-  return std::move(text).str();
 }
 
 void write_atomically(const fs::path& file, const std::string& text) {
@@ -52,7 +41,7 @@ void write_atomically(const fs::path& file, const std::string& text) {
 
 PointCloud read_cloud(const fs::path& file) {
   const std::string extension = lower_extension(file);
-  const std::string text = whole_file(file);
+  const std::string text = read_regular_file(file, kMostCloudBytes, "a point cloud");
   return extension == ".ply" ? cloud_file::read_ply(file, text) : cloud_file::read_pcd(file, text);
 }
 

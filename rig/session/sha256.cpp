@@ -1,12 +1,16 @@
 #include "rig/session/sha256.hpp"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <bit>
+#include <cerrno>
 #include <cstring>
-#include <fstream>
+#include <limits>
 #include <vector>
 
 #include "core/input_error.hpp"
+#include "core/regular_file.hpp"
 
 namespace tankrig {
 namespace {
@@ -82,13 +86,16 @@ std::string sha256_of_text(std::string_view text) {
 }
 
 std::string sha256_of_file(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  if (!in) throw InputError(file, "cannot be read, expected a file");
+  const int descriptor = open_regular_file(file, std::numeric_limits<std::uint64_t>::max(), "a file");
   Sha256 sha;
   std::vector<char> buffer(1 << 16);
-  while (in.read(buffer.data(), static_cast<std::streamsize>(buffer.size())) || in.gcount())
-    sha.update({buffer.data(), static_cast<std::size_t>(in.gcount())});
-  if (in.bad()) throw InputError(file, "cannot be read to its end");
+  ssize_t got = 0;
+  do {
+    got = ::read(descriptor, buffer.data(), buffer.size());
+    if (got > 0) sha.update({buffer.data(), static_cast<std::size_t>(got)});
+  } while (got > 0 || (got < 0 && errno == EINTR));
+  ::close(descriptor);
+  if (got < 0) throw InputError(file, "cannot be read to its end");
   return sha.hex();
 }
 

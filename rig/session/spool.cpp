@@ -12,6 +12,7 @@
 #include <cstring>
 
 #include "core/input_error.hpp"
+#include "core/regular_file.hpp"
 #include "rig/session/crc32.hpp"
 
 namespace tankrig {
@@ -21,6 +22,7 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kMagic = "TANKFRM1";
 constexpr std::size_t kHeaderBytes = 40;
+constexpr std::uint64_t kMostSegmentBytes = 1 << 30;  // the recorder begins another one after 32 MiB
 constexpr std::uint32_t kMaxLine = 1 << 16, kMaxSide = 1 << 16;
 
 template <class T>
@@ -122,8 +124,7 @@ void SpoolWriter::append(std::uint64_t number, std::string_view line, const cv::
 }
 
 SpoolSegment::SpoolSegment(const fs::path& file) {
-  const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC);
-  if (descriptor < 0) cannot(file, "read");
+  const int descriptor = open_regular_file(file, kMostSegmentBytes, "a segment of the spool");
   struct stat status {};
   const bool known = ::fstat(descriptor, &status) == 0;
   size_ = known ? static_cast<std::size_t>(status.st_size) : 0;

@@ -6,10 +6,9 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <fstream>
-#include <sstream>
 
 #include "core/input_error.hpp"
+#include "core/regular_file.hpp"
 
 namespace tankrig {
 namespace {
@@ -83,14 +82,7 @@ void write_whole_file(const fs::path& file, std::string_view text) {
   }
 }
 
-std::string read_whole_file(const fs::path& file) {
-  std::error_code ignored;
-  std::ifstream in(file, std::ios::binary);
-  if (!in || fs::is_directory(file, ignored)) throw InputError(file, "cannot be read, expected a file");
-  std::stringstream text;
-  text << in.rdbuf();
-  return text.str();
-}
+std::string read_whole_file(const fs::path& file) { return read_regular_file(file, kMostTableBytes, "a file"); }
 
 bool stays_inside(const fs::path& name) {
   if (name.empty() || name.is_absolute()) return false;

@@ -18,7 +18,7 @@ std::string yaml_quoted(std::string_view text);
 /// Errors: InputError with the system's reason (disk full, no permission).
 void write_whole_file(const std::filesystem::path& file, std::string_view text);
 
-/// Errors: InputError if it cannot be read.
+/// Errors: InputError if it cannot be read, is no regular file or has more than kMostTableBytes.
 std::string read_whole_file(const std::filesystem::path& file);
 
 /// Whether a relative file name leads to no place outside the folder it is relative to.

@@ -12,6 +12,7 @@
 #include <limits>
 #include <string>
 
+#include "core/assimp_files.hpp"
 #include "core/input_error.hpp"
 #include "sim_backends/world/surface_texture.hpp"
 
@@ -24,7 +25,9 @@ struct Mesh {
 };
 
 Mesh read_mesh(const std::filesystem::path& file) {
+  check_mesh_file(file);
   Assimp::Importer importer;
+  importer.SetIOHandler(new AssimpFiles);                                        // the importer's own from here on
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);  // axes as they are in the file
   const aiScene* scene =
       importer.ReadFile(file.string(), aiProcess_Triangulate | aiProcess_PreTransformVertices | aiProcess_SortByPType);

@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <fstream>
 #include <numeric>
 #include <sstream>
 
 #include "core/input_error.hpp"
+#include "core/regular_file.hpp"
 #include "core/shown_text.hpp"
 
 namespace tankrig::sim {
@@ -66,11 +66,7 @@ struct SceneElement::Document {
 SceneElement SceneElement::load(const std::filesystem::path& file, std::string_view root_name) {
   auto document = std::make_shared<Document>();
   document->file = file;
-  std::ifstream in(file, std::ios::binary);
-  std::error_code ignored;
-  if (!std::filesystem::is_regular_file(file, ignored) || !in)
-    throw InputError(file, "cannot be read, expected a " + std::string(root_name));
-  document->text.assign(std::istreambuf_iterator<char>(in), {});
+  document->text = read_regular_file(file, kMostSceneBytes, "a " + std::string(root_name));
   if (trimmed(document->text).empty())
     throw InputError(file, "is empty, expected a " + std::string(root_name));
   if (const auto zero = document->text.find('\0'); zero != std::string::npos)

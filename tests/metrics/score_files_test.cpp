@@ -1,6 +1,7 @@
 // Mesh files in, JSON and coloured clouds out.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <filesystem>
 #include <fstream>
@@ -70,6 +71,38 @@ TEST(ReadMesh, AppliesTheNodesOfAScene) {
   EXPECT_FALSE(topology(mesh).closed);
 }
 
+std::string little_endian(std::uint32_t number) {
+  std::string bytes;
+  for (int i = 0; i < 4; ++i) bytes += static_cast<char>(number >> 8 * i & 0xff);
+  return bytes;
+}
+
+TEST(ReadMesh, ReadsABinaryGltfThatIsWholeAndRefusesAnyOtherUnread) {
+  std::string json = R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
+    "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
+    "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}],
+    "bufferViews":[{"buffer":0,"byteLength":36}],
+    "buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]})";
+  json.append((4 - json.size() % 4) % 4, ' ');
+  const auto glb = [&](std::uint32_t whole, std::uint32_t first) {
+    return "glTF" + little_endian(2) + little_endian(whole) + little_endian(first) + "JSON" + json;
+  };
+  const auto bytes = static_cast<std::uint32_t>(json.size());
+  EXPECT_NEAR(read_mesh(file_with("whole.glb", glb(bytes + 20, bytes))).area(), 0.5, 1e-6);
+  for (const auto& [whole, first] : {std::pair{bytes + 20, 0xffffffffu}, {bytes + 21, bytes}, {bytes + 20, bytes + 1}})
+    for (const char* name : {"not_whole.glb", "not_whole.obj"})
+      EXPECT_THAT(error_of(file_with(name, glb(whole, first))), HasSubstr("expected a binary glTF that is whole"));
+  EXPECT_THAT(error_of(file_with("cut.glb", "glTF")), HasSubstr("expected a binary glTF that is whole"));
+  EXPECT_THAT(error_of(file_with("other.glb", "no such thing at all")), HasSubstr("found no glTF at its beginning"));
+}
+
+TEST(ReadMesh, WaitsForNoPipeNorDoesAFileThatItNames) {
+  const auto pipe = folder().path() / "pipe.obj";
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  EXPECT_THAT(error_of(pipe), HasSubstr("pipe.obj: is a pipe, a socket or a device, expected a triangle mesh file"));
+  EXPECT_EQ(read_mesh(file_with("names.obj", std::string("mtllib pipe.obj\n") + kCubeOfQuads)).triangles.size(), 12u);
+}
+
 TEST(ReadMesh, ReadsPlyAndStl) {
   const char* ply =
       "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
@@ -82,7 +115,7 @@ TEST(ReadMesh, ReadsPlyAndStl) {
 }
 
 TEST(ReadMesh, SaysInOneLineWhatIsWrong) {
-  EXPECT_THAT(error_of("/nonexistent/box.ply"), HasSubstr("/nonexistent/box.ply: not found, expected"));
+  EXPECT_THAT(error_of("/nonexistent/box.ply"), HasSubstr("/nonexistent/box.ply: cannot be read, expected"));
   EXPECT_THAT(error_of(file_with("bad.ply", "this is no mesh\n")), HasSubstr("expected"));
   EXPECT_THAT(error_of(file_with("bad.xyzzy", "this is no mesh\n")), HasSubstr("expected"));
   const char* points =
