@@ -1,15 +1,19 @@
 // Camera files: OpenCV calibrations and ROS camera_info, both YAML.
 #include <yaml-cpp/yaml.h>
 
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <fstream>
 #include <initializer_list>
+#include <span>
 #include <sstream>
 
 #include "core/camera_model.hpp"
 #include "core/camera_ranges.hpp"
 #include "core/input_error.hpp"
+#include "core/opencv_camera_file.hpp"
+#include "core/regular_file.hpp"
 #include "core/shown_text.hpp"
 
 namespace tankrig {
@@ -104,13 +108,7 @@ struct CameraFile {
 };
 
 CameraFile load(const std::filesystem::path& path) {
-  std::error_code ignored;
-  std::ifstream in(path, std::ios::binary);
-  if (!in || std::filesystem::is_directory(path, ignored))
-    throw InputError(path, "cannot be read, expected a camera file (YAML)");
-  std::stringstream text;
-  text << in.rdbuf();
-  std::string yaml = text.str();
+  std::string yaml = read_regular_file(path, kMostYamlBytes, "a camera file (YAML)");
   // OpenCV writes "%YAML:1.0", which is not a YAML directive: blank it, keep the line count.
   if (yaml.starts_with("%YAML")) yaml.replace(0, std::min(yaml.find('\n'), yaml.size()), "");
   CameraFile file{path, {}};
@@ -168,6 +166,28 @@ void read_distortion(const CameraFile& file, CameraModel& camera) {
   camera.k1 = d[0], camera.k2 = d[1], camera.p1 = d[2], camera.p2 = d[3], camera.k3 = d[4];
 }
 
+/// "[1, 0, 0]"
+std::string list(std::span<const double> numbers) {
+  std::string text;
+  for (const double value : numbers) text += (text.empty() ? "[" : ", ") + exact(value);
+  return text + "]";
+}
+
+void write_text(const std::filesystem::path& path, const std::string& text) {
+  std::filesystem::path temporary = path;
+  temporary += ".tmp";
+  std::ofstream file(temporary, std::ios::binary);
+  file << text;
+  file.close();
+  std::error_code failed;
+  if (file) std::filesystem::rename(temporary, path, failed);
+  if (!file || failed) {
+    std::error_code ignored;
+    std::filesystem::remove(temporary, ignored);
+    throw InputError(path, "cannot be written, expected a writable place");
+  }
+}
+
 }  // namespace
 
 CameraModel read_camera_file(const std::filesystem::path& path) {
@@ -191,30 +211,25 @@ void write_camera_file(const std::filesystem::path& path, const CameraModel& cam
 
 void write_camera_file(const std::filesystem::path& path, const CameraModel& c, const std::string& name,
                        const Rectification& rectification) {
-  const auto list = [](const auto& matrix) {
-    std::string text;
-    for (const double value : matrix.val) text += (text.empty() ? "[" : ", ") + exact(value);
-    return text + "]";
-  };
   std::ostringstream out;
   out << "image_width: " << c.width << "\nimage_height: " << c.height << "\ncamera_name: " << name
-      << "\ncamera_matrix:\n  rows: 3\n  cols: 3\n  data: " << list(c.matrix())
-      << "\ndistortion_model: plumb_bob\ndistortion_coefficients:\n  rows: 1\n  cols: 5\n  data: [" << exact(c.k1)
-      << ", " << exact(c.k2) << ", " << exact(c.p1) << ", " << exact(c.p2) << ", " << exact(c.k3)
-      << "]\nrectification_matrix:\n  rows: 3\n  cols: 3\n  data: " << list(rectification.R)
-      << "\nprojection_matrix:\n  rows: 3\n  cols: 4\n  data: " << list(rectification.P) << "\n";
-  std::filesystem::path temporary = path;
-  temporary += ".tmp";
-  std::ofstream file(temporary, std::ios::binary);
-  file << out.str();
-  file.close();
-  std::error_code failed;
-  if (file) std::filesystem::rename(temporary, path, failed);
-  if (!file || failed) {
-    std::error_code ignored;
-    std::filesystem::remove(temporary, ignored);
-    throw InputError(path, "cannot be written, expected a writable place");
-  }
+      << "\ncamera_matrix:\n  rows: 3\n  cols: 3\n  data: " << list(c.matrix().val)
+      << "\ndistortion_model: plumb_bob\ndistortion_coefficients:\n  rows: 1\n  cols: 5\n  data: "
+      << list(std::array{c.k1, c.k2, c.p1, c.p2, c.k3})
+      << "\nrectification_matrix:\n  rows: 3\n  cols: 3\n  data: " << list(rectification.R.val)
+      << "\nprojection_matrix:\n  rows: 3\n  cols: 4\n  data: " << list(rectification.P.val) << "\n";
+  write_text(path, out.str());
+}
+
+void write_opencv_camera_file(const std::filesystem::path& path, const CameraModel& c, const std::string& name) {
+  const auto matrix = [](int rows, int cols, const std::string& numbers) {
+    return " !!opencv-matrix\n  rows: " + std::to_string(rows) + "\n  cols: " + std::to_string(cols) +
+           "\n  dt: d\n  data: " + numbers + "\n";
+  };
+  write_text(path, "%YAML:1.0\n---\nimage_width: " + std::to_string(c.width) +
+                       "\nimage_height: " + std::to_string(c.height) + "\ncamera_name: \"" + name +
+                       "\"\ncamera_matrix:" + matrix(3, 3, list(c.matrix().val)) +
+                       "distortion_coefficients:" + matrix(1, 5, list(std::array{c.k1, c.k2, c.p1, c.p2, c.k3})));
 }
 
 }  // namespace tankrig

@@ -7,6 +7,7 @@
 #include "apps/tankrig/stop.hpp"
 #include "apps/tankrig/timing.hpp"
 #include "core/input_error.hpp"
+#include "core/opencv_camera_file.hpp"
 #include "rig/capture/beam_view.hpp"
 #include "rig/plan/plan_csv.hpp"
 #include "rig/session/checksums.hpp"
@@ -128,8 +129,10 @@ ScanResult record_scan(const ScanOptions& options, const RigConfig& rig, const S
   writer.add_text("plan.csv", plan_csv(plan));
 
   fs::create_directory(path / "cameras");
-  for (const RigCamera& camera : rig.cameras)
+  for (const RigCamera& camera : rig.cameras) {
     write_camera_file(path / "cameras" / (camera.name + ".yaml"), camera.model, camera.name);
+    write_opencv_camera_file(path / "cameras" / (camera.name + ".opencv.yml"), camera.model, camera.name);
+  }
 
   backend.record_wire(path);
   PlayedFaults faults(backend, writer, options.faults);

@@ -9,6 +9,7 @@
 #include "apps/tankrig/output.hpp"
 #include "apps/tankrig/progress.hpp"
 #include "core/input_error.hpp"
+#include "core/opencv_camera_file.hpp"
 #include "drivers/can/can_log.hpp"
 #include "reconstruction/stereo/rectifier.hpp"
 #include "rig/rosbag/bag_file.hpp"
@@ -93,9 +94,11 @@ class Export {
 
   void camera_info() {
     const auto rectified = rectifications(session_);
-    for (const SessionCamera& camera : session_.info.cameras)
+    for (const SessionCamera& camera : session_.info.cameras) {
       write_camera_file(target("camera_info/" + camera.name + ".yaml"), camera.model, camera.name,
                         rectified.at(camera.name));
+      write_opencv_camera_file(target("camera_info/" + camera.name + ".opencv.yml"), camera.model, camera.name);
+    }
   }
 
   void csv() {

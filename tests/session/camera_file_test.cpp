@@ -1,9 +1,13 @@
 // Camera files as OpenCV and ROS write them.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <yaml-cpp/yaml.h>
+
+#include <opencv2/core.hpp>
 
 #include "core/camera_model.hpp"
 #include "core/input_error.hpp"
+#include "core/opencv_camera_file.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace tankrig {
@@ -151,6 +155,47 @@ TEST(CameraFile, RefusesACameraThatCannotBe) {
   EXPECT_THAT(error("0.00096", "11"), HasSubstr("distortion_coefficients: found p1 = 11, expected"));
   EXPECT_THAT(error("-6e-6, 0]", "-11, 0]"), HasSubstr("distortion_coefficients: found p2 = -11, expected"));
   EXPECT_THAT(error("-6e-6, 0]", "-6e-6, 101]"), HasSubstr("distortion_coefficients: found k3 = 101, expected"));
+}
+
+constexpr CameraModel kOdd{640, 481, 514.123456789012345, 685.5, 1.0 / 3, 237, -0.35, 0.158, 7.3e-4, -1e-17, 0.01};
+
+TEST(CameraFile, WrittenForOpenCvIsReadByItsFileStorage) {
+  const TemporaryFolder folder;
+  const auto file = folder.path() / "c.opencv.yml";
+  write_opencv_camera_file(file, kOdd, "mono");
+  const cv::FileStorage storage(file.string(), cv::FileStorage::READ);
+  ASSERT_TRUE(storage.isOpened());
+  cv::Mat matrix, distortion;
+  storage["camera_matrix"] >> matrix;
+  storage["distortion_coefficients"] >> distortion;
+  EXPECT_EQ(static_cast<int>(storage["image_width"]), kOdd.width);
+  EXPECT_EQ(static_cast<int>(storage["image_height"]), kOdd.height);
+  EXPECT_EQ(static_cast<std::string>(storage["camera_name"]), "mono");
+  ASSERT_EQ(matrix.type(), CV_64F);
+  EXPECT_EQ(cv::norm(matrix, cv::Mat(kOdd.matrix()), cv::NORM_INF), 0);
+  EXPECT_EQ(cv::norm(distortion, kOdd.distortion(), cv::NORM_INF), 0);
+  EXPECT_EQ(read_camera_file(file).k3, kOdd.k3) << "and by our own";
+}
+
+TEST(CameraFile, WrittenForRosHasWhatItsReaderTakes) {
+  const TemporaryFolder folder;
+  const auto file = folder.path() / "c.yaml";
+  write_camera_file(file, kOdd, "mono");
+  const YAML::Node root =
+      YAML::LoadFile(file.string());  // ROS reads it with yaml-cpp, and refuses a file without one of these
+  EXPECT_EQ(root["camera_name"].as<std::string>(), "mono");
+  EXPECT_EQ(root["image_width"].as<int>(), kOdd.width);
+  EXPECT_EQ(root["distortion_model"].as<std::string>(), "plumb_bob");
+  const auto numbers = [&](const char* matrix, int rows, int cols) {
+    EXPECT_EQ(root[matrix]["rows"].as<int>(), rows);
+    EXPECT_EQ(root[matrix]["cols"].as<int>(), cols);
+    return root[matrix]["data"].as<std::vector<double>>();
+  };
+  EXPECT_EQ(numbers("camera_matrix", 3, 3)[0], kOdd.fx);
+  EXPECT_EQ(numbers("distortion_coefficients", 1, 5)[3], kOdd.p2);
+  EXPECT_EQ(numbers("rectification_matrix", 3, 3)[8], 1);
+  EXPECT_EQ(numbers("projection_matrix", 3, 4)[5], kOdd.fy);
+  EXPECT_EQ(read_camera_file(file).cx, kOdd.cx) << "and by our own";
 }
 
 }  // namespace
