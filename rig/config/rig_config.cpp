@@ -11,6 +11,7 @@
 #include "rig/config/limits_section.hpp"
 #include "rig/config/scan_section.hpp"
 #include "rig/session/model_yaml.hpp"
+#include "rig/session/session_names.hpp"
 
 namespace tankrig {
 namespace {
@@ -47,10 +48,8 @@ void read_arm(const ConfigNode& node, RigConfig& rig) {
 RigCamera read_camera(const ConfigNode& node) {
   RigCamera camera;
   camera.name = node.text("name");
-  if (camera.name.empty() || camera.name.find_first_of("/\\,\"\n ") != std::string::npos ||
-      camera.name.starts_with('.'))
-    node.fail("name", "found '" + shown_text(camera.name) +
-                          "', expected a name that can be a folder's, without blanks or commas");
+  if (!is_camera_name(camera.name))
+    node.fail("name", "found '" + shown_text(camera.name) + "', " + kCameraNameExpected);
   const std::string role = node.choice("role", {"mono", "left", "right"});
   camera.role = role == "mono" ? CameraRole::kMono : role == "left" ? CameraRole::kLeft : CameraRole::kRight;
   camera.model = read_camera_model(node.child("model"));

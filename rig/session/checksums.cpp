@@ -46,6 +46,8 @@ std::map<std::string, std::string> read_sums(const fs::path& session) {
     if (entry.size() < 67 || entry.find_first_not_of("0123456789abcdef") != 64 || entry.substr(64, 2) != "  ")
       throw InputError(session / kName, line,
                        "found '" + entry + "', expected 64 hexadecimal digits, two blanks and a file name");
+    if (!stays_inside(entry.substr(66)))
+      throw InputError(session / kName, line, "found '" + entry.substr(66) + "', expected a file of the session");
     listed[entry.substr(66)] = entry.substr(0, 64);
   }
   return listed;

@@ -1,8 +1,12 @@
 #include "rig/session/session.hpp"
 
+#include <algorithm>
 #include <opencv2/imgcodecs.hpp>
 
 #include "core/input_error.hpp"
+#include "core/regular_file.hpp"
+#include "rig/session/picture_file.hpp"
+#include "rig/session/session_folder.hpp"
 #include "rig/session/session_tables.hpp"
 #include "rig/session/session_yaml.hpp"
 #include "rig/session/spool.hpp"
@@ -74,6 +78,7 @@ const char* to_string(CameraRole role) {
 Session Session::open(const fs::path& path) {
   std::error_code ignored;
   if (!fs::is_directory(path, ignored)) throw InputError(path, "is not a folder, expected a session");
+  refuse_links(path);
   if (!fs::exists(path / "session.yaml", ignored)) throw InputError(path, "has no session.yaml, expected a session");
   Session session;
   session.path = path;
@@ -110,19 +115,17 @@ const SessionCamera& Session::camera(CameraRole role) const {
 cv::Mat Session::image(const FrameRecord& frame) const {
   const fs::path file = path / frame.file;
   std::error_code ignored;
-  if (!fs::exists(file, ignored)) throw InputError(file, "does not exist, expected the image of a frame of frames.csv");
-  cv::Mat image;
-  try {
-    image = cv::imread(file.string(), cv::IMREAD_ANYCOLOR | cv::IMREAD_IGNORE_ORIENTATION);
-  } catch (const cv::Exception&) {
-  }
-  if (image.empty()) throw InputError(file, "cannot be decoded, expected an image of 8 bits per channel");
-  for (const SessionCamera& camera : info.cameras)
-    if (camera.name == frame.camera && (image.cols != camera.model.width || image.rows != camera.model.height))
-      throw InputError(file, "found " + std::to_string(image.cols) + " x " + std::to_string(image.rows) +
-                                 " px, expected " + std::to_string(camera.model.width) + " x " +
-                                 std::to_string(camera.model.height) + " as calibrated");
-  return image;
+  if (!fs::exists(file, ignored))
+    throw InputError(file,
+                     "does not exist, expected the image of a frame of frames.csv; a session of what is left: "
+                     "tankrig session recover " +
+                         path.string());
+  const auto camera = std::find_if(info.cameras.begin(), info.cameras.end(),
+                                   [&](const SessionCamera& c) { return c.name == frame.camera; });
+  if (camera == info.cameras.end()) throw InputError(file, "is of no camera of session.yaml, expected one of those");
+  const ExpectedSize expected{camera->model.width, camera->model.height, "as calibrated"};
+  return decode_picture(read_below(path, frame.file, kMostPictureBytes, "an image"), file, &expected,
+                        cv::IMREAD_ANYCOLOR | cv::IMREAD_IGNORE_ORIENTATION);
 }
 
 Plane Session::laser_plane(const FrameRecord& frame) const {

@@ -3,15 +3,16 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cstdio>
 #include <map>
 #include <opencv2/imgcodecs.hpp>
 
+#include "core/regular_file.hpp"
 #include "rig/session/checksums.hpp"
-#include "rig/session/jpeg_file.hpp"
+#include "rig/session/picture_file.hpp"
 #include "rig/session/png_file.hpp"
 #include "rig/session/session_facts.hpp"
+#include "rig/session/session_folder.hpp"
 #include "rig/session/sha256.hpp"
 #include "rig/session/spool.hpp"
 
@@ -41,12 +42,11 @@ bool is_whole_picture(const fs::path& file) {
   std::error_code ignored;
   if (!fs::is_regular_file(file, ignored)) return false;
   if (has_check_sums(file)) return is_whole_png(read_whole_file(file));
-  std::string ending = file.extension().string();
-  std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
-  if ((ending == ".jpg" || ending == ".jpeg") && !is_whole_jpeg(read_whole_file(file))) return false;
   try {
-    return !cv::imread(file.string(), cv::IMREAD_ANYCOLOR).empty();
-  } catch (const cv::Exception&) {
+    decode_picture(read_regular_file(file, kMostPictureBytes, "an image"), file, nullptr,
+                   cv::IMREAD_ANYCOLOR | cv::IMREAD_IGNORE_ORIENTATION);
+    return true;
+  } catch (const InputError&) {
     return false;
   }
 }
@@ -138,7 +138,7 @@ class Examination {
       std::size_t strange = 0;
       for (const SpooledFrame& spooled : segment.frames()) {
         auto frame = frame_from(spooled.line);
-        if (!frame || !stays_inside(frame->file)) {
+        if (!frame) {
           ++strange;
           continue;
         }
@@ -169,14 +169,14 @@ class Examination {
       const bool as_sealed = seal_read_ && !unlike_seal && fs::exists(file);
       // A seal with a wrong sum does not condemn a PNG: that has sums of its own.
       const bool whole_alone = (!unlike_seal || has_check_sums(file)) && is_whole_picture(file);
-      whole[i] = stays_inside(all[i].file) && (in_spool_.contains(all[i].file) || as_sealed || whole_alone);
+      whole[i] = in_spool_.contains(all[i].file) || as_sealed || whole_alone;
     });
     std::map<std::string, std::vector<const FrameRecord*>> lost;
     std::error_code ignored;
     for (std::size_t i = 0; i < all.size(); ++i) {
       if (whole[i]) continue;
       lost[all[i].camera].push_back(&all[i]);
-      if (stays_inside(all[i].file) && fs::exists(session_ / all[i].file, ignored)) out_.set_aside.insert(all[i].file);
+      if (fs::exists(session_ / all[i].file, ignored)) out_.set_aside.insert(all[i].file);
     }
     for (const auto& [camera, frames] : lost) tell_lost_frames(camera, frames);
     if (!lost.empty()) leave_out(whole);
@@ -249,27 +249,30 @@ class Examination {
            "ends " + seconds_text(last(out_.joints) - zero()) + " after its first line; what came later is lost");
   }
 
-  /// What the seal says of the files nobody spoke of yet.
+  /// What the seal says of the files nobody spoke of yet. What was made of a recording can be made again: no loss.
   void compare_rest() {
-    std::vector<std::string> not_listed;
+    std::vector<std::string> made_since, other, foreign;
     for (const auto& [file, kind] : differs_) {
       if (told_.contains(file)) continue;
-      if (kind == Kind::kMissing) {
-        lose(file, "missing");
-      } else if (kind == Kind::kChanged) {
-        lose(file, std::string("changed since it was sealed") +
-                       (is_derived(file) ? ", can be made again from the recording" : ""));
-        if (is_derived(file)) out_.set_aside.insert(file);
-      } else if (!file.starts_with("spool/")) {
-        not_listed.push_back(file);
+      if (is_derived(file)) {
+        (kind == Kind::kNotListed ? made_since : other).push_back(file);
+        if (kind == Kind::kChanged) out_.set_aside.insert(file);
+      } else if (kind == Kind::kNotListed) {
+        if (!file.starts_with("spool/")) foreign.push_back(file);
+      } else {
+        lose(file, kind == Kind::kMissing ? "missing" : "changed since it was sealed");
       }
     }
-    constexpr std::size_t kNamed = 5;
-    for (std::size_t i = 0; i < std::min(not_listed.size(), kNamed); ++i)
-      out_.losses.push_back(not_listed[i] + ": not listed in SHA256SUMS");
-    if (not_listed.size() > kNamed)
-      out_.losses.push_back("SHA256SUMS: " + plural(not_listed.size() - kNamed, "more file") + " not listed");
+    tell_files(made_since, "made after the seal; tankrig report makes it again, and seals it", out_.undone);
+    tell_files(other, "not as sealed; tankrig report makes it again", out_.undone);
+    tell_files(foreign, "not listed in SHA256SUMS", out_.extra);
     compare_with_session_yaml();
+  }
+
+  void tell_files(const std::vector<std::string>& files, const std::string& what, std::vector<std::string>& list) {
+    constexpr std::size_t kNamed = 5;
+    for (std::size_t i = 0; i < std::min(files.size(), kNamed); ++i) list.push_back(files[i] + ": " + what);
+    if (files.size() > kNamed) list.push_back(plural(files.size() - kNamed, "more file") + ": " + what);
   }
 
   /// Files that session.yaml knows without the seal. What `recover` could not bring back is told no second time.
@@ -311,9 +314,18 @@ class Examination {
 
 }  // namespace
 
+std::vector<std::string> SessionFindings::missing() const {
+  std::vector<std::string> out;
+  if (!info_known) out.emplace_back("cameras and calibration, which neither session.yaml nor rig.yaml tells");
+  if (frames.records.empty() && joints.records.empty())
+    out.emplace_back("a frame with its picture, or a joint sample: there is none");
+  return out;
+}
+
 SessionFindings examine_session(const fs::path& session, const DescribeRig& describe) {
   std::error_code ignored;
   if (!fs::is_directory(session, ignored)) throw InputError(session, "is not a folder, expected a session");
+  refuse_links(session);
   return Examination(session, describe).run();
 }
 

@@ -28,11 +28,14 @@ struct SessionFindings {
   bool sealed = false;                ///< there is a SHA256SUMS, whatever it says
   std::set<std::string> set_aside;    ///< files that `recover` moves to lost+found: damaged, or of nothing
   std::vector<std::string> losses;    ///< one in plain words, each beginning with the file or camera it concerns
-  std::vector<std::string> undone;    ///< nothing lost, but not finished: frames still in the spool, no seal
+  std::vector<std::string>
+      undone;                      ///< nothing lost, but not finished: frames in the spool, no seal, clouds without one
+  std::vector<std::string> extra;  ///< files that are not of the recording
 
-  bool whole() const { return losses.empty() && undone.empty(); }
-  /// Whether there is a frame or a joint sample, and the cameras they were taken with.
-  bool usable() const { return info_known && (!frames.records.empty() || !joints.records.empty()); }
+  bool whole() const { return losses.empty() && undone.empty() && extra.empty(); }
+  /// What a usable session has and this one lacks: a frame or a joint sample, the cameras they were taken with.
+  std::vector<std::string> missing() const;
+  bool usable() const { return missing().empty(); }
 };
 
 /// Looks at every byte of a session and changes none.  Errors: InputError if it is no folder or a file cannot be read.

@@ -7,8 +7,10 @@
 #include <vector>
 
 #include "core/input_error.hpp"
+#include "core/regular_file.hpp"
 #include "core/utc.hpp"
 #include "rig/session/checksums.hpp"
+#include "rig/session/picture_file.hpp"
 #include "rig/session/session_tables.hpp"
 #include "rig/session/session_writer.hpp"
 #include "rig/session/session_yaml.hpp"
@@ -40,17 +42,10 @@ std::vector<fs::path> images_in(const fs::path& folder) {
 
 /// Type of the image's pixels, as OpenCV counts them.
 int check_image(const fs::path& file, const CameraModel& camera) {
-  cv::Mat image;
-  try {
-    image = cv::imread(file.string(), cv::IMREAD_ANYCOLOR | cv::IMREAD_ANYDEPTH | cv::IMREAD_IGNORE_ORIENTATION);
-  } catch (const cv::Exception&) {
-  }
-  if (image.empty()) throw InputError(file, "cannot be decoded, expected an image");
-  if (image.cols != camera.width || image.rows != camera.height)
-    throw InputError(file, "found " + std::to_string(image.cols) + " x " + std::to_string(image.rows) +
-                               " px, expected " + std::to_string(camera.width) + " x " + std::to_string(camera.height) +
-                               " as in the camera file");
-  return image.type();
+  const ExpectedSize expected{camera.width, camera.height, "as in the camera file"};
+  return decode_picture(read_regular_file(file, kMostPictureBytes, "an image"), file, &expected,
+                        cv::IMREAD_ANYCOLOR | cv::IMREAD_ANYDEPTH | cv::IMREAD_IGNORE_ORIENTATION)
+      .type();
 }
 
 std::string pixels_in_words(int type) {
@@ -114,6 +109,17 @@ std::string copy_images(const ImportRequest& request, const std::vector<fs::path
   return lines;
 }
 
+/// A folder that nobody had before.
+fs::path new_folder_beside(const fs::path& target) {
+  for (int n = 1;; ++n) {
+    const fs::path folder =
+        target.parent_path() / ("." + target.filename().string() + "." + std::to_string(n) + ".tmp");
+    std::error_code failed;
+    if (fs::create_directory(folder, failed)) return folder;
+    if (failed && failed != std::errc::file_exists) throw InputError(target, "cannot be created: " + failed.message());
+  }
+}
+
 /// Removes the half-built session unless it was handed over.
 struct Scaffold {
   fs::path path;
@@ -158,11 +164,9 @@ void write_import_session(const ImportRequest& request) {
 
   fs::path target = fs::absolute(request.out).lexically_normal();
   if (!target.has_filename()) target = target.parent_path();
-  Scaffold scaffold{target.parent_path() / ("." + target.filename().string() + ".tmp")};
   std::error_code failed;
-  fs::remove_all(scaffold.path, failed);
-  fs::create_directories(scaffold.path, failed);
-  if (failed) throw InputError(request.out, "cannot be created: " + failed.message());
+  fs::create_directories(target.parent_path(), failed);
+  const Scaffold scaffold{new_folder_beside(target)};
 
   SessionInfo info;
   info.name = target.filename().string();

@@ -11,12 +11,16 @@
 
 namespace tankrig {
 
-SessionLock::SessionLock(const std::filesystem::path& session) {
+SessionLock::SessionLock(const std::filesystem::path& session, SessionUse use) {
   descriptor_ = ::open(session.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor_ < 0 && (errno == ENOENT || errno == ENOTDIR))
+    throw InputError(session, "is not a folder, expected a session");
   if (descriptor_ < 0) throw InputError(session, std::string("cannot be opened: ") + std::strerror(errno));
-  if (::flock(descriptor_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return;  // or no locks on this file system
+  const int kind = use == SessionUse::kWrite ? LOCK_EX : LOCK_SH;
+  if (::flock(descriptor_, kind | LOCK_NB) == 0 || errno != EWOULDBLOCK) return;  // or no locks on this file system
   ::close(descriptor_);
-  throw InputError(session, "is being written by another process, expected a session at rest");
+  throw InputError(session, std::string("is being written ") + (use == SessionUse::kWrite ? "or read " : "") +
+                                "by another process, expected a session at rest");
 }
 
 SessionLock::~SessionLock() { ::close(descriptor_); }

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "rig/session/checksums.hpp"
+#include "rig/session/session_folder.hpp"
 #include "rig/session/session_lock.hpp"
 #include "rig/session/session_yaml.hpp"
 #include "rig/session/spool.hpp"
@@ -103,6 +104,7 @@ void empty_spool(const fs::path& session, const LostAndFound& lost) {
 }  // namespace
 
 Recovery recover_session(const fs::path& source, const RecoverOptions& options) {
+  if (fs::is_directory(source)) refuse_links(source);
   if (!options.out.empty()) copy_session(source, options.out);
   const fs::path session = options.out.empty() ? source : options.out;
   const SessionLock lock(session);

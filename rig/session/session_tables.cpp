@@ -5,7 +5,9 @@
 #include <cstdio>
 
 #include "core/input_error.hpp"
+#include "core/shown_text.hpp"
 #include "rig/session/csv.hpp"
+#include "rig/session/session_names.hpp"
 #include "rig/session/text_files.hpp"
 
 namespace tankrig {
@@ -99,8 +101,8 @@ std::string tenths_of_microns(double length) {
 
 FrameRecord parse_frame(Fields fields) {
   FrameRecord frame;
-  if (fields.empty()) fields.table.fail(fields.row, 0, "a camera's name");
   frame.camera = fields.text();
+  if (!is_camera_name(frame.camera)) fields.table.fail(fields.row, 0, "a camera's name");
   frame.index = static_cast<int>(fields.count());
   frame.sequence = fields.number<std::uint64_t>("a whole number of at least 0");
   frame.stamp.ns = fields.whole();
@@ -129,8 +131,9 @@ FrameRecord parse_frame(Fields fields) {
     if (!(std::abs(frame.cPl->normal.norm() - 1) < 1e-6))
       fields.table.fail(fields.row, fields.next - 4, "the first number of a normal of length 1");
   }
-  if (fields.empty()) fields.table.fail(fields.row, fields.next, "the image's file name");
   frame.file = fields.text();
+  if (!is_picture_name(frame.file, frame.camera))
+    fields.table.fail(fields.row, fields.next - 1, "a picture below frames/" + shown_text(frame.camera) + "/");
   return frame;
 }
 

@@ -4,6 +4,7 @@
 #include "core/input_error.hpp"
 #include "core/shown_text.hpp"
 #include "rig/session/model_yaml.hpp"
+#include "rig/session/session_names.hpp"
 #include "rig/session/sha256.hpp"
 #include "rig/session/text_files.hpp"
 
@@ -48,6 +49,8 @@ std::optional<ClockPair> read_clock_pair(const ConfigNode& clock, const char* ke
 SessionCamera read_camera(const ConfigNode& node) {
   SessionCamera camera;
   camera.name = node.text("name");
+  if (!is_camera_name(camera.name))
+    node.fail("name", "found '" + shown_text(camera.name) + "', " + kCameraNameExpected);
   const std::string role = node.choice("role", {"mono", "left", "right"});
   camera.role = role == "mono" ? CameraRole::kMono : role == "left" ? CameraRole::kLeft : CameraRole::kRight;
   camera.model = read_camera_model(node.child("model"));
@@ -65,8 +68,11 @@ void read_calibration(const ConfigNode& root, SessionInfo& info) {
     info.calibration.laser_direction_e = read_vector(*calibration, "laser_direction_e");
     info.calibration.laser_fan = calibration->number("laser_fan_rad", {0, 3.2});
   }
-  if (const auto object = root.optional_child("object"))
+  if (const auto object = root.optional_child("object")) {
     info.object = SessionObject{object->text("mesh"), object->transform("bMo")};
+    if (!is_file_name(info.object->mesh))
+      object->fail("mesh", "found '" + shown_text(info.object->mesh) + "', expected the name of a file in the session");
+  }
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 
 #include "core/input_error.hpp"
 #include "rig/session/png_file.hpp"
+#include "rig/session/session_folder.hpp"
 #include "rig/session/session_tables.hpp"
 #include "rig/session/spool.hpp"
 #include "rig/session/text_files.hpp"
@@ -18,13 +19,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::uint64_t kBatchBytes = 256 << 20;  // written to the disk together
-
-void write_picture(const fs::path& file, const cv::Mat& image) {
-  std::error_code failed;
-  fs::create_directories(file.parent_path(), failed);
-  if (failed) throw InputError(file.parent_path(), "cannot be created: " + failed.message());
-  write_png(file, image);
-}
 
 /// The pictures of one segment. True if it holds nothing else, and nobody asked to stop. A picture that cannot be
 /// written keeps no other from it.
@@ -39,12 +33,12 @@ bool write_segment(const fs::path& session, const SpoolSegment& segment, const s
     }
     const SpooledFrame& frame = segment.frames()[i];
     const auto record = parse_frames_line(frame.line);
-    if (!record || !stays_inside(record->file)) {
+    if (!record) {
       done = false;
       return;
     }
     try {
-      write_picture(session / record->file, frame.image);
+      write_png(place_below(session, record->file), frame.image);
     } catch (const InputError&) {
       const std::lock_guard lock(mutex);
       if (!failure) failure = std::current_exception();

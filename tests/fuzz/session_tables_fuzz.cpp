@@ -1,5 +1,8 @@
 // A session's three tables; the first byte says which.
+#include <cstdlib>
+
 #include "core/input_error.hpp"
+#include "rig/session/session_names.hpp"
 #include "rig/session/session_tables.hpp"
 #include "tests/fuzz/scratch_file.hpp"
 
@@ -15,7 +18,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
         (void)read_joints_csv(file);
         break;
       case 'f':
-        (void)read_frames_csv(file);
+        for (const FrameRecord& frame : read_frames_csv(file).records)
+          if (!is_picture_name(frame.file, frame.camera)) std::abort();
         break;
       case 'e':
         (void)read_events_csv(file, true);

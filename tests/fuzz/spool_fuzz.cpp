@@ -6,6 +6,7 @@
 
 #include "core/input_error.hpp"
 #include "rig/session/crc32.hpp"
+#include "rig/session/session_names.hpp"
 #include "rig/session/session_tables.hpp"
 #include "rig/session/spool.hpp"
 #include "tests/fuzz/scratch_file.hpp"
@@ -53,7 +54,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
       const std::uint64_t pixels = frame.image.total() * frame.image.elemSize();
       accounted += kHeader + frame.line.size() + pixels;
       (void)crc32({reinterpret_cast<const char*>(frame.image.data), pixels});  // reads them all
-      (void)parse_frames_line(frame.line);
+      if (const auto record = parse_frames_line(frame.line))
+        if (!is_picture_name(record->file, record->camera)) std::abort();
     }
     if (accounted != text.size()) std::abort();  // every byte belongs to one record, or is stray
   });

@@ -1,7 +1,8 @@
-// Pictures as `session check` judges them without decoding: a whole PNG has no byte to spare.
+// Pictures as they are judged without decoding: a whole PNG has no byte to spare, and a size has two sides.
 #include <cstdlib>
 
 #include "rig/session/jpeg_file.hpp"
+#include "rig/session/picture_file.hpp"
 #include "rig/session/png_file.hpp"
 
 using namespace tankrig;
@@ -9,5 +10,6 @@ using namespace tankrig;
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
   const std::string_view text(reinterpret_cast<const char*>(bytes), size);
   if (is_whole_png(text) && (is_whole_jpeg(text) || is_whole_png(text.substr(0, size - 1)))) std::abort();
+  if (const auto size = picture_size(text); size && (size->width < 1 || size->height < 1)) std::abort();
   return 0;
 }

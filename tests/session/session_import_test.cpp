@@ -107,6 +107,30 @@ TEST(WholeJpeg, EndsWithTheEndOfItsImageWhateverFollows) {
   }
 }
 
+TEST(ImportSession, RefusesAJpegThatIsCutShort) {
+  const TemporaryFolder folder;
+  cv::Mat noise(600, 800, CV_8UC3);
+  cv::randu(noise, 0, 255);
+  fs::create_directory(folder.path() / "in");
+  const fs::path cut = folder.path() / "in/a.jpg";
+  cv::imwrite(cut.string(), noise);
+  fs::resize_file(cut, fs::file_size(cut) * 2 / 3);
+  ASSERT_FALSE(cv::imread(cut.string()).empty()) << "decoded all the same";
+  ImportRequest request = request_in(folder);
+  request.camera = {800, 600, 1000, 1000, 400, 300};
+  EXPECT_THAT(message_of<InputError>([&] { write_import_session(request); }),
+              HasSubstr("a.jpg: is a JPEG that is cut short, expected a whole one"));
+}
+
+TEST(ImportSession, RemovesNothingThatIsNotItsOwn) {
+  const TemporaryFolder folder;
+  put_image(folder, "in/a.png", 1);
+  for (const char* mine : {".out.tmp/diary", ".out.1.tmp/diary", ".out.2.tmp"}) folder.write(mine, "mine");
+  write_import_session(request_in(folder));
+  for (const char* mine : {".out.tmp/diary", ".out.1.tmp/diary", ".out.2.tmp"}) EXPECT_EQ(folder.read(mine), "mine");
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), fs::directory_iterator()), 5) << "and 'in' and 'out'";
+}
+
 TEST(ImportSession, TakesThePlaneOfEachImageByItsName) {
   const TemporaryFolder folder;
   put_image(folder, "in/a.png", 1);
@@ -176,6 +200,8 @@ TEST(ImportSession, RefusesBadInputAndLeavesNothingBehind) {
   EXPECT_THAT(error(request), HasSubstr("a.png: found 8 x 6 px, expected 9 x 6 as in the camera file"));
   folder.write("in/b.png", "not a picture");
   EXPECT_THAT(error(request_in(folder)), HasSubstr("b.png: cannot be decoded, expected an image"));
+  folder.write("in/b.png", "\x89PNG\r\n\x1a\n" + std::string("\0\0\0\rIHDR\0\1\x86\xa0\0\1\x86\xa0", 16));
+  EXPECT_THAT(error(request_in(folder)), HasSubstr("b.png: found 100000 x 100000 px, expected 8 x 6 as in the camera"));
   EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), fs::directory_iterator()), 1) << "only 'in' is left";
 }
 

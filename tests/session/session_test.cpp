@@ -201,7 +201,9 @@ TEST(Session, NamesWhatIsMissing) {
   EXPECT_THAT(message_of<InputError>([&] { session.camera(CameraRole::kLeft); }), HasSubstr("found no left camera"));
   fs::remove(path / "frames/mono/000002.png");
   EXPECT_THAT(message_of<InputError>([&] { session.image(session.frames[2]); }),
-              HasSubstr("000002.png: does not exist"));
+              HasSubstr("000002.png: does not exist, expected the image of a frame of frames.csv; a session of what is "
+                        "left: tankrig session recover " +
+                        path.string()));
   folder.write("s/frames/mono/000003.png", "not a picture");
   EXPECT_THAT(message_of<InputError>([&] { session.image(session.frames[3]); }),
               HasSubstr("000003.png: cannot be decoded"));
@@ -235,7 +237,8 @@ TEST(Session, NamesFileLineAndFieldOfBadInput) {
       {"frames.csv", "camera,index", "camera,number", "frames.csv:1: column 2: found 'number', expected 'index'"},
       {"frames.csv", "mono,2,", "mono,two,", "frames.csv:4: index: found 'two', expected a whole number"},
       {"frames.csv", "mono,2,", "mono,-2,", "frames.csv:4: index: found '-2', expected a whole number of at least 0"},
-      {"frames.csv", "mono,2,", "stereo,2,", "frames.csv: camera: found 'stereo', expected a camera of session.yaml"},
+      {"frames.csv", "frames/mono/000002.png", "rig.yaml",
+       "frames.csv:4: file: found 'rig.yaml', expected a picture below frames/mono/"},
       {"frames.csv", "mono,2,", "mono,", "frames.csv:4: found 20 fields, expected 21"},
       {"frames.csv", ",sweep,1,", ",swoop,1,",
        "frames.csv:3: phase: found 'swoop', expected move, dark_before, sweep or dark_after"},
@@ -267,11 +270,13 @@ TEST(SessionWriter, ReportsAnImageItCannotWriteByTheEndAtTheLatest) {
   const TemporaryFolder folder;
   SessionWriter writer(folder.path() / "s", some_info());
   writer.frame(some_frame(0), test_image(0));
+  fs::create_directories(folder.path() / "s/frames/mono");
+  folder.write("s/frames/mono/in_the_way", "");
   FrameRecord astray = some_frame(1);
-  astray.file = "frames.csv/1.png";
+  astray.file = "frames/mono/in_the_way/1.png";
   writer.frame(astray, test_image(1));
   EXPECT_THAT(message_of<InputError>([&] { writer.close("complete"); }),
-              HasSubstr("frames.csv: cannot be created: Not a directory"));
+              HasSubstr("frames/mono/in_the_way: cannot be created: Not a directory"));
   const Session session = Session::open(folder.path() / "s");
   EXPECT_THAT(session.info.status, HasSubstr("stopped: ")) << "a session with a lost image is never complete";
   EXPECT_EQ(session.frames.size(), 1u) << "the lost one is left out, the other is there";

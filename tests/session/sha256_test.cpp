@@ -53,6 +53,12 @@ TEST(Checksums, RefuseAMalformedListWithItsLine) {
   folder.write("SHA256SUMS", "hello\n");
   EXPECT_THAT(message_of<InputError>([&] { check_checksums(folder.path()); }),
               testing::HasSubstr("SHA256SUMS:1: found 'hello', expected 64 hexadecimal digits"));
+  for (const char* outside : {"../../etc/passwd", "/etc/passwd", "frames/../../x"}) {
+    folder.write("SHA256SUMS", std::string(64, '0') + "  " + outside + "\n");
+    EXPECT_THAT(
+        message_of<InputError>([&] { check_checksums(folder.path()); }),
+        testing::HasSubstr("SHA256SUMS:1: found '" + std::string(outside) + "', expected a file of the session"));
+  }
 }
 
 }  // namespace

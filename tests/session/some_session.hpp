@@ -63,6 +63,13 @@ inline FrameRecord some_frame(int index) {
   return frame;
 }
 
+/// With the name of its picture, as a writer gives it.
+inline FrameRecord filed_frame(int index) {
+  FrameRecord frame = some_frame(index);
+  frame.file = "frames/mono/00000" + std::to_string(index) + ".png";
+  return frame;
+}
+
 inline JointState some_joints(int index) {
   JointState state;
   state.stamp = {1'000'000'000LL + index * 5'000'000LL};
