@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <deque>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -13,6 +14,7 @@
 #include "calibration/time_offset/time_offset.hpp"
 #include "core/input_error.hpp"
 #include "rig/session/checksums.hpp"
+#include "rig/session/session_lock.hpp"
 #include "rig/session/text_files.hpp"
 
 namespace fs = std::filesystem;
@@ -149,7 +151,11 @@ void add_calibrate(CLI::App& app, ChosenCommand& chosen) {
 int calibrate_time(const CalibrateTimeOptions& options) {
   Progress progress;
   std::vector<OpenedSession> sessions;
-  for (const fs::path& path : options.sessions) sessions.push_back(open_session(path, progress));
+  std::deque<SessionLock> at_rest;
+  for (const fs::path& path : options.sessions) {
+    at_rest.emplace_back(path);
+    sessions.push_back(open_session(path, progress));
+  }
   const SessionCamera& camera = sessions.front().session.camera(CameraRole::kMono);
   const TimeOffsetSolution solution = solve(problem_of(sessions, progress));
   const nlohmann::ordered_json facts = facts_of(camera.name, camera.time_offset, solution);

@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/tankrig/commands.hpp"
+#include "apps/tankrig/open_session.hpp"
 #include "apps/tankrig/output.hpp"
 #include "apps/tankrig/summary.hpp"
 #include "bench/metrics/metrics_json.hpp"
@@ -16,6 +17,7 @@ namespace tankrig::app {
 int evaluate(const EvaluateOptions& options) {
   if (!options.verdict.empty() && options.verdict.extension() != ".ply")
     throw InputError(options.verdict, "found extension '" + options.verdict.extension().string() + "', expected .ply");
+  if (!options.verdict.empty()) check_in_no_session(options.verdict);
   std::error_code ignored;
   if (std::filesystem::equivalent(options.verdict, options.cloud, ignored))
     throw InputError(options.verdict, "is the cloud itself, expected another file for --verdict");

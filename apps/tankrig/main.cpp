@@ -18,6 +18,7 @@
 #include "apps/tankrig/session_replay.hpp"
 #include "apps/tankrig/stop.hpp"
 #include "core/input_error.hpp"
+#include "core/shown_text.hpp"
 
 using namespace tankrig::app;
 
@@ -149,13 +150,14 @@ int main(int argc, char** argv) {
   try {
     return flush_output(chosen());
   } catch (const StoppedEarly& e) {
-    std::fprintf(stderr, "tankrig: %s\n", e.what());
+    std::fprintf(stderr, "tankrig: %s\n", tankrig::printable(e.what()).c_str());
     return kPartial;
   } catch (const std::filesystem::filesystem_error& e) {
-    std::fprintf(stderr, "tankrig: %s: %s\n", e.path1().c_str(), e.code().message().c_str());
+    std::fprintf(stderr, "tankrig: %s: %s\n", tankrig::printable(e.path1().string()).c_str(),
+                 e.code().message().c_str());
     return kFailure;
   } catch (const std::exception& e) {
-    std::fprintf(stderr, "tankrig: %s\n", e.what());
+    std::fprintf(stderr, "tankrig: %s\n", tankrig::printable(e.what()).c_str());
     return kFailure;
   }
 }

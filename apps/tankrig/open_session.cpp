@@ -69,6 +69,14 @@ CLI::Option* add_sessions_option(CLI::App* command, std::vector<fs::path>& sessi
   });
 }
 
+void check_in_no_session(const fs::path& out) {
+  std::error_code ignored;
+  const fs::path file = fs::weakly_canonical(fs::absolute(out));
+  for (fs::path folder = file.parent_path(); folder.has_relative_path(); folder = folder.parent_path())
+    if (fs::exists(folder / "session.yaml", ignored))
+      throw InputError(out, "lies in the session " + folder.string() + ", expected a place outside");
+}
+
 void check_outside(const fs::path& out, const fs::path& session) {
   if (lies_within(out, session))
     throw InputError(out, "lies in the session " + session.string() + ", expected a place outside");

@@ -9,7 +9,9 @@
 
 namespace tankrig::app {
 
-void print_json(const nlohmann::ordered_json& document) { std::printf("%s\n", document.dump(2).c_str()); }
+void print_json(const nlohmann::ordered_json& document) {
+  std::printf("%s\n", document.dump(2, ' ', false, nlohmann::json::error_handler_t::replace).c_str());
+}
 
 int flush_output(int code) {
   const bool failed_before = std::ferror(stdout) != 0;

@@ -11,6 +11,7 @@
 #include "bench/report/stripe_picture.hpp"
 #include "core/input_error.hpp"
 #include "rig/session/session_summary.hpp"
+#include "rig/session/text_files.hpp"
 
 namespace fs = std::filesystem;
 
@@ -26,7 +27,9 @@ class Album {
 
   void add(const std::string& name, const std::string& caption, const cv::Mat& image) {
     const fs::path file = folder_ / (name + ".png");
-    if (!cv::imwrite(file.string(), image)) throw InputError(file, "cannot be written");
+    std::vector<unsigned char> png;
+    if (!cv::imencode(".png", image, png)) throw InputError(file, "cannot be encoded");
+    write_whole_file(file, {reinterpret_cast<const char*>(png.data()), png.size()});
     pictures_.push_back({caption, image, file});
   }
   void keep(const std::string& name, const std::string& caption) {

@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "core/shown_text.hpp"
+
 namespace tankrig::app {
 
 Progress::Progress() : terminal_(isatty(STDERR_FILENO) != 0) {
@@ -43,12 +45,12 @@ void Progress::update(const std::string& stage, double fraction) {
 
 void Progress::note(const std::string& text) {
   finish_line();
-  spdlog::info(text);
+  spdlog::info("{}", printable(text));
 }
 
 void Progress::warn(const std::string& text) {
   finish_line();
-  spdlog::warn(text);
+  spdlog::warn("{}", printable(text));
 }
 
 }  // namespace tankrig::app

@@ -14,6 +14,7 @@
 #include "reconstruction/cloud/cloud_io.hpp"
 #include "rig/config/rig_config.hpp"
 #include "rig/session/checksums.hpp"
+#include "rig/session/session_lock.hpp"
 
 namespace fs = std::filesystem;
 
@@ -29,7 +30,9 @@ void check_extension(const fs::path& out) {
 
 int reconstruct(const ReconstructOptions& options) {
   check_extension(options.out);
+  if (!options.out.empty()) check_in_no_session(options.out);
   Progress progress;
+  const SessionLock at_rest(options.session, options.out.empty() ? SessionUse::kWrite : SessionUse::kRead);
   const Session session = open_session(options.session, progress).session;
   const ReconstructionParameters parameters = options.rig.empty()
                                                   ? reconstruction_parameters(session)
@@ -67,6 +70,7 @@ int reconstruct(const ReconstructOptions& options) {
 
 int report(const ReportOptions& options) {
   Progress progress;
+  const SessionLock at_rest(options.session);
   const Session session = open_session(options.session, progress).session;
   const ReconstructionParameters parameters = reconstruction_parameters(session);
   const StopOnSignal stop_on_signal;

@@ -1,6 +1,7 @@
 // `tankrig scan`: the whole road, from the rig file to the report.
 #include "rig/scan/scan.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -25,14 +26,18 @@
 #include "rig/plan/light_check.hpp"
 #include "rig/scan/before_start.hpp"
 #include "rig/session/checksums.hpp"
+#include "rig/session/session_lock.hpp"
 
 namespace fs = std::filesystem;
 
 namespace tankrig::app {
 namespace {
 
-/// sessions/RIG-20170503T091244Z, numbered if there is one already.
-fs::path default_session(const std::string& rig) {
+/// sessions/RIG-20170503T091244Z, numbered if there is one already. Nothing of a rig's name leads elsewhere.
+fs::path default_session(std::string rig) {
+  const auto no_file_name = [](char c) { return c == '/' || static_cast<unsigned char>(c) < 0x20 || c == 0x7f; };
+  std::replace_if(rig.begin(), rig.end(), no_file_name, '_');
+  if (rig.starts_with('.')) rig.front() = '_';
   std::string stamp = utc_now();
   std::erase_if(stamp, [](char c) { return c == '-' || c == ':'; });
   const fs::path base = fs::path("sessions") / (rig + "-" + stamp);
@@ -151,6 +156,7 @@ int scan(const ScanOptions& options) {
   if (has_spool(path)) return stopped(path, "stopped while writing pictures", left, progress);
   const bool partial = frames_are_missing(rig, plan, result, progress);
 
+  const SessionLock at_rest(path);
   const Session session = Session::open(path);
   const auto scores = reconstruct_and_report(session, parameters, backend->world(), progress);
   if (!scores) {

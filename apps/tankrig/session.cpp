@@ -6,6 +6,7 @@
 #include "apps/tankrig/open_session.hpp"
 #include "apps/tankrig/output.hpp"
 #include "core/input_error.hpp"
+#include "core/shown_text.hpp"
 #include "rig/session/planes_csv.hpp"
 #include "rig/session/session_import.hpp"
 #include "rig/session/session_summary.hpp"
@@ -39,7 +40,8 @@ int session_info(const SessionInfoOptions& options) {
     out["warnings"] = session.warnings;
     print_json(out);
   } else {
-    for (const auto& [what, value] : facts) std::printf("%-22s %s\n", what.c_str(), value.c_str());
+    for (const auto& [what, value] : facts)
+      std::printf("%-22s %s\n", printable(what).c_str(), printable(value).c_str());
   }
   return kOk;
 }

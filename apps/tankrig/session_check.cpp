@@ -2,13 +2,13 @@
 
 #include <cstdio>
 #include <nlohmann/json.hpp>
-#include <optional>
 
 #include "apps/tankrig/commands.hpp"
 #include "apps/tankrig/open_session.hpp"
 #include "apps/tankrig/output.hpp"
 #include "apps/tankrig/progress.hpp"
 #include "apps/tankrig/stop.hpp"
+#include "core/shown_text.hpp"
 #include "rig/config/rig_config.hpp"
 #include "rig/session/session_lock.hpp"
 #include "rig/session/session_recover.hpp"
@@ -19,10 +19,11 @@ namespace {
 void describe_rig(const std::filesystem::path& rig_yaml, SessionInfo& info) { load_rig(rig_yaml).describe(info); }
 
 const char* verdict(const SessionFindings& found) {
-  return found.whole()          ? "whole"
-         : !found.usable()      ? "nothing usable"
-         : found.losses.empty() ? "not finished"
-                                : "damaged";
+  return found.whole()           ? "whole"
+         : !found.usable()       ? "nothing usable"
+         : !found.losses.empty() ? "damaged"
+         : !found.undone.empty() ? "not finished"
+                                 : "whole, with files that are not of the recording";
 }
 
 nlohmann::ordered_json findings_json(const std::filesystem::path& session, const SessionFindings& found) {
@@ -31,6 +32,8 @@ nlohmann::ordered_json findings_json(const std::filesystem::path& session, const
           {"status", found.info.status},
           {"losses", found.losses},
           {"undone", found.undone},
+          {"extra", found.extra},
+          {"missing", found.missing()},
           {"recovered", found.info.recovered},
           {"joint_samples", found.joints.records.size()},
           {"frames", found.frames.records.size()},
@@ -38,12 +41,18 @@ nlohmann::ordered_json findings_json(const std::filesystem::path& session, const
           {"events", found.events.records.size()}};
 }
 
+void print_each(const char* what, const std::vector<std::string>& lines) {
+  for (const std::string& line : lines) std::printf("  %s: %s\n", what, printable(line).c_str());
+}
+
 void print_findings(const std::filesystem::path& session, const SessionFindings& found) {
-  std::printf("%s: %s, status \"%s\"\n", session.c_str(), verdict(found), found.info.status.c_str());
-  for (const std::string& loss : found.losses) std::printf("  lost: %s\n", loss.c_str());
-  for (const std::string& undone : found.undone) std::printf("  not finished: %s\n", undone.c_str());
-  for (const std::string& loss : found.info.recovered)
-    std::printf("  lost before it was recovered: %s\n", loss.c_str());
+  std::printf("%s: %s, status \"%s\"\n", printable(session.string()).c_str(), verdict(found),
+              printable(found.info.status).c_str());
+  print_each("lost", found.losses);
+  print_each("not finished", found.undone);
+  print_each("extra", found.extra);
+  print_each("lost before it was recovered", found.info.recovered);
+  print_each("missing", found.missing());
   std::printf("  there: %zu frames with their pictures%s, %zu joint samples, %zu events\n", found.frames.records.size(),
               found.spooled > 0 ? (" (" + std::to_string(found.spooled) + " in the spool)").c_str() : "",
               found.joints.records.size(), found.events.records.size());
@@ -68,15 +77,14 @@ void add_session_check(CLI::App& session, ChosenCommand& chosen) {
 }
 
 int check_session(const SessionCheckOptions& options) {
-  std::optional<SessionLock> at_rest;
-  if (std::filesystem::is_directory(options.session)) at_rest.emplace(options.session);
+  const SessionLock at_rest(options.session, SessionUse::kRead);
   const SessionFindings found = examine_session(options.session, describe_rig);
   if (options.json)
     print_json(findings_json(options.session, found));
   else
     print_findings(options.session, found);
   if (!found.whole() && found.usable() && !options.json)
-    std::printf("  tankrig session recover %s\n", options.session.c_str());
+    std::printf("  tankrig session recover %s\n", printable(options.session.string()).c_str());
   return found.whole() ? kOk : found.usable() ? kPartial : kFailure;
 }
 
@@ -99,7 +107,8 @@ int recover_session(const SessionRecoverOptions& options) {
     if (done.found.whole())
       std::printf("  nothing to do\n");
     else if (done.finished)
-      std::printf("  recovered: now whole; what was replaced is in %s\n", (done.session / "lost+found").c_str());
+      std::printf("  recovered: now whole; what was replaced is in %s\n",
+                  printable((done.session / "lost+found").string()).c_str());
     else if (done.found.usable())
       std::printf("  stopped while writing pictures: run it again\n");
   }

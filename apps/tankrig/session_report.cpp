@@ -17,7 +17,7 @@ std::optional<std::vector<Score>> reconstruct_and_report(const Session& session,
     write_pictures_and_report(session, object, scores, world);
     progress.update("pictures and report", 1);
   }
-  write_checksums(session.path);
+  if (session.info.status != "recording") write_checksums(session.path);
   progress.finish_line();
   if (stopped) return std::nullopt;
   return scores;
