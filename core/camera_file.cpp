@@ -9,9 +9,9 @@
 #include <span>
 #include <sstream>
 
+#include "core/atomic_file.hpp"
 #include "core/camera_model.hpp"
 #include "core/camera_ranges.hpp"
-#include "core/input_error.hpp"
 #include "core/opencv_camera_file.hpp"
 #include "core/regular_file.hpp"
 #include "core/shown_text.hpp"
@@ -173,21 +173,6 @@ std::string list(std::span<const double> numbers) {
   return text + "]";
 }
 
-void write_text(const std::filesystem::path& path, const std::string& text) {
-  std::filesystem::path temporary = path;
-  temporary += ".tmp";
-  std::ofstream file(temporary, std::ios::binary);
-  file << text;
-  file.close();
-  std::error_code failed;
-  if (file) std::filesystem::rename(temporary, path, failed);
-  if (!file || failed) {
-    std::error_code ignored;
-    std::filesystem::remove(temporary, ignored);
-    throw InputError(path, "cannot be written, expected a writable place");
-  }
-}
-
 }  // namespace
 
 CameraModel read_camera_file(const std::filesystem::path& path) {
@@ -218,7 +203,7 @@ void write_camera_file(const std::filesystem::path& path, const CameraModel& c, 
       << list(std::array{c.k1, c.k2, c.p1, c.p2, c.k3})
       << "\nrectification_matrix:\n  rows: 3\n  cols: 3\n  data: " << list(rectification.R.val)
       << "\nprojection_matrix:\n  rows: 3\n  cols: 4\n  data: " << list(rectification.P.val) << "\n";
-  write_text(path, out.str());
+  write_file_durably(path, out.str());
 }
 
 void write_opencv_camera_file(const std::filesystem::path& path, const CameraModel& c, const std::string& name) {
@@ -226,7 +211,7 @@ void write_opencv_camera_file(const std::filesystem::path& path, const CameraMod
     return " !!opencv-matrix\n  rows: " + std::to_string(rows) + "\n  cols: " + std::to_string(cols) +
            "\n  dt: d\n  data: " + numbers + "\n";
   };
-  write_text(path, "%YAML:1.0\n---\nimage_width: " + std::to_string(c.width) +
+  write_file_durably(path, "%YAML:1.0\n---\nimage_width: " + std::to_string(c.width) +
                        "\nimage_height: " + std::to_string(c.height) + "\ncamera_name: \"" + name +
                        "\"\ncamera_matrix:" + matrix(3, 3, list(c.matrix().val)) +
                        "distortion_coefficients:" + matrix(1, 5, list(std::array{c.k1, c.k2, c.p1, c.p2, c.k3})));

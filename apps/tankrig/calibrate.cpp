@@ -162,7 +162,7 @@ int calibrate_time(const CalibrateTimeOptions& options) {
   for (const OpenedSession& opened : sessions) {
     const Session& session = opened.session;
     fs::create_directories(session.path / "results");
-    write_whole_file(session.path / "results" / "time_offset.yaml", yaml_lines(facts, ""));
+    write_file_durably(session.path / "results" / "time_offset.yaml", yaml_lines(facts, ""));
     if (session.info.status != "recording") write_checksums(session.path);
   }
   progress.finish_line();

@@ -10,26 +10,18 @@
 namespace tankrig::app {
 namespace {
 
-struct Harvest {
+int frames_of(const ScanPlan& plan, const RigConfig& rig) {
   int frames = 0;
-  double bytes = 0;  ///< upper bound: colour images before compression
-};
-
-Harvest harvest_of(const ScanPlan& plan, const RigConfig& rig) {
-  Harvest out;
-  for (const RigCamera& camera : rig.cameras) {
-    const int frames = expected_frames(rig, camera, plan);
-    out.frames += frames;
-    out.bytes += 3.0 * camera.model.width * camera.model.height * frames;
-  }
-  return out;
+  for (const RigCamera& camera : rig.cameras) frames += expected_frames(rig, camera, plan);
+  return frames;
 }
 
 }  // namespace
 
 void print_dry_run(const RigConfig& rig, const ScanPlan& plan, const MotionCheck& check, bool json) {
   const SurfaceView view = surface_view(rig, plan);
-  const Harvest harvest = harvest_of(plan, rig);
+  const int frames = frames_of(plan, rig);
+  const std::uint64_t need = disk_need(rig, plan);
   if (json) {
     nlohmann::ordered_json out;
     for (const Segment& s : plan.segments())
@@ -41,8 +33,8 @@ void print_dry_run(const RigConfig& rig, const ScanPlan& plan, const MotionCheck
     out["clearance_m"] = check.min_clearance;
     out["nearest"] = check.nearest;
     out["duration_s"] = plan.duration();
-    out["frames"] = harvest.frames;
-    out["disk_bytes"] = harvest.bytes;
+    out["frames"] = frames;
+    out["disk_bytes"] = need;
     out["faces"] = view.json();
     print_json(out);
     return;
@@ -53,8 +45,8 @@ void print_dry_run(const RigConfig& rig, const ScanPlan& plan, const MotionCheck
                 plan.at(s.end()).q[kElbow]);
   std::printf("clearance  %.0f mm, %s, during %s\n", 1e3 * check.min_clearance, check.nearest.c_str(),
               check.where.c_str());
-  std::printf("duration   %.1f s\nframes     %d\ndisk need  at most %.0f MB\n", plan.duration(), harvest.frames,
-              harvest.bytes / 1e6);
+  std::printf("duration   %.1f s\nframes     %d\ndisk need  at most %.0f MB\n", plan.duration(), frames,
+              static_cast<double>(need) / 1e6);
   std::printf("%s", view.table().c_str());
 }
 

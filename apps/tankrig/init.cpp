@@ -29,22 +29,23 @@ int init(const InitOptions& options) {
   if (!root.has("scene")) root.fail("scene", "found nothing, expected a scene to start from");
   const fs::path scene = root.path("scene"), mesh = root.child("object").path("mesh");
   fs::path building = options.directory;
-  building += ".partial";
+  building += kUnfinished;
   fs::remove_all(building);
   fs::create_directories(building);
   const auto rig_text = [&](const fs::path& of) {
     return without_folder(without_folder(read_whole_file(of), scene.filename()), mesh.filename());
   };
   if (!root.has("base")) {
-    write_whole_file(building / "rig.yaml", rig_text(file));
+    write_file_durably(building / "rig.yaml", rig_text(file));
   } else {
-    write_whole_file(building / "base.yaml", rig_text(root.path("base")));
-    write_whole_file(building / "rig.yaml",
+    write_file_durably(building / "base.yaml", rig_text(root.path("base")));
+    write_file_durably(building / "rig.yaml",
                      std::regex_replace(rig_text(file), std::regex(R"((^|\n)base: *[^ #\n]+)"), "$1base: base.yaml"));
   }
-  write_whole_file(building / scene.filename(), without_folder(read_whole_file(scene), mesh.filename()));
-  copy_whole_file(mesh, building / mesh.filename());
+  write_file_durably(building / scene.filename(), without_folder(read_whole_file(scene), mesh.filename()));
+  write_file_durably(building / mesh.filename(), read_whole_file(mesh));
   fs::rename(building, options.directory);
+  sync_folder(fs::absolute(options.directory).parent_path());
   std::printf("%s: edit rig.yaml, then  tankrig scan --rig %s\n", options.directory.c_str(), options.directory.c_str());
   return kOk;
 }

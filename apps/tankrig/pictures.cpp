@@ -9,7 +9,7 @@
 #include "bench/report/figures.hpp"
 #include "bench/report/report_html.hpp"
 #include "bench/report/stripe_picture.hpp"
-#include "core/input_error.hpp"
+#include "core/atomic_file.hpp"
 #include "rig/session/session_summary.hpp"
 #include "rig/session/text_files.hpp"
 
@@ -29,7 +29,7 @@ class Album {
     const fs::path file = folder_ / (name + ".png");
     std::vector<unsigned char> png;
     if (!cv::imencode(".png", image, png)) throw InputError(file, "cannot be encoded");
-    write_whole_file(file, {reinterpret_cast<const char*>(png.data()), png.size()});
+    write_file_durably(file, {reinterpret_cast<const char*>(png.data()), png.size()});
     pictures_.push_back({caption, image, file});
   }
   void keep(const std::string& name, const std::string& caption) {

@@ -1,8 +1,17 @@
 #include "apps/tankrig/plan_check.hpp"
 
 #include "bench/metrics/triangle_mesh.hpp"
+#include "core/input_error.hpp"
+#include "rig/platform/machine.hpp"
+#include "rig/session/spool_pictures.hpp"
 
 namespace tankrig::app {
+namespace {
+
+/// Tables, logs, clouds, pictures, report, and the recorder's reserve.
+constexpr std::uint64_t kBesideFrames = 64 << 20;
+
+}  // namespace
 
 MotionCheck check_plan(const RigConfig& rig, const ScanPlan& plan) {
   Obstacles obstacles = rig.obstacles;
@@ -23,6 +32,30 @@ int expected_frames(const RigConfig& rig, const RigCamera& camera, const ScanPla
   if (camera.record != RecordWhen::kDark)
     frames += plan.expected_frames(RecordWhen::kSweep, in_sweep, rig.scan.dark_frames);
   return frames;
+}
+
+/// As its driver delivers it.
+CameraInfo camera_info(const RigConfig& rig, const RigCamera& camera) {
+  const auto devices = rig.section("devices");
+  const auto cameras = devices ? devices->optional_child("cameras") : std::nullopt;
+  const auto node = cameras ? cameras->optional_child(camera.name) : std::nullopt;
+  return {camera.name, camera.model.width, camera.model.height, node ? node->integer_or("channels", 3, {1, 3}) : 3,
+          camera.rate_hz};
+}
+
+std::uint64_t disk_need(const RigConfig& rig, const ScanPlan& plan) {
+  std::uint64_t raw = 0;
+  for (const RigCamera& camera : rig.cameras) {
+    const CameraInfo info = camera_info(rig, camera);
+    raw += static_cast<std::uint64_t>(expected_frames(rig, camera, plan)) * static_cast<std::uint64_t>(info.channels) *
+           static_cast<std::uint64_t>(info.width) * static_cast<std::uint64_t>(info.height);
+  }
+  return most_on_disk(raw) + kBesideFrames;
+}
+
+void check_room(const RigConfig& rig, const ScanPlan& plan, const std::filesystem::path& path) {
+  const Finding room = room_finding(path, free_space(path), disk_need(rig, plan));
+  if (room.refused) throw InputError(room.measured + ", nothing was moved: " + room.cure);
 }
 
 }  // namespace tankrig::app

@@ -1,6 +1,9 @@
 // What a plan means on its rig, before anything moves: is it safe, and how much will be recorded.
 #pragma once
 
+#include <cstdint>
+#include <filesystem>
+
 #include "rig/config/rig_config.hpp"
 #include "rig/plan/motion_check.hpp"
 #include "rig/plan/scan_plan.hpp"
@@ -10,7 +13,16 @@ namespace tankrig::app {
 /// The plan against limits, box, floor and walls of the rig file.  Errors: InputError if it is not safe.
 MotionCheck check_plan(const RigConfig& rig, const ScanPlan& plan);
 
+/// As its driver delivers it.
+CameraInfo camera_info(const RigConfig& rig, const RigCamera& camera);
+
 /// How many frames a camera will record, at the times or the angles it is set to.
 int expected_frames(const RigConfig& rig, const RigCamera& camera, const ScanPlan& plan);
+
+/// Bytes that the session takes on its disk at most, with what is made of it.
+std::uint64_t disk_need(const RigConfig& rig, const ScanPlan& plan);
+
+/// Errors: InputError with need, rest and cure if there is no room for the session at `path`.
+void check_room(const RigConfig& rig, const ScanPlan& plan, const std::filesystem::path& path);
 
 }  // namespace tankrig::app

@@ -86,7 +86,7 @@ template <class Keep>
 void as_far_as_possible(Keep keep) {
   try {
     keep();
-  } catch (const DiskHangs&) {
+  } catch (const NotOnDisk&) {
     throw;
   } catch (const std::exception&) {
   }

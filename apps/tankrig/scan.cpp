@@ -130,6 +130,7 @@ int scan(const ScanOptions& options) {
 
   const fs::path path = options.out.empty() ? default_session(rig.name) : options.out;
   if (fs::exists(path)) throw InputError(path, "exists already, expected a new session directory");
+  check_room(rig, plan, path);
   check_laser_ready(rig.scan, backend->laser(), backend->interlock_closed());
   auto stops = std::make_unique<RigStops>(*backend, progress);
   if (backend->clock().real_time()) check_real_time(rig.scan.real_time);  // refused before there is a session
@@ -142,7 +143,7 @@ int scan(const ScanOptions& options) {
   try {
     result = record_scan(options, rig, plan, *backend, path, progress, left);
     stops.reset();
-  } catch (const DiskHangs& e) {
+  } catch (const NotOnDisk& e) {
     return told_stopped(path, std::string("stopped: ") + e.what(), left, false, progress);
   } catch (const std::exception& e) {
     if (!left && !fs::exists(path / "session.yaml")) throw;

@@ -8,6 +8,7 @@
 #include "apps/tankrig/output.hpp"
 #include "apps/tankrig/progress.hpp"
 #include "apps/tankrig/stop.hpp"
+#include "core/atomic_file.hpp"
 #include "core/shown_text.hpp"
 #include "rig/config/rig_config.hpp"
 #include "rig/session/session_lock.hpp"
@@ -58,6 +59,21 @@ void print_findings(const std::filesystem::path& session, const SessionFindings&
               found.joints.records.size(), found.events.records.size());
 }
 
+/// A full disk has a cure where the session is mended in place.
+Recovery recovered(const SessionRecoverOptions& options, const RecoverOptions& how) {
+  const std::string elsewhere =
+      "; mend a copy on a disk with room: tankrig session recover " + options.session.string() + " --out DIR";
+  try {
+    return tankrig::recover_session(options.session, how);
+  } catch (const CannotWrite& e) {
+    if (!e.disk_full() || !how.out.empty()) throw;
+    throw InputError(e.what() + elsewhere);
+  } catch (const std::filesystem::filesystem_error& e) {
+    if (e.code() != std::errc::no_space_on_device || !how.out.empty()) throw;
+    throw InputError(e.path1(), e.code().message() + elsewhere);
+  }
+}
+
 }  // namespace
 
 void add_session_check(CLI::App& session, ChosenCommand& chosen) {
@@ -96,7 +112,7 @@ int recover_session(const SessionRecoverOptions& options) {
   how.describe = describe_rig;
   how.pictures = {[&](double fraction) { progress.update("writing pictures", fraction); },
                   [] { return StopOnSignal::requested().load(); }};
-  const Recovery done = tankrig::recover_session(options.session, how);
+  const Recovery done = recovered(options, how);
   progress.finish_line();
   if (options.json) {
     auto out = findings_json(done.session, done.found);

@@ -81,14 +81,14 @@ class Export {
         append_line(entry, text);
         text += '\n';
       }
-      write_whole_file(target("candump.log"), text);
+      write_file_durably(target("candump.log"), text);
       return;
     }
     if (joints_.empty())
       throw InputError(session_.path, "has neither can.log nor joints, expected one of them to write a candump log");
     progress_.note("candump: the arm was not on CAN; made up from joints.csv, on interface " +
                    std::string(kSynthesised));
-    write_whole_file(target("candump_synthesised.log"),
+    write_file_durably(target("candump_synthesised.log"),
                      synthesised_candump(joints_, ArmCanIds{}, 1'000'000, WallClock(session_, start_)));
   }
 
@@ -103,9 +103,9 @@ class Export {
 
   void csv() {
     const WallClock clock(session_, start_);
-    if (!joints_.empty()) write_whole_file(target("csv/joints.csv"), flat_joints_csv(joints_, start_, clock));
-    write_whole_file(target("csv/frames.csv"), flat_frames_csv(session_, start_, clock));
-    if (!events_.empty()) write_whole_file(target("csv/events.csv"), flat_events_csv(events_, start_, clock));
+    if (!joints_.empty()) write_file_durably(target("csv/joints.csv"), flat_joints_csv(joints_, start_, clock));
+    write_file_durably(target("csv/frames.csv"), flat_frames_csv(session_, start_, clock));
+    if (!events_.empty()) write_file_durably(target("csv/events.csv"), flat_events_csv(events_, start_, clock));
   }
 
   void bag() {

@@ -261,7 +261,7 @@ int replay_session(const SessionReplayOptions& options) {
     progress.finish_line();
     const nlohmann::ordered_json json = json_of(result, session);
     if (folder.kept()) {
-      write_whole_file(folder.path() / "replay.json", json.dump(2) + "\n");
+      write_file_durably(folder.path() / "replay.json", json.dump(2) + "\n");
       write_checksums(folder.path());
     }
     if (options.json)

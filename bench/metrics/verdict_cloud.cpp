@@ -2,11 +2,9 @@
 
 #include <bit>
 #include <cstring>
-#include <fstream>
 #include <string>
-#include <system_error>
 
-#include "core/input_error.hpp"
+#include "core/atomic_file.hpp"
 
 namespace tankrig {
 
@@ -44,20 +42,13 @@ void write_verdict_cloud(const std::filesystem::path& file, const PointCloud& cl
     ++count;
   }
 
-  const std::filesystem::path partial = file.string() + ".part";
-  std::ofstream out(partial, std::ios::binary);
-  out << "ply\nformat binary_little_endian 1.0\ncomment frame " << cloud.frame
-      << ", metres; ground black, object green, outlier blue, rejected grey\nelement vertex " << count
-      << "\nproperty float x\nproperty float y\nproperty float z\n"
-         "property uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n"
-      << body;
-  out.close();
-  std::error_code failed;
-  if (out) std::filesystem::rename(partial, file, failed);
-  if (!out || failed) {
-    std::filesystem::remove(partial, failed);
-    throw InputError(file, "cannot be written, expected a folder that exists and has room");
-  }
+  write_file_durably(
+      file, "ply\nformat binary_little_endian 1.0\ncomment frame " + cloud.frame +
+                ", metres; ground black, object green, outlier blue, rejected grey\nelement vertex " +
+                std::to_string(count) +
+                "\nproperty float x\nproperty float y\nproperty float z\n"
+                "property uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n" +
+                body);
 }
 
 }  // namespace tankrig

@@ -5,7 +5,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "bench/report/figures.hpp"
-#include "core/input_error.hpp"
+#include "core/atomic_file.hpp"
 #include "core/regular_file.hpp"
 
 namespace tankrig {
@@ -224,20 +224,6 @@ std::string report_html(const ReportData& data) {
   return out + "</body></html>\n";
 }
 
-void write_report_html(const fs::path& file, const ReportData& data) {
-  const std::string text = report_html(data);
-  fs::path temporary = file;
-  temporary += ".tmp";
-  std::ofstream out(temporary, std::ios::binary);
-  out << text;
-  out.close();
-  std::error_code failed;
-  if (out) fs::rename(temporary, file, failed);
-  if (!out || failed) {
-    std::error_code ignored;
-    fs::remove(temporary, ignored);
-    throw InputError(file, "cannot be written, expected a writable place");
-  }
-}
+void write_report_html(const fs::path& file, const ReportData& data) { write_file_durably(file, report_html(data)); }
 
 }  // namespace tankrig

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <fstream>
 
-#include "core/input_error.hpp"
+#include "core/atomic_file.hpp"
 #include "core/regular_file.hpp"
 #include "reconstruction/cloud/scalar_fields.hpp"
 
@@ -21,20 +21,6 @@ std::string lower_extension(const fs::path& file) {
   return extension;
 }
 
-void write_atomically(const fs::path& file, const std::string& text) {
-  fs::path partial = file;
-  partial += ".partial";
-  std::ofstream out(partial, std::ios::binary | std::ios::trunc);
-  out.write(text.data(), static_cast<std::streamsize>(text.size()));
-  out.close();
-  std::error_code error;
-  if (out) fs::rename(partial, file, error);
-  if (!out || error) {
-    std::error_code ignored;
-    fs::remove(partial, ignored);
-    throw InputError(
-        file, "cannot be written (" + std::to_string(text.size()) + " bytes), expected a writable folder with room");
-  }
 }
 
 }  // namespace
@@ -47,7 +33,7 @@ PointCloud read_cloud(const fs::path& file) {
 
 void write_cloud(const fs::path& file, const PointCloud& cloud, CloudEncoding encoding) {
   const bool ascii = encoding == CloudEncoding::kAscii;
-  write_atomically(
+  write_file_durably(
       file, lower_extension(file) == ".ply" ? cloud_file::ply_text(cloud, ascii) : cloud_file::pcd_text(cloud, ascii));
 }
 

@@ -4,10 +4,9 @@
 
 #include <algorithm>
 #include <charconv>
-#include <fstream>
 #include <mutex>
 
-#include "core/input_error.hpp"
+#include "core/atomic_file.hpp"
 #include "reconstruction/stripe/particle_filter.hpp"
 
 namespace tankrig {
@@ -128,17 +127,7 @@ void write_stripe_csv(const std::filesystem::path& file, const std::vector<Strip
     }
     text += '\n';
   }
-  std::filesystem::path partial = file;
-  partial += ".partial";
-  std::ofstream out(partial, std::ios::binary | std::ios::trunc);
-  out << text;
-  out.close();
-  std::error_code error;
-  if (out) std::filesystem::rename(partial, file, error);
-  if (out && !error) return;
-  std::error_code ignored;
-  std::filesystem::remove(partial, ignored);
-  throw InputError(file, "cannot be written, expected a writable folder with room");
+  write_file_durably(file, text);
 }
 
 }  // namespace tankrig

@@ -1,6 +1,7 @@
 #include "rig/platform/machine.hpp"
 
 #include <fcntl.h>
+#include <sys/statvfs.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -159,11 +160,36 @@ Histogram measure_wake_up(const RealTimeSettings& settings, Duration duration) {
   return wake_up;
 }
 
+fs::path existing_parent(fs::path folder) {
+  folder = fs::absolute(folder);
+  while (!fs::exists(folder) && folder.has_relative_path()) folder = folder.parent_path();
+  return folder;
+}
+
+std::optional<std::uint64_t> free_space(const fs::path& folder) {
+  struct statvfs disk {};
+  if (::statvfs(existing_parent(folder).c_str(), &disk) != 0 || disk.f_blocks == 0) return std::nullopt;
+  return disk.f_bavail * disk.f_frsize;
+}
+
+Finding room_finding(const fs::path& folder, std::optional<std::uint64_t> free, std::uint64_t needed) {
+  constexpr std::uint64_t kMega = 1'000'000;
+  Finding f{"disk space", Verdict::kGood,
+            "a scan needs up to " + std::to_string((needed + kMega - 1) / kMega) + " MB, the disk of " + folder.string() +
+                " has " + (free ? std::to_string(*free / kMega) + " MB free" : "an unknown rest")};
+  if (!free || *free >= needed) return f;
+  f.verdict = Verdict::kBad;
+  f.cure = "make room there, or record onto another disk: tankrig scan --out";
+  f.refused = true;
+  return f;
+}
+
 Finding disk_finding(double measured, double needed) {
   Finding f{"disk", Verdict::kGood,
             number("%.0f MB/s", measured * 1e-6) + number(", the cameras deliver %.0f MB/s", needed * 1e-6)};
   if (measured >= 2 * needed) return f;
   f.verdict = measured >= needed ? Verdict::kUsable : Verdict::kBad;
+  f.refused = f.verdict == Verdict::kBad;
   f.cure = "record onto a faster disk (--out), or fewer or slower cameras: frames that find no room are dropped";
   return f;
 }

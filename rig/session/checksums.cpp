@@ -21,7 +21,7 @@ std::vector<std::string> files_below(const fs::path& session) {
   std::vector<std::string> names;
   for (const auto& entry : fs::recursive_directory_iterator(session)) {
     const std::string name = entry.path().lexically_relative(session).generic_string();
-    if (entry.is_regular_file() && name != kName && entry.path().extension() != ".tmp") names.push_back(name);
+    if (entry.is_regular_file() && name != kName && entry.path().extension() != kUnfinished) names.push_back(name);
   }
   std::sort(names.begin(), names.end());
   return names;
@@ -70,6 +70,7 @@ bool is_derived(const std::string& file) {
 
 void write_checksums(const fs::path& session) {
   if (!spool_segments(session).empty()) return;
+  FileSystemSync disk(session);
   std::map<std::string, std::string> sealed;
   if (fs::exists(session / kName)) sealed = read_sums(session);
   std::erase_if(sealed, [](const auto& entry) { return is_derived(entry.first); });
@@ -79,7 +80,8 @@ void write_checksums(const fs::path& session) {
   for (std::size_t i = 0; i < names.size(); ++i) sealed[names[i]] = sums[i];
   std::string out;
   for (const auto& [name, sum] : sealed) out += sum + "  " + name + "\n";
-  write_whole_file(session / kName, out);
+  disk.sync();
+  write_file_durably(session / kName, out);
 }
 
 std::vector<ChecksumDifference> compare_checksums(const fs::path& session) {

@@ -8,7 +8,6 @@
 #include <cerrno>
 #include <chrono>
 #include <cstdio>
-#include <cstring>
 #include <system_error>
 #include <utility>
 
@@ -23,7 +22,6 @@ using namespace std::chrono_literals;
 
 constexpr auto kLinesPeriod = 100ms;
 constexpr auto kSyncPeriod = 500ms;
-constexpr std::uint64_t kSegmentBytes = 32 << 20;
 constexpr std::size_t kTextBytes = 16 << 20;  // lines that may wait: a minute at 1 kHz
 constexpr off_t kReserveBytes = 4 << 20;
 constexpr std::array kTableNames{"joints.csv", "frames.csv", "events.csv"};
@@ -38,7 +36,7 @@ void make_reserve(const fs::path& file) {
   const int descriptor = ::open(file.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0666);
   const int error = descriptor < 0 ? errno : ::posix_fallocate(descriptor, 0, kReserveBytes);
   if (descriptor >= 0) ::close(descriptor);
-  if (error != 0) throw InputError(file, std::string("cannot be written: ") + std::strerror(error));
+  if (error != 0) throw CannotWrite(file, error);
 }
 
 }  // namespace
@@ -50,6 +48,7 @@ DiskThreads::DiskThreads(fs::path session, std::shared_ptr<SessionLock> lock, st
       ring_bytes_(ring_bytes),
       wait_(wait),
       patience_(patience),
+      file_system_(session_),
       writer_silence_(longest_look(patience.write), MonotonicClock{}.now()) {
   const std::array headers{joints_header(), frames_header(), events_header()};
   for (std::size_t i = 0; i < kTables; ++i) {
@@ -132,14 +131,8 @@ void DiskThreads::finish() {
     throw DiskHangs(session_, "the disk does not answer: what was not on it yet is lost");
   }
   join();
-  std::error_code ignored;
-  fs::remove(reserve_of(session_), ignored);
-  try {
-    write_lines();
-  } catch (...) {
-    failed();
-  }
   segment_.reset();
+  std::error_code ignored;
   if (fs::is_empty(spool_folder(session_), ignored)) fs::remove(spool_folder(session_), ignored);
   const std::lock_guard lock(mutex_);
   rethrow();
@@ -162,6 +155,7 @@ void DiskThreads::failed() {
 }
 
 void DiskThreads::rethrow() {
+  if (not_on_disk_) std::rethrow_exception(not_on_disk_);
   if (failure_) std::rethrow_exception(failure_);
 }
 
@@ -201,8 +195,10 @@ void DiskThreads::write_loop() {
     }
     if (!last && std::chrono::steady_clock::now() < lines_due) continue;
     lines_due = std::chrono::steady_clock::now() + kLinesPeriod;
-    if (!failure_) {
+    if (!failure_ || last) {
       lock.unlock();
+      std::error_code ignored;
+      if (last) fs::remove(reserve_of(session_), ignored);
       try {
         write_lines();
       } catch (...) {
@@ -249,14 +245,20 @@ void DiskThreads::write_lines() {
 void DiskThreads::sync_loop() {
   ::pthread_setname_np(::pthread_self(), "disk-sync");
   std::unique_lock lock(mutex_);
-  while (!sync_.wait_for(lock, kSyncPeriod, [this] { return written_out_; })) {
+  for (bool last = false; !last;) {
+    last = sync_.wait_for(lock, kSyncPeriod, [this] { return written_out_; });
     lock.unlock();
+    std::exception_ptr failure;
     try {
       sync_now();
     } catch (...) {
-      failed();
+      failure = std::current_exception();
     }
     lock.lock();
+    if (!failure || not_on_disk_) continue;
+    not_on_disk_ = failure;
+    if (!failure_) failure_ = failure;
+    room_.notify_all();
   }
   synced_ = true;
   ended_.notify_all();
@@ -269,19 +271,13 @@ void DiskThreads::sync_now() {
     segments = unsynced_;
     if (unsynced_.size() > 1) unsynced_.erase(unsynced_.begin(), unsynced_.end() - 1);
   }
-  const auto sync = [this](int descriptor, const fs::path& file) {
-    ++syncer_rounds_;
-    if (::fdatasync(descriptor) != 0 && errno != EINVAL && errno != EROFS)
-      throw InputError(file, std::string("cannot be written: ") + std::strerror(errno));
-  };
-  for (const auto& segment : segments) sync(segment->descriptor(), spool_folder(session_));
-  for (std::size_t i = 0; i < kTables; ++i) sync(tables_[i]->descriptor(), session_ / kTableNames[i]);
+  for (const auto& segment : segments) ++syncer_rounds_, sync_file(spool_folder(session_), segment->descriptor());
+  for (std::size_t i = 0; i < kTables; ++i)
+    ++syncer_rounds_, sync_file(session_ / kTableNames[i], tables_[i]->descriptor());
   ++syncer_rounds_;
-  if (std::exchange(first_sync_, false)) sync_file_system(session_);  // what was put into the session at its start
-  const int folder = ::open(spool_folder(session_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (folder < 0) return;
-  ::fsync(folder);
-  ::close(folder);
+  if (std::exchange(first_sync_, false)) file_system_.sync();  // what was put into the session at its start
+  ++syncer_rounds_;
+  sync_folder(spool_folder(session_));
 }
 
 }  // namespace tankrig

@@ -18,7 +18,7 @@
 #include <thread>
 #include <vector>
 
-#include "core/input_error.hpp"
+#include "core/atomic_file.hpp"
 #include "core/watched_silence.hpp"
 #include "rig/session/session_lock.hpp"
 #include "rig/session/spool.hpp"
@@ -30,9 +30,9 @@ enum class RecordedTable : std::uint8_t { kJointLines, kFrameLines, kEventLines 
 
 /// A thread does not come back from the disk: it is left behind with what it still holds, and nothing more may be
 /// written to this session, or whoever writes it would hang as well. What is on the disk opens, and can be recovered.
-class DiskHangs : public InputError {
+class DiskHangs : public NotOnDisk {
  public:
-  using InputError::InputError;
+  using NotOnDisk::NotOnDisk;
 };
 
 /// How long a thread may take for one call before the disk is given up. A sync may have to wait for what other
@@ -43,11 +43,11 @@ struct DiskPatience {
 
 /// Frames go into the spool, lines into their tables ten times a second; twice a second all of it is sent to the disk
 /// itself, so that a kill loses tenths of a second and a power cut the last second, as far as the disk keeps up.
-/// A write error ends the recording: the first one is kept, what comes after it is counted, and a reserve on the disk
-/// is freed for the last lines and session.yaml. Threads: add_* and finish from one; they wait for the disk only if
-/// `wait`. RT: never, but it holds no lock while it writes. Errors: the first failure of a thread (InputError naming
-/// the file) is thrown by the next add_* and by finish; so is a disk that does not come back from one write for
-/// `patience.write`.
+/// A write or a sync that fails ends the recording: what comes after it is counted, and a reserve on the disk is freed
+/// for the last lines and session.yaml. Threads: add_* and finish from one; they wait for the disk only if `wait`. RT:
+/// never, but it holds no lock while it writes. Errors: a thread's failure (CannotWrite naming the file) is thrown by the
+/// next add_* and by finish, the first one, or NotOnDisk if a sync failed at all; so is a disk that does not come back
+/// from one write for `patience.write`.
 class DiskThreads {
  public:
   /// Opens the tables with their headers and starts the threads.  `ring_bytes` of frames may wait, and a minute of
@@ -62,7 +62,7 @@ class DiskThreads {
   /// Shares `image`: nobody writes to it any more. False: the ring is full, and the frame forgotten.
   bool add_frame(const std::string& camera, std::string line, const cv::Mat& image);
 
-  /// Returns when everything is written that can be; must be called. No add_* after it. Errors also: DiskHangs if a
+  /// Returns when everything is on the disk that can be; must be called. No add_* after it. Errors also: DiskHangs if a
   /// thread shows no sign of life for as long as `patience` says.
   void finish();
 
@@ -106,10 +106,11 @@ class DiskThreads {
   std::size_t waiting_bytes_ = 0, waiting_text_ = 0;
   std::array<std::string, kTables> lines_;
   std::vector<std::shared_ptr<SpoolWriter>> unsynced_;  // segments; the last may still grow
-  std::exception_ptr failure_;
+  std::exception_ptr failure_, not_on_disk_;  // the first of any kind; the first sync's
   bool closing_ = false, written_out_ = false, synced_ = false;
 
-  bool first_sync_ = true;  // the syncing thread's
+  FileSystemSync file_system_;  // the syncing thread's
+  bool first_sync_ = true;      // likewise
   std::uint64_t next_number_ = 0;
   int next_segment_ = 0;
   std::shared_ptr<SpoolWriter> segment_;

@@ -222,7 +222,7 @@ class Examination {
       if (!entry.is_regular_file() || known.contains(file) || out_.set_aside.contains(file)) continue;
       out_.set_aside.insert(file);
       told_.insert(file);
-      if (entry.path().extension() != ".tmp") ++pictures;
+      if (entry.path().extension() != kUnfinished) ++pictures;
     }
     if (pictures > 0) out_.losses.push_back("frames: " + plural(pictures, "picture") + " of no line in frames.csv");
   }

@@ -5,10 +5,9 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstring>
 #include <utility>
 
-#include "core/input_error.hpp"
+#include "core/atomic_file.hpp"
 #include "core/regular_file.hpp"
 #include "rig/session/text_files.hpp"
 
@@ -74,7 +73,7 @@ fs::path place_below(const fs::path& session, const fs::path& name) {
     reached /= part;
     const bool made = ::mkdirat(folder.descriptor(), part.c_str(), 0777) == 0 || errno == EEXIST;
     if (!made || !folder.enter(part))
-      throw InputError(reached, std::string("cannot be created: ") + std::strerror(errno));
+      throw CannotWrite(reached, errno);
   }
   return session / name;
 }

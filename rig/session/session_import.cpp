@@ -113,7 +113,7 @@ std::string copy_images(const ImportRequest& request, const std::vector<fs::path
 fs::path new_folder_beside(const fs::path& target) {
   for (int n = 1;; ++n) {
     const fs::path folder =
-        target.parent_path() / ("." + target.filename().string() + "." + std::to_string(n) + ".tmp");
+        target.parent_path() / ("." + target.filename().string() + "." + std::to_string(n) + kUnfinished);
     std::error_code failed;
     if (fs::create_directory(folder, failed)) return folder;
     if (failed && failed != std::errc::file_exists) throw InputError(target, "cannot be created: " + failed.message());
@@ -168,6 +168,7 @@ void write_import_session(const ImportRequest& request) {
   fs::create_directories(target.parent_path(), failed);
   const Scaffold scaffold{new_folder_beside(target)};
 
+  FileSystemSync disk(scaffold.path);
   SessionInfo info;
   info.name = target.filename().string();
   info.status = "complete";
@@ -185,9 +186,11 @@ void write_import_session(const ImportRequest& request) {
   write_whole_file(scaffold.path / "joints.csv", joints_header());
   write_whole_file(scaffold.path / "events.csv", events_header());
   write_whole_file(scaffold.path / "session.yaml", session_yaml(info));
+  disk.sync();
   write_checksums(scaffold.path);
   fs::rename(scaffold.path, target, failed);
   if (failed) throw InputError(request.out, "cannot be created: " + failed.message());
+  sync_folder(target.parent_path());
 }
 
 }  // namespace tankrig

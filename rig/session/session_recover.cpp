@@ -15,6 +15,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// A folder that is gone again unless its path is taken back.
+struct Scaffold {
+  fs::path path;
+  ~Scaffold() {
+    std::error_code ignored;
+    if (!path.empty()) fs::remove_all(path, ignored);
+  }
+};
+
 /// Where replaced files go: lost+found/N, N the first that is free, made when needed.
 class LostAndFound {
  public:
@@ -45,22 +54,24 @@ class LostAndFound {
   fs::path session_, folder_;
 };
 
-/// Whole or not at all.
+/// Whole or not at all, on the disk.
 void copy_session(const fs::path& from, const fs::path& to) {
   if (fs::exists(to)) throw InputError(to, "exists already, expected a new session directory");
   if (lies_within(to, from))
     throw InputError(to, "lies in the session " + from.string() + ", expected a place outside");
   const SessionLock at_rest(from);
   if (to.has_parent_path()) fs::create_directories(to.parent_path());
-  const fs::path temporary = to.string() + ".tmp-" + std::to_string(::getpid());
+  Scaffold temporary{to.string() + "." + std::to_string(::getpid()) + kUnfinished};
   try {
-    fs::copy(from, temporary, fs::copy_options::recursive);
-    fs::rename(temporary, to);
+    FileSystemSync disk(to.parent_path());
+    fs::copy(from, temporary.path, fs::copy_options::recursive);
+    disk.sync();
+    fs::rename(temporary.path, to);
   } catch (const fs::filesystem_error& e) {
-    std::error_code ignored;
-    fs::remove_all(temporary, ignored);
     throw InputError(e.path1(), "cannot be copied to " + to.string() + ": " + e.code().message());
   }
+  temporary.path.clear();
+  sync_folder(to.parent_path());
 }
 
 template <class Record>
@@ -68,7 +79,7 @@ void mend_table(const fs::path& session, const std::string& name, const Salvaged
                 const LostAndFound& lost) {
   if (!table.damaged) return;
   lost.keep(name);
-  write_whole_file(session / name, table.text);
+  write_file_durably(session / name, table.text);
 }
 
 template <class Record>
@@ -101,21 +112,17 @@ void empty_spool(const fs::path& session, const LostAndFound& lost) {
   fs::remove_all(spool_folder(session));
 }
 
-}  // namespace
-
-Recovery recover_session(const fs::path& source, const RecoverOptions& options) {
-  if (fs::is_directory(source)) refuse_links(source);
-  if (!options.out.empty()) copy_session(source, options.out);
-  const fs::path session = options.out.empty() ? source : options.out;
+Recovery mend_session(const fs::path& session, const RecoverOptions& options) {
   const SessionLock lock(session);
   Recovery result{session, examine_session(session, options.describe)};
   const SessionFindings& found = result.found;
   result.finished = found.whole();
   if (found.whole() || !found.usable()) return result;
 
+  FileSystemSync disk(session);
   const LostAndFound lost(session);
   lost.keep("session.yaml");
-  write_whole_file(session / "session.yaml",
+  write_file_durably(session / "session.yaml",
                    session_yaml(mended_info(found), found.calibration));  // first: what was lost is never forgotten
   lost.move("SHA256SUMS");
   mend_table(session, "joints.csv", found.joints, lost);
@@ -125,9 +132,25 @@ Recovery recover_session(const fs::path& source, const RecoverOptions& options) 
   if (!write_spooled_pictures(session, options.pictures)) return result;
   empty_spool(session, lost);
   Session::open(session);  // what cannot be opened is not sealed
+  disk.sync();
   write_checksums(session);
-  sync_file_system(session);
   result.finished = true;
+  return result;
+}
+
+}  // namespace
+
+Recovery recover_session(const fs::path& source, const RecoverOptions& options) {
+  if (fs::is_directory(source)) refuse_links(source);
+  if (options.out.empty()) return mend_session(source, options);
+  const fs::path out = options.out.has_filename() ? options.out : options.out.parent_path();
+  copy_session(source, out);
+  Scaffold copy{out};
+  Recovery result = mend_session(out, options);
+  if (result.finished)
+    copy.path.clear();
+  else
+    result.session = source;
   return result;
 }
 

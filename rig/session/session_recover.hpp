@@ -9,13 +9,13 @@
 namespace tankrig {
 
 struct RecoverOptions {
-  std::filesystem::path out;  ///< mend a copy, made here; empty: in place
+  std::filesystem::path out;  ///< mend a copy, made here and kept if it is finished; empty: in place
   DescribeRig describe;
   PictureOptions pictures;
 };
 
 struct Recovery {
-  std::filesystem::path session;  ///< the mended one
+  std::filesystem::path session;  ///< the mended one, or the source where no copy is left
   SessionFindings found;          ///< before
   bool finished = true;           ///< false: stopped while writing pictures, or nothing usable
 };

@@ -50,7 +50,7 @@ SessionWriter::SessionWriter(fs::path path, SessionInfo info, SessionWriterOptio
     : path_(make_folder(std::move(path))),
       lock_(std::make_shared<SessionLock>(path_)),
       info_(beginning(std::move(info), path_)) {
-  write_whole_file(path_ / "session.yaml", session_yaml(info_));
+  write_file_durably(path_ / "session.yaml", session_yaml(info_));
   disk_ = DiskThreads::start(path_, lock_, options.ring_bytes, options.wait_when_full, options.patience);
 }
 
@@ -88,9 +88,11 @@ void SessionWriter::event(Stamp stamp, std::string_view kind, std::string_view t
     ++info_.counts[std::string("events.") + kDroppedByRing];
 }
 
-void SessionWriter::add_file(const fs::path& source, const std::string& name) { copy_whole_file(source, path_ / name); }
+void SessionWriter::add_file(const fs::path& source, const std::string& name) {
+  add_text(name, read_whole_file(source));
+}
 
-void SessionWriter::add_text(const std::string& name, std::string_view text) { write_whole_file(path_ / name, text); }
+void SessionWriter::add_text(const std::string& name, std::string_view text) { write_file_durably(path_ / name, text); }
 
 void SessionWriter::take_counts() {
   std::uint64_t on_disk = 0;
@@ -104,24 +106,35 @@ void SessionWriter::close(const std::string& status, const PictureOptions& pictu
   if (closed_) return;
   closed_ = true;
   std::exception_ptr failure;
+  bool on_disk = true;
   info_.status = status;
   const auto attempt = [&](const auto& step) {
+    const auto fails = [&](const std::exception& e) {
+      if (failure) return;
+      failure = std::current_exception();
+      info_.status = std::string("stopped: ") + e.what();
+    };
     try {
       step();
     } catch (const DiskHangs&) {
       throw;
+    } catch (const NotOnDisk& e) {
+      on_disk = false;
+      fails(e);
     } catch (const std::exception& e) {
-      if (failure) return;
-      failure = std::current_exception();
-      info_.status = std::string("stopped: ") + e.what();
+      fails(e);
     }
+  };
+  std::string told;
+  const auto tell = [&] {
+    write_file_durably(path_ / "session.yaml", session_yaml(info_));
+    told = info_.status;
   };
   attempt([&] { disk_->finish(); });
   take_counts();
-  write_whole_file(path_ / "session.yaml", session_yaml(info_));
-  const bool recorded = !failure;
-  attempt([&] { write_spooled_pictures(path_, pictures); });
-  if (recorded && failure) write_whole_file(path_ / "session.yaml", session_yaml(info_));
+  attempt(tell);
+  if (on_disk) attempt([&] { write_spooled_pictures(path_, pictures); });
+  if (told != info_.status) attempt(tell);
   if (failure) std::rethrow_exception(failure);
 }
 

@@ -55,9 +55,10 @@ class SessionWriter {
   const std::filesystem::path& path() const { return path_; }
 
   /// Writes everything out, the final session.yaml, and the pictures. `status`: "complete" or "stopped: REASON". If
-  /// something could not be written, the status says that instead, and its error is thrown when the rest is safe.
-  /// Stopped early by `pictures.stop`, the frames left in the spool are a warning of Session::open. Errors also:
-  /// DiskHangs, and then nothing more is written: the status on the disk is still "recording".
+  /// something could not be written, the status says that instead, and its error is thrown when the rest is safe: after
+  /// NotOnDisk the spool is kept as it is. Stopped early by `pictures.stop`, the frames left in the spool are a warning
+  /// of Session::open. Errors also: DiskHangs, and then nothing more is written: the status on the disk is still
+  /// "recording".
   void close(const std::string& status, const PictureOptions& pictures = {});
 
  private:

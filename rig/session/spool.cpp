@@ -11,7 +11,7 @@
 #include <cerrno>
 #include <cstring>
 
-#include "core/input_error.hpp"
+#include "core/atomic_file.hpp"
 #include "core/regular_file.hpp"
 #include "rig/session/crc32.hpp"
 
@@ -42,8 +42,8 @@ std::string_view pixels(const cv::Mat& image) {
   return {reinterpret_cast<const char*>(image.data), image.total() * image.elemSize()};
 }
 
-[[noreturn]] void cannot(const fs::path& file, const char* what) {
-  throw InputError(file, std::string("cannot be ") + what + ": " + std::strerror(errno));
+[[noreturn]] void cannot_read(const fs::path& file) {
+  throw InputError(file, std::string("cannot be read: ") + std::strerror(errno));
 }
 
 /// Bytes of the record that begins here, if its header is whole and says so; else 0.
@@ -88,7 +88,7 @@ std::string spool_record_head(std::uint64_t number, std::string_view line, const
 
 SpoolWriter::SpoolWriter(fs::path file) : file_(std::move(file)) {
   descriptor_ = ::open(file_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-  if (descriptor_ < 0) cannot(file_, "written");
+  if (descriptor_ < 0) throw CannotWrite(file_, errno);
 }
 
 SpoolWriter::~SpoolWriter() { ::close(descriptor_); }
@@ -107,8 +107,7 @@ void SpoolWriter::append(std::uint64_t number, std::string_view line, const cv::
         ::lseek(descriptor_, static_cast<off_t>(bytes_), SEEK_SET);
       else
         bytes_ += done;
-      errno = error;
-      cannot(file_, "written");
+      throw CannotWrite(file_, error);
     }
     done += static_cast<std::uint64_t>(written);
     for (auto left = static_cast<std::size_t>(written); part < parts.size();) {
@@ -135,7 +134,7 @@ SpoolSegment::SpoolSegment(const fs::path& file) {
   errno = error;
   if (!mapped) {
     bytes_ = nullptr;
-    cannot(file, "read");
+    cannot_read(file);
   }
   find_records({static_cast<const char*>(bytes_), size_});
 }

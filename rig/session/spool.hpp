@@ -15,6 +15,9 @@
 
 namespace tankrig {
 
+/// A segment that has grown so large is followed by the next.
+inline constexpr std::uint64_t kSegmentBytes = 32 << 20;
+
 std::filesystem::path spool_folder(const std::filesystem::path& session);
 /// Whether there are frames that are not pictures yet.
 bool has_spool(const std::filesystem::path& session);

@@ -2,11 +2,12 @@
 
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
 #include <atomic>
 #include <exception>
 #include <mutex>
 
-#include "core/input_error.hpp"
+#include "core/atomic_file.hpp"
 #include "rig/session/png_file.hpp"
 #include "rig/session/session_folder.hpp"
 #include "rig/session/session_tables.hpp"
@@ -50,12 +51,15 @@ bool write_segment(const fs::path& session, const SpoolSegment& segment, const s
 
 }  // namespace
 
+std::uint64_t most_on_disk(std::uint64_t raw_bytes) { return raw_bytes + std::min(raw_bytes, kBatchBytes + kSegmentBytes); }
+
 bool write_spooled_pictures(const fs::path& session, const PictureOptions& options) {
   const std::vector<fs::path> segments = spool_segments(session);
   std::vector<fs::path> done;
   std::uint64_t batch = 0;
+  FileSystemSync disk(session);
   const auto remove_done = [&] {
-    if (!done.empty()) sync_file_system(session);
+    if (!done.empty()) disk.sync();
     for (const fs::path& segment : done) fs::remove(segment);
     done.clear(), batch = 0;
   };

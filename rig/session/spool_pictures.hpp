@@ -1,6 +1,7 @@
 // The spool turned into pictures, after the run, with every core.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 
@@ -13,9 +14,13 @@ struct PictureOptions {
   std::function<bool()> stop = {};
 };
 
+/// What frames of so many bytes take on the disk at most while they become pictures: raw, and a batch of them twice.
+std::uint64_t most_on_disk(std::uint64_t raw_bytes);
+
 /// Writes the picture of every whole frame of the spool to the file its line names. A segment is removed once its
 /// pictures are on the disk, and the spool when it is empty; one that holds anything but whole frames is kept. May be
-/// killed anywhere and run again. True unless stopped early. Errors: InputError naming the file that cannot be written.
+/// killed anywhere and run again. True unless stopped early. Errors: CannotWrite naming the file; NotOnDisk if the
+/// pictures may not be on the disk, and their segments stay.
 bool write_spooled_pictures(const std::filesystem::path& session, const PictureOptions& options = {});
 
 }  // namespace tankrig

@@ -1,10 +1,12 @@
-// How the rig writes its text files: whole or not at all, numbers that read back exactly.
+// How the rig writes and reads its text files: numbers that read back exactly, tables that grow.
 #pragma once
 
 #include <charconv>
 #include <filesystem>
 #include <string>
 #include <string_view>
+
+#include "core/atomic_file.hpp"
 
 namespace tankrig {
 
@@ -13,10 +15,6 @@ std::string exact_text(double value);
 
 /// A YAML double-quoted scalar.
 std::string yaml_quoted(std::string_view text);
-
-/// Replaces `file` with `text` by a temporary file and a rename: a reader sees the old or the new one, never a part.
-/// Errors: InputError with the system's reason (disk full, no permission).
-void write_whole_file(const std::filesystem::path& file, std::string_view text);
 
 /// Errors: InputError if it cannot be read, is no regular file or has more than kMostTableBytes.
 std::string read_whole_file(const std::filesystem::path& file);
@@ -27,10 +25,8 @@ bool stays_inside(const std::filesystem::path& name);
 /// Whether `path`, there or not, is `folder` or below it, symbolic links followed.
 bool lies_within(const std::filesystem::path& path, const std::filesystem::path& folder);
 
-/// Returns when everything written to the file system of `path` so far is on the disk itself: safe from a power cut.
-void sync_file_system(const std::filesystem::path& path);
-
-/// Copies a file into place by a temporary file and a rename.  Errors: InputError naming both files.
+/// Copies a file into place by a temporary file and a rename, without waiting for the disk.  Errors: InputError naming
+/// both files.
 void copy_whole_file(const std::filesystem::path& from, const std::filesystem::path& to);
 
 /// `text` as a number of type T, all of it.
@@ -41,7 +37,7 @@ bool parse_number(std::string_view text, T& value) {
 }
 
 /// A text file that only grows, written when flushed.
-/// Threads: one.  Errors: InputError with the system's reason; what could not be written is kept, and a later flush
+/// Threads: one.  Errors: CannotWrite; what could not be written is kept, and a later flush
 /// goes on at the very byte.
 class AppendFile {
  public:

@@ -204,12 +204,9 @@ TEST_F(CloudIo, RefusesWhatIsNotACloud) {
 
 TEST_F(CloudIo, LeavesNothingBehindWhenTheFileCannotBeWritten) {
   EXPECT_THROW(write_cloud(folder_ / "no" / "a.ply", some_cloud()), InputError);
-  if (fs::exists("/dev/full")) {
-    fs::create_symlink("/dev/full", folder_ / "full.ply.partial");
-    EXPECT_THROW(write_cloud(folder_ / "full.ply", some_cloud()), InputError);
-    EXPECT_FALSE(fs::exists(fs::symlink_status(folder_ / "full.ply")));
-    EXPECT_FALSE(fs::exists(fs::symlink_status(folder_ / "full.ply.partial")));
-  }
+  fs::create_directories(folder_ / "taken.ply/by something");
+  EXPECT_THROW(write_cloud(folder_ / "taken.ply", some_cloud()), InputError);
+  EXPECT_FALSE(fs::exists(folder_ / "taken.ply.tmp"));
 }
 
 }  // namespace

@@ -86,11 +86,29 @@ TEST(LatencyTest, WakesAThousandTimesASecond) {
 TEST(DiskFinding, ComparesWithWhatTheCamerasDeliver) {
   EXPECT_EQ(disk_finding(100e6, 50e6).verdict, Verdict::kGood);
   EXPECT_EQ(disk_finding(99e6, 50e6).verdict, Verdict::kUsable);
+  EXPECT_FALSE(disk_finding(99e6, 50e6).refused);
   EXPECT_EQ(disk_finding(49e6, 50e6).verdict, Verdict::kBad);
+  EXPECT_TRUE(disk_finding(49e6, 50e6).refused) << "frames would be dropped";
   const TemporaryFolder folder;
   EXPECT_GT(measure_disk(folder.path(), 1 << 20), 0);
   EXPECT_TRUE(fs::is_empty(folder.path())) << "its file is gone";
   EXPECT_THROW(measure_disk(folder.path() / "no", 1), InputError);
+}
+
+TEST(RoomFinding, RefusesADiskThatCannotHoldTheScan) {
+  EXPECT_EQ(room_finding("sessions", 100'000'000, 100'000'000).verdict, Verdict::kGood);
+  const Finding full = room_finding("sessions", 99'999'999, 100'000'000);
+  EXPECT_EQ(full.verdict, Verdict::kBad);
+  EXPECT_TRUE(full.refused);
+  EXPECT_EQ(full.measured, "a scan needs up to 100 MB, the disk of sessions has 99 MB free");
+  EXPECT_NE(full.cure.find("--out"), std::string::npos) << full.cure;
+  EXPECT_FALSE(room_finding("sessions", {}, 100'000'000).refused) << "a disk that does not tell";
+}
+
+TEST(FreeSpace, IsThatOfTheDiskTheFolderWillBeOn) {
+  const TemporaryFolder folder;
+  EXPECT_GT(free_space(folder.path() / "to/be/made"), std::uint64_t{0});
+  EXPECT_EQ(free_space("/proc/to/be/made"), std::nullopt) << "no disk at all";
 }
 
 CanLink controller(int bitrate) {

@@ -34,9 +34,11 @@ TEST(Doctor, FindsNothingMissingForASimulatedRig) {
 TEST(Doctor, MeasuresLatencyAndDiskForARigInRealTime) {
   const ProgramRun run = run_tankrig(
       {"doctor", "--rig", "tank-wire", "--seconds", "0.3", "--sessions", scratch_folder().string(), "--json"});
-  EXPECT_TRUE(run.exit_code == 0 || run.exit_code == 3) << run.exit_code << run.err;
   const nlohmann::json report = run.json();
-  EXPECT_TRUE(report.at("can_run").get<bool>());
+  const bool disk_bad = finding(report, "disk").value().at("verdict") == "bad";
+  EXPECT_TRUE(disk_bad ? run.exit_code == 1 : run.exit_code == 0 || run.exit_code == 3) << run.exit_code << run.err;
+  EXPECT_NE(report.at("can_run").get<bool>(), disk_bad);
+  EXPECT_THAT(finding(report, "disk space").value().at("measured"), HasSubstr("MB free"));
   EXPECT_THAT(finding(report, "wake-up latency").value().at("measured"), HasSubstr("p99"));
   EXPECT_THAT(finding(report, "disk").value().at("measured"), HasSubstr("MB/s"));
   EXPECT_THAT(finding(report, "CAN").value().at("measured"), HasSubstr("load"));

@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "rig/session/session_recover.hpp"
+#include "rig/session/spool.hpp"
 #include "tests/session/disk_door.hpp"
 #include "tests/session/in_child.hpp"
 #include "tests/session/some_session.hpp"
@@ -97,7 +98,7 @@ TEST(DiskThatHangs, InASyncIsLeftBehindToo) {
   const TemporaryFolder folder;
   const fs::path path = folder.path() / "s";
   {
-    DiskDoor door;
+    DiskDoor door(folder.path());
     SessionWriter writer(path, info(), {.wait_when_full = false, .patience = {.sync = 3s}});
     begin(writer);
     door.hold();
@@ -127,13 +128,15 @@ TEST(DiskThatHangs, IsNoticedByARecorderThatWaitsForIt) {
 
 TEST(DiskSync, ThatFailsEndsTheRecordingAndIsNamed) {
   const TemporaryFolder folder;
-  DiskDoor door;
+  DiskDoor door(folder.path());
   SessionWriter writer(folder.path() / "s", info(), {.wait_when_full = false});
   begin(writer);
   door.refuse(EIO);
   EXPECT_TRUE(within(30s, [&] { return refused([&] { writer.joints(some_joints(0)); }); }));
-  EXPECT_THAT(message_of<InputError>([&] { writer.close("complete"); }), HasSubstr("Input/output error"));
+  door.refuse(0);
+  EXPECT_THAT(message_of<NotOnDisk>([&] { writer.close("complete"); }), HasSubstr("Input/output error"));
   EXPECT_THAT(Session::open(writer.path()).info.status, HasSubstr("Input/output error"));
+  EXPECT_TRUE(has_spool(writer.path())) << "a sync that succeeds later proves nothing";
 }
 
 TEST(Recorder, ThatGetsNoneOrOneOfItsThreadsSaysSo) {

@@ -146,7 +146,7 @@ TEST(HostileSession, IsReadAndWrittenFolderByFolderWithoutFollowingALink) {
               HasSubstr("cannot be read"));
   EXPECT_THAT(error([&] { read_below(session, "../elsewhere/secret.png", 100, "an image"); }),
               HasSubstr("leads outside"));
-  EXPECT_THAT(error([&] { place_below(session, "frames/mono/a.png"); }), HasSubstr("frames/mono: cannot be created"));
+  EXPECT_THAT(error([&] { place_below(session, "frames/mono/a.png"); }), HasSubstr("frames/mono: cannot be written"));
   EXPECT_THAT(error([&] { place_below(session, "/frames/a.png"); }), HasSubstr("leads outside"));
   EXPECT_EQ(place_below(session, "frames/left/deep/a.png"), session / "frames/left/deep/a.png");
   EXPECT_TRUE(fs::is_directory(session / "frames/left/deep"));

@@ -26,17 +26,6 @@ constexpr auto kRecording = 3500ms;
 constexpr auto kFramePeriod = 10ms;
 constexpr int kCuts = 20;
 
-/// What a cut leaves: every file as its last sync found it.
-void leave(const fs::path& session, const DiskDoor& door, const fs::path& cut) {
-  for (const auto& [name, bytes] : door.on_disk(session)) {
-    fs::create_directories((cut / name).parent_path());
-    std::ifstream in(session / name, std::ios::binary);
-    std::string text(bytes, '\0');
-    in.read(text.data(), static_cast<std::streamsize>(bytes));
-    std::ofstream(cut / name, std::ios::binary) << text;
-  }
-}
-
 TEST(PowerCut, LosesNothingOlderThanASecond) {
   constexpr unsigned kSeed = 1;
   constexpr Duration kBearable = 100ms * testing_support::kSlowness;
@@ -57,7 +46,7 @@ TEST(PowerCut, LosesNothingOlderThanASecond) {
   std::vector<SteadyClock::time_point> handed_over;
   testing_support::MachineWitness witness;
   {
-    const DiskDoor door;
+    const DiskDoor door(folder.path());
     SessionInfo info = some_info();
     info.rig_hash.clear();
     SessionWriter writer(path, info, {.wait_when_full = false});
@@ -69,7 +58,7 @@ TEST(PowerCut, LosesNothingOlderThanASecond) {
       handed_over.push_back(SteadyClock::now());
       while (left.size() < cuts.size() && begin + cuts[left.size()] < SteadyClock::now()) {
         left.push_back({folder.path() / std::to_string(left.size()), SteadyClock::now()});
-        leave(path, door, left.back().path);
+        leave_on_disk(door, path, left.back().path);
       }
       std::this_thread::sleep_until(SteadyClock::now() + kFramePeriod);
     }

@@ -276,7 +276,7 @@ TEST(SessionWriter, ReportsAnImageItCannotWriteByTheEndAtTheLatest) {
   astray.file = "frames/mono/in_the_way/1.png";
   writer.frame(astray, test_image(1));
   EXPECT_THAT(message_of<InputError>([&] { writer.close("complete"); }),
-              HasSubstr("frames/mono/in_the_way: cannot be created: Not a directory"));
+              HasSubstr("frames/mono/in_the_way: cannot be written: Not a directory"));
   const Session session = Session::open(folder.path() / "s");
   EXPECT_THAT(session.info.status, HasSubstr("stopped: ")) << "a session with a lost image is never complete";
   EXPECT_EQ(session.frames.size(), 1u) << "the lost one is left out, the other is there";

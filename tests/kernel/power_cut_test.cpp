@@ -1,0 +1,88 @@
+// The two ends of a power cut: a recording that runs until QEMU is killed, and what the next guest finds on its disk.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <sstream>
+#include <thread>
+#include <vector>
+
+#include "rig/session/session_recover.hpp"
+#include "tests/session/some_session.hpp"
+
+namespace tankrig::test {
+namespace {
+
+using namespace std::chrono_literals;
+using SteadyClock = std::chrono::steady_clock;
+
+constexpr auto kFramePeriod = 20ms;
+constexpr int kJointsPerFrame = 4;
+
+std::string from_script(const char* name) {
+  const char* value = std::getenv(name);
+  if (!value) throw std::runtime_error(std::string(name) + " is not set: tests/kernel/power_cut.sh sets it");
+  return value;
+}
+
+int milliseconds(SteadyClock::duration time) {
+  return static_cast<int>(std::chrono::duration_cast<std::chrono::milliseconds>(time).count());
+}
+
+/// Says what was handed over, and when: what was said is known to the host, whatever becomes of the guest.
+TEST(CutRecording, RunsUntilTheSupplyGoes) {
+  const auto cut = std::chrono::duration<double>(std::stod(from_script("CUT_AFTER_S")));
+  SessionInfo info = some_info();
+  info.object.reset();
+  info.rig_hash.clear();
+  SessionWriter writer(from_script("CUT_SESSION"), info, {.wait_when_full = false});
+  const auto begin = SteadyClock::now();
+  SteadyClock::duration latest{};
+  bool told = false;
+  for (int i = 0; SteadyClock::now() - begin < 60s; ++i) {
+    for (int j = 0; j < kJointsPerFrame; ++j) writer.joints(some_joints(i * kJointsPerFrame + j));
+    writer.frame(some_frame(i), test_image(i));
+    const auto now = SteadyClock::now();
+    std::printf("handed over frames=%d at_ms=%d late_ms=%d\n", i + 1, milliseconds(now - begin), milliseconds(latest));
+    if (!told && now - begin > cut) told = std::printf("now\n") > 0;
+    std::fflush(stdout);
+    const auto due = begin + (i + 1) * kFramePeriod;
+    std::this_thread::sleep_until(due);
+    latest = std::max(latest, SteadyClock::now() - due);
+  }
+  FAIL() << "the supply did not go";
+}
+
+TEST(CutRecording, LostAtMostItsLastSecond) {
+  struct Said {
+    int frames = 0, at_ms = 0;
+  };
+  std::vector<Said> said;
+  std::istringstream lines(from_script("CUT_HANDED_OVER"));
+  for (std::string line; std::getline(lines, line);) {
+    Said s;
+    ASSERT_EQ(std::sscanf(line.c_str(), "handed over frames=%d at_ms=%d", &s.frames, &s.at_ms), 2) << line;
+    said.push_back(s);
+  }
+  ASSERT_FALSE(said.empty());
+  std::size_t needed = 0;
+  for (const Said& s : said)
+    if (s.at_ms <= said.back().at_ms - 1000) needed = static_cast<std::size_t>(s.frames);
+  ASSERT_GT(needed, 20u) << "cut too early to show anything";
+
+  const std::filesystem::path session = from_script("CUT_SESSION");
+  const SessionFindings found = examine_session(session, {});
+  std::printf("%d frames handed over, %zu there, %zu needed\n", said.back().frames, found.frames.records.size(), needed);
+  EXPECT_GE(found.frames.records.size(), needed);
+  EXPECT_GE(found.joints.records.size(), needed * kJointsPerFrame);
+  EXPECT_FALSE(found.whole());
+  EXPECT_TRUE(recover_session(session, {}).finished);
+  EXPECT_TRUE(examine_session(session, {}).whole());
+  const Session whole = Session::open(session);
+  for (const FrameRecord& frame : whole.frames)
+    ASSERT_EQ(cv::norm(whole.image(frame), test_image(frame.index), cv::NORM_INF), 0);
+}
+
+}  // namespace
+}  // namespace tankrig::test
