@@ -24,8 +24,9 @@ int error_of(Sync sync, int descriptor) {
 }
 
 int open_folder(const fs::path& folder) {
-  const int descriptor = ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (descriptor < 0) throw NotOnDisk(folder, errno);
+  const char* name = folder.empty() ? "." : folder.c_str();
+  const int descriptor = ::open(name, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor < 0) throw NotOnDisk(name, errno);
   return descriptor;
 }
 

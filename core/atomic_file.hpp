@@ -37,7 +37,7 @@ class NotOnDisk : public CannotWrite {
 /// one and its name are on the disk itself when this returns. Errors: CannotWrite; the temporary file is removed.
 void write_file_durably(const std::filesystem::path& file, std::string_view bytes);
 
-/// The same without waiting for the disk: for what a FileSystemSync covers, or nobody misses after a power cut.
+/// The same without waiting for the disk: for what a FileSystemSync or a seal covers, or nobody misses after a power cut.
 void write_whole_file(const std::filesystem::path& file, std::string_view bytes);
 
 /// Gives a file that others have written whole its name, both on the disk when this returns.  Errors: CannotWrite.
@@ -53,7 +53,8 @@ void sync_file(const std::filesystem::path& file, int descriptor);
 void sync_folder(const std::filesystem::path& folder);
 
 /// Everything written to one file system from its construction on, brought to the disk in one go.
-/// Linux tells of writes that failed since 5.8, and only of those since the file system was opened here.
+/// Linux tells of writes that failed since 5.8, and only of those since the file system was opened here, or that nobody
+/// was told of yet.
 class FileSystemSync {
  public:
   /// `folder` is on that file system.  Errors: NotOnDisk.

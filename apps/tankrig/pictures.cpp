@@ -18,7 +18,8 @@ namespace fs = std::filesystem;
 namespace tankrig::app {
 namespace {
 
-/// Pictures of one session: each is saved as PNG and listed for the report.
+/// Pictures of one session: each is saved as PNG, brought to the disk with the others before they are sealed, and listed
+/// for the report.
 class Album {
  public:
   explicit Album(const Session& session) : session_(session), folder_(session.path / "pictures") {
@@ -29,7 +30,7 @@ class Album {
     const fs::path file = folder_ / (name + ".png");
     std::vector<unsigned char> png;
     if (!cv::imencode(".png", image, png)) throw InputError(file, "cannot be encoded");
-    write_file_durably(file, {reinterpret_cast<const char*>(png.data()), png.size()});
+    write_whole_file(file, {reinterpret_cast<const char*>(png.data()), png.size()});
     pictures_.push_back({caption, image, file});
   }
   void keep(const std::string& name, const std::string& caption) {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 
+#include "drivers/camera/camera.hpp"
 #include "rig/config/rig_config.hpp"
 #include "rig/plan/motion_check.hpp"
 #include "rig/plan/scan_plan.hpp"

@@ -81,7 +81,7 @@ std::vector<Score> reconstruct_and_score(const Session& session, const Reconstru
     Reconstruction reconstruction = reconstruct_session(session, parameters, method, progress);
     write_clouds(session, reconstruction);
     scores.push_back(score_of(session, parameters.thresholds, object, std::move(reconstruction)));
-    write_file_durably(session.path / "results" / (method + ".json"), scores.back().json.dump(2) + "\n");
+    write_whole_file(session.path / "results" / (method + ".json"), scores.back().json.dump(2) + "\n");
   }
   return scores;
 }

@@ -54,7 +54,7 @@ class LostAndFound {
   fs::path session_, folder_;
 };
 
-/// Whole or not at all, on the disk.
+/// Whole or not at all; on the disk, but for its name.
 void copy_session(const fs::path& from, const fs::path& to) {
   if (fs::exists(to)) throw InputError(to, "exists already, expected a new session directory");
   if (lies_within(to, from))
@@ -71,7 +71,6 @@ void copy_session(const fs::path& from, const fs::path& to) {
     throw InputError(e.path1(), "cannot be copied to " + to.string() + ": " + e.code().message());
   }
   temporary.path.clear();
-  sync_folder(to.parent_path());
 }
 
 template <class Record>
@@ -117,9 +116,13 @@ Recovery mend_session(const fs::path& session, const RecoverOptions& options) {
   Recovery result{session, examine_session(session, options.describe)};
   const SessionFindings& found = result.found;
   result.finished = found.whole();
-  if (found.whole() || !found.usable()) return result;
-
+  if (!found.whole() && !found.usable()) return result;
   FileSystemSync disk(session);
+  if (found.whole()) {
+    disk.sync();  // it may be whole for having been sealed a moment before its disk failed
+    return result;
+  }
+
   const LostAndFound lost(session);
   lost.keep("session.yaml");
   write_file_durably(session / "session.yaml",
@@ -146,6 +149,7 @@ Recovery recover_session(const fs::path& source, const RecoverOptions& options) 
   const fs::path out = options.out.has_filename() ? options.out : options.out.parent_path();
   copy_session(source, out);
   Scaffold copy{out};
+  sync_folder(out.parent_path());
   Recovery result = mend_session(out, options);
   if (result.finished)
     copy.path.clear();

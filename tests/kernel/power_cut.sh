@@ -1,7 +1,7 @@
 #!/bin/bash
 # A power cut: a guest records onto an ext4 disk of its own, QEMU is killed, and a second guest opens what the disk holds.
-#   power_cut.sh ended PROGRAM RIG          cut when `tankrig scan` has ended with 0: the session must be whole
-#   power_cut.sh recording TEST_KERNEL      cut in mid-recording: at most the last second may be lost
+#   power_cut.sh ended TEST_KERNEL       cut when the recorder has sealed its session and ended with 0: it must be whole
+#   power_cut.sh recording TEST_KERNEL   cut in mid-recording: at most the last second may be lost
 # What the guest's kernel has not been asked to bring to the disk is lost with its memory: it writes nothing by itself.
 # Exit status: 0, 1; 77 if this machine cannot run the guest, or starved the recorder, which says by how much.
 set -euo pipefail
@@ -32,7 +32,7 @@ cut_when() {   # cut_when PATTERN: kills QEMU at the first line that matches; th
 "$here/rigvm.sh" -s || exit $?
 case $case in
   ended)
-    cut_when '^scan ended with 0$' < <(guest scan "$program" "$3") || { cat "$work/said"; exit 1; }
+    cut_when '^ended with 0$' < <(guest end "$program") || { cat "$work/said"; exit 1; }
     guest check "$program"
     ;;
   recording)

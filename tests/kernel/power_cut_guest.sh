@@ -1,21 +1,22 @@
 #!/bin/bash
-# What power_cut.sh runs in its guests:  scan PROGRAM RIG | check PROGRAM | record TEST MOMENT | verify TEST HANDED_OVER
+# What power_cut.sh runs in its guests:  end TEST | check TEST | record TEST MOMENT | verify TEST HANDED_OVER
 set -euo pipefail
 here=$(cd -- "$(dirname -- "$(readlink -f -- "${BASH_SOURCE[0]}")")" && pwd)
 what=$1 program=$2
 echo 0 >/proc/sys/vm/dirty_writeback_centisecs   # the kernel writes nothing unasked
-if [[ $what == scan || $what == record ]]; then mkfs.ext4 -q /dev/vda; fi
+if [[ $what == end || $what == record ]]; then mkfs.ext4 -q /dev/vda; fi
+export CUT_SESSION=/mnt/session
 mount -t ext4 -o commit=300 /dev/vda /mnt
 case $what in
-  scan)
-    "$program" scan --rig "$3" --out /mnt/session --json >/dev/null
-    echo "scan ended with 0"
+  end)
+    "$program" --gtest_filter='CutRecording.EndsAndIsSealed'
+    echo "ended with 0"
     sleep 100
     ;;
-  check) "$program" session check /mnt/session ;;
-  record) CUT_SESSION=/mnt/session CUT_AFTER_S=$3 "$program" --gtest_filter='CutRecording.RunsUntilTheSupplyGoes' ;;
+  check) exec "$here/guest_test.sh" "$program" 'CutRecording.IsWholeIfItHadEnded' ;;
+  record) CUT_AFTER_S=$3 "$program" --gtest_filter='CutRecording.RunsUntilTheSupplyGoes' ;;
   verify)
-    export CUT_SESSION=/mnt/session CUT_HANDED_OVER=$3
+    export CUT_HANDED_OVER=$3
     exec "$here/guest_test.sh" "$program" 'CutRecording.LostAtMostItsLastSecond'
     ;;
 esac

@@ -8,6 +8,7 @@
 #include <thread>
 #include <vector>
 
+#include "rig/session/checksums.hpp"
 #include "rig/session/session_recover.hpp"
 #include "tests/session/some_session.hpp"
 
@@ -18,7 +19,7 @@ using namespace std::chrono_literals;
 using SteadyClock = std::chrono::steady_clock;
 
 constexpr auto kFramePeriod = 20ms;
-constexpr int kJointsPerFrame = 4;
+constexpr int kJointsPerFrame = 4, kEndedFrames = 50;
 
 std::string from_script(const char* name) {
   const char* value = std::getenv(name);
@@ -30,13 +31,39 @@ int milliseconds(SteadyClock::duration time) {
   return static_cast<int>(std::chrono::duration_cast<std::chrono::milliseconds>(time).count());
 }
 
-/// Says what was handed over, and when: what was said is known to the host, whatever becomes of the guest.
-TEST(CutRecording, RunsUntilTheSupplyGoes) {
-  const auto cut = std::chrono::duration<double>(std::stod(from_script("CUT_AFTER_S")));
+SessionInfo info() {
   SessionInfo info = some_info();
   info.object.reset();
   info.rig_hash.clear();
-  SessionWriter writer(from_script("CUT_SESSION"), info, {.wait_when_full = false});
+  return info;
+}
+
+void expect_pictures(const std::filesystem::path& session, std::size_t frames) {
+  const Session whole = Session::open(session);
+  EXPECT_EQ(whole.frames.size(), frames);
+  for (const FrameRecord& frame : whole.frames)
+    ASSERT_EQ(cv::norm(whole.image(frame), test_image(frame.index), cv::NORM_INF), 0);
+}
+
+TEST(CutRecording, EndsAndIsSealed) {
+  SessionWriter writer(from_script("CUT_SESSION"), info());
+  record(writer, kEndedFrames);
+  writer.close("complete");
+  write_checksums(writer.path());
+}
+
+TEST(CutRecording, IsWholeIfItHadEnded) {
+  const std::filesystem::path session = from_script("CUT_SESSION");
+  const SessionFindings found = examine_session(session, {});
+  for (const std::string& loss : found.losses) ADD_FAILURE() << "lost: " << loss;
+  for (const std::string& undone : found.undone) ADD_FAILURE() << "not finished: " << undone;
+  expect_pictures(session, kEndedFrames);
+}
+
+/// Says what was handed over, and when: what was said is known to the host, whatever becomes of the guest.
+TEST(CutRecording, RunsUntilTheSupplyGoes) {
+  const auto cut = std::chrono::duration<double>(std::stod(from_script("CUT_AFTER_S")));
+  SessionWriter writer(from_script("CUT_SESSION"), info(), {.wait_when_full = false});
   const auto begin = SteadyClock::now();
   SteadyClock::duration latest{};
   bool told = false;
@@ -79,9 +106,7 @@ TEST(CutRecording, LostAtMostItsLastSecond) {
   EXPECT_FALSE(found.whole());
   EXPECT_TRUE(recover_session(session, {}).finished);
   EXPECT_TRUE(examine_session(session, {}).whole());
-  const Session whole = Session::open(session);
-  for (const FrameRecord& frame : whole.frames)
-    ASSERT_EQ(cv::norm(whole.image(frame), test_image(frame.index), cv::NORM_INF), 0);
+  expect_pictures(session, found.frames.records.size());
 }
 
 }  // namespace
