@@ -263,8 +263,8 @@ class Examination {
         lose(file, kind == Kind::kMissing ? "missing" : "changed since it was sealed");
       }
     }
-    tell_files(made_since, "made after the seal; tankrig report makes it again, and seals it", out_.undone);
-    tell_files(other, "not as sealed; tankrig report makes it again", out_.undone);
+    tell_files(made_since, "made of the recording after it was sealed, not sealed yet", out_.undone);
+    tell_files(other, "not as sealed, can be made again from the recording", out_.undone);
     tell_files(foreign, "not listed in SHA256SUMS", out_.extra);
     compare_with_session_yaml();
   }

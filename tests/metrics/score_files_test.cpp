@@ -93,7 +93,19 @@ TEST(ReadMesh, ReadsABinaryGltfThatIsWholeAndRefusesAnyOtherUnread) {
     for (const char* name : {"not_whole.glb", "not_whole.obj"})
       EXPECT_THAT(error_of(file_with(name, glb(whole, first))), HasSubstr("expected a binary glTF that is whole"));
   EXPECT_THAT(error_of(file_with("cut.glb", "glTF")), HasSubstr("expected a binary glTF that is whole"));
-  EXPECT_THAT(error_of(file_with("other.glb", "no such thing at all")), HasSubstr("found no glTF at its beginning"));
+  EXPECT_THAT(error_of(file_with("other.glb", "no such thing at all")),
+              HasSubstr("found no glTF header in a file of 22 bytes"));
+}
+
+TEST(ReadMesh, RefusesAHeaderThatStatesMoreElementsThanTheFileHasBytes) {
+  const std::string ply =
+      "ply\nformat binary_little_endian 1.0\nelement vertex 400000000\nproperty float x\nproperty float y\n"
+      "property float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n" +
+      std::string(100, '\0');
+  for (const auto& [name, text] :
+       {std::pair<const char*, std::string>{"many.ply", ply}, {"many.off", "OFF\n# by hand\n400000000 1 0\n0 0 0\n"}})
+    EXPECT_THAT(error_of(file_with(name, text)), HasSubstr("found 400000000 elements in a file of ")) << name;
+  EXPECT_NEAR(read_mesh(file_with("one.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")).area(), 0.5, 1e-12);
 }
 
 TEST(ReadMesh, WaitsForNoPipeNorDoesAFileThatItNames) {

@@ -246,8 +246,8 @@ TEST(SessionCheck, CallsNothingLostThatIsMadeOfARecordingAndCanBeMadeAgain) {
   folder.write("s/report.html", "its report");
   const SessionFindings found = examine_session(path, describe);
   EXPECT_THAT(found.losses, IsEmpty());
-  EXPECT_THAT(found.undone, ElementsAre(StartsWith("clouds/stereo.ply: made after the seal; tankrig report"),
-                                        StartsWith("report.html: made after the seal"),
+  EXPECT_THAT(found.undone, ElementsAre("clouds/stereo.ply: made of the recording after it was sealed, not sealed yet",
+                                        StartsWith("report.html: made of the recording"),
                                         StartsWith("clouds/laser.ply: not as sealed")));
   EXPECT_TRUE(recover_session(path, {.out = {}, .describe = describe, .pictures = {}}).finished);
   expect_mended(path);
