@@ -11,13 +11,16 @@ namespace tankrig {
 /// Files that check_mesh_file() refuses are not there.
 class AssimpFiles final : public Assimp::DefaultIOSystem {
  public:
-  Assimp::IOStream* Open(const char* file, const char* mode) override {
+  bool Exists(const char* file) const override {
     try {
       check_mesh_file(file);
+      return true;
     } catch (const InputError&) {
-      return nullptr;
+      return false;
     }
-    return DefaultIOSystem::Open(file, mode);
+  }
+  Assimp::IOStream* Open(const char* file, const char* mode) override {
+    return Exists(file) ? DefaultIOSystem::Open(file, mode) : nullptr;
   }
 };
 

@@ -82,19 +82,22 @@ TEST(ReadMesh, ReadsABinaryGltfThatIsWholeAndRefusesAnyOtherUnread) {
     "meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
     "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}],
     "bufferViews":[{"buffer":0,"byteLength":36}],
-    "buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]})";
+    "buffers":[{"byteLength":36}]})";
   json.append((4 - json.size() % 4) % 4, ' ');
+  const std::string zero = little_endian(0), one = little_endian(0x3f800000);  // as floats
+  const std::string corners = zero + zero + zero + one + zero + zero + zero + one + zero;
   const auto glb = [&](std::uint32_t whole, std::uint32_t first) {
-    return "glTF" + little_endian(2) + little_endian(whole) + little_endian(first) + "JSON" + json;
+    return "glTF" + little_endian(2) + little_endian(whole) + little_endian(first) + "JSON" + json + little_endian(36) +
+           std::string("BIN\0", 4) + corners;
   };
-  const auto bytes = static_cast<std::uint32_t>(json.size());
-  EXPECT_NEAR(read_mesh(file_with("whole.glb", glb(bytes + 20, bytes))).area(), 0.5, 1e-6);
-  for (const auto& [whole, first] : {std::pair{bytes + 20, 0xffffffffu}, {bytes + 21, bytes}, {bytes + 20, bytes + 1}})
+  const auto bytes = static_cast<std::uint32_t>(json.size()), all = bytes + 20 + 8 + 36;
+  EXPECT_NEAR(read_mesh(file_with("whole.glb", glb(all, bytes))).area(), 0.5, 1e-6);
+  for (const auto& [whole, first] : {std::pair{all, 0xffffffffu}, {all + 1, bytes}, {all, all - 19}})
     for (const char* name : {"not_whole.glb", "not_whole.obj"})
       EXPECT_THAT(error_of(file_with(name, glb(whole, first))), HasSubstr("expected a binary glTF that is whole"));
   EXPECT_THAT(error_of(file_with("cut.glb", "glTF")), HasSubstr("expected a binary glTF that is whole"));
   EXPECT_THAT(error_of(file_with("other.glb", "no such thing at all")),
-              HasSubstr("found no glTF header in a file of 22 bytes"));
+              HasSubstr("found no glTF header in a file of 20 bytes"));
 }
 
 TEST(ReadMesh, RefusesAHeaderThatStatesMoreElementsThanTheFileHasBytes) {
