@@ -55,7 +55,7 @@ std::uint64_t disk_need(const RigConfig& rig, const ScanPlan& plan) {
 
 void check_room(const RigConfig& rig, const ScanPlan& plan, const std::filesystem::path& path) {
   const Finding room = room_finding(path, free_space(path), disk_need(rig, plan));
-  if (room.refused) throw InputError(room.measured + ", nothing was moved: " + room.cure);
+  if (room.refused) throw InputError(room.measured + "; nothing was moved; " + room.cure);
 }
 
 }  // namespace tankrig::app
