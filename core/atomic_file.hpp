@@ -37,7 +37,8 @@ class NotOnDisk : public CannotWrite {
 /// one and its name are on the disk itself when this returns. Errors: CannotWrite; the temporary file is removed.
 void write_file_durably(const std::filesystem::path& file, std::string_view bytes);
 
-/// The same without waiting for the disk: for what a FileSystemSync or a seal covers, or nobody misses after a power cut.
+/// The same without waiting for the disk: for what a FileSystemSync or a seal covers, or nobody misses after a power
+/// cut.
 void write_whole_file(const std::filesystem::path& file, std::string_view bytes);
 
 /// Gives a file that others have written whole its name, both on the disk when this returns.  Errors: CannotWrite.

@@ -40,7 +40,7 @@ int init(const InitOptions& options) {
   } else {
     write_file_durably(building / "base.yaml", rig_text(root.path("base")));
     write_file_durably(building / "rig.yaml",
-                     std::regex_replace(rig_text(file), std::regex(R"((^|\n)base: *[^ #\n]+)"), "$1base: base.yaml"));
+                       std::regex_replace(rig_text(file), std::regex(R"((^|\n)base: *[^ #\n]+)"), "$1base: base.yaml"));
   }
   write_file_durably(building / scene.filename(), without_folder(read_whole_file(scene), mesh.filename()));
   write_file_durably(building / mesh.filename(), read_whole_file(mesh));

@@ -18,8 +18,8 @@ namespace fs = std::filesystem;
 namespace tankrig::app {
 namespace {
 
-/// Pictures of one session: each is saved as PNG, brought to the disk with the others before they are sealed, and listed
-/// for the report.
+/// Pictures of one session: each is saved as PNG, brought to the disk with the others before they are sealed, and
+/// listed for the report.
 class Album {
  public:
   explicit Album(const Session& session) : session_(session), folder_(session.path / "pictures") {

@@ -89,7 +89,7 @@ class Export {
     progress_.note("candump: the arm was not on CAN; made up from joints.csv, on interface " +
                    std::string(kSynthesised));
     write_file_durably(target("candump_synthesised.log"),
-                     synthesised_candump(joints_, ArmCanIds{}, 1'000'000, WallClock(session_, start_)));
+                       synthesised_candump(joints_, ArmCanIds{}, 1'000'000, WallClock(session_, start_)));
   }
 
   void camera_info() {

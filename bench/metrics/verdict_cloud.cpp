@@ -42,13 +42,12 @@ void write_verdict_cloud(const std::filesystem::path& file, const PointCloud& cl
     ++count;
   }
 
-  write_file_durably(
-      file, "ply\nformat binary_little_endian 1.0\ncomment frame " + cloud.frame +
-                ", metres; ground black, object green, outlier blue, rejected grey\nelement vertex " +
-                std::to_string(count) +
-                "\nproperty float x\nproperty float y\nproperty float z\n"
-                "property uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n" +
-                body);
+  write_file_durably(file, "ply\nformat binary_little_endian 1.0\ncomment frame " + cloud.frame +
+                               ", metres; ground black, object green, outlier blue, rejected grey\nelement vertex " +
+                               std::to_string(count) +
+                               "\nproperty float x\nproperty float y\nproperty float z\n"
+                               "property uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n" +
+                               body);
 }
 
 }  // namespace tankrig

@@ -45,9 +45,9 @@ struct DiskPatience {
 /// itself, so that a kill loses tenths of a second and a power cut the last second, as far as the disk keeps up.
 /// A write or a sync that fails ends the recording: what comes after it is counted, and a reserve on the disk is freed
 /// for the last lines and session.yaml. Threads: add_* and finish from one; they wait for the disk only if `wait`. RT:
-/// never, but it holds no lock while it writes. Errors: a thread's failure (CannotWrite naming the file) is thrown by the
-/// next add_* and by finish, the first one, or NotOnDisk if a sync failed at all; so is a disk that does not come back
-/// from one write for `patience.write`.
+/// never, but it holds no lock while it writes. Errors: a thread's failure (CannotWrite naming the file) is thrown by
+/// the next add_* and by finish, the first one, or NotOnDisk if a sync failed at all; so is a disk that does not come
+/// back from one write for `patience.write`.
 class DiskThreads {
  public:
   /// Opens the tables with their headers and starts the threads.  `ring_bytes` of frames may wait, and a minute of
@@ -106,7 +106,7 @@ class DiskThreads {
   std::size_t waiting_bytes_ = 0, waiting_text_ = 0;
   std::array<std::string, kTables> lines_;
   std::vector<std::shared_ptr<SpoolWriter>> unsynced_;  // segments; the last may still grow
-  std::exception_ptr failure_, not_on_disk_;  // the first of any kind; the first sync's
+  std::exception_ptr failure_, not_on_disk_;            // the first of any kind; the first sync's
   bool closing_ = false, written_out_ = false, synced_ = false;
 
   FileSystemSync file_system_;  // the syncing thread's

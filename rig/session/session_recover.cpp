@@ -126,7 +126,7 @@ Recovery mend_session(const fs::path& session, const RecoverOptions& options) {
   const LostAndFound lost(session);
   lost.keep("session.yaml");
   write_file_durably(session / "session.yaml",
-                   session_yaml(mended_info(found), found.calibration));  // first: what was lost is never forgotten
+                     session_yaml(mended_info(found), found.calibration));  // first: what was lost is never forgotten
   lost.move("SHA256SUMS");
   mend_table(session, "joints.csv", found.joints, lost);
   mend_table(session, "events.csv", found.events, lost);

@@ -51,7 +51,9 @@ bool write_segment(const fs::path& session, const SpoolSegment& segment, const s
 
 }  // namespace
 
-std::uint64_t most_on_disk(std::uint64_t raw_bytes) { return raw_bytes + std::min(raw_bytes, kBatchBytes + kSegmentBytes); }
+std::uint64_t most_on_disk(std::uint64_t raw_bytes) {
+  return raw_bytes + std::min(raw_bytes, kBatchBytes + kSegmentBytes);
+}
 
 bool write_spooled_pictures(const fs::path& session, const PictureOptions& options) {
   const std::vector<fs::path> segments = spool_segments(session);

@@ -1,11 +1,12 @@
 // Files that are whole or not there: tests/session/failing_disk_test.cpp lets every step of them fail.
+#include "core/atomic_file.hpp"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
 #include <csignal>
 
-#include "core/atomic_file.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace tankrig {

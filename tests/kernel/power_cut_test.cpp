@@ -100,7 +100,8 @@ TEST(CutRecording, LostAtMostItsLastSecond) {
 
   const std::filesystem::path session = from_script("CUT_SESSION");
   const SessionFindings found = examine_session(session, {});
-  std::printf("%d frames handed over, %zu there, %zu needed\n", said.back().frames, found.frames.records.size(), needed);
+  std::printf("%d frames handed over, %zu there, %zu needed\n", said.back().frames, found.frames.records.size(),
+              needed);
   EXPECT_GE(found.frames.records.size(), needed);
   EXPECT_GE(found.joints.records.size(), needed * kJointsPerFrame);
   EXPECT_FALSE(found.whole());

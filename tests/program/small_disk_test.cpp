@@ -16,7 +16,8 @@ using testing::Not;
 namespace tankrig::test {
 namespace {
 
-/// Commands of a shell whose `disk` folder is a file system of so many MiB, seen by them only. `$tankrig` is the program.
+/// Commands of a shell whose `disk` folder is a file system of so many MiB, seen by them only. `$tankrig` is the
+/// program.
 struct SmallDisk {
   fs::path disk = scratch_folder() / "disk", out = scratch_folder() / "out.txt", err = scratch_folder() / "err.txt";
   int megabytes;
@@ -29,8 +30,8 @@ struct SmallDisk {
                            "' || exit 77\ntankrig='" TANKRIG_PROGRAM "' disk='" + disk.string() +
                            "'\ncd '" TANKRIG_SOURCE_DIR "'\n" + commands);
     const std::string own = ::geteuid() == 0 ? "unshare -m" : "unshare -rm";
-    const int status = std::system(
-        (own + " sh '" + script.string() + "' >'" + out.string() + "' 2>'" + err.string() + "'").c_str());
+    const int status =
+        std::system((own + " sh '" + script.string() + "' >'" + out.string() + "' 2>'" + err.string() + "'").c_str());
     return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
   }
   std::string said() const { return read_text(err); }

@@ -25,7 +25,7 @@ std::atomic<int> waiting{0}, error_to_give{0};
 std::mutex mutex;
 // Never destroyed: a thread that was left behind may come by at the program's end.
 auto& root = *new fs::path;
-auto& contents = *new std::map<ino_t, std::string>;           // of a file at its last sync
+auto& contents = *new std::map<ino_t, std::string>;                // of a file at its last sync
 auto& names = *new std::map<fs::path, std::map<fs::path, ino_t>>;  // of a folder's files at its last sync
 auto& step_failed = *new std::string;
 int steps = 0, step_to_fail = -1, step_error = 0;

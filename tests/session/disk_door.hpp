@@ -1,5 +1,5 @@
-// The program's own way to the disk: what has passed its syncs survives a power cut, and a test may shut them, or let any
-// one step fail.
+// The program's own way to the disk: what has passed its syncs survives a power cut, and a test may shut them, or let
+// any one step fail.
 #pragma once
 
 #include <filesystem>
