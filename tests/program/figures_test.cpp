@@ -2,17 +2,22 @@
 // calibration.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <map>
 
 #include "reconstruction/cloud/cloud_io.hpp"
 #include "rig/session/session.hpp"
 #include "tests/program/program.hpp"
+#include "tests/support/machine_witness.hpp"
 
 namespace fs = std::filesystem;
 using nlohmann::json;
 
 namespace tankrig::test {
 namespace {
+
+/// How late the machine was at most in any scan.
+Duration machine_late{};
 
 /// Scans, each made once for all tests: options -> what `scan --json` printed.
 const json& scan(const std::vector<std::string>& options, bool one_core = false) {
@@ -24,7 +29,9 @@ const json& scan(const std::vector<std::string>& options, bool one_core = false)
   const fs::path out = scratch_folder().parent_path() / name;
   std::vector<std::string> arguments{"scan", "--json", "--out", out.string()};
   arguments.insert(arguments.end(), options.begin(), options.end());
+  const testing_support::MachineWitness witness;
   const ProgramRun scan = run_tankrig(arguments, {}, one_core);
+  machine_late = std::max(machine_late, witness.latest());
   if (scan.exit_code != 0) throw std::runtime_error("scan failed: " + scan.err);
   return done[name] = scan.json();
 }
@@ -67,7 +74,10 @@ TEST(DefaultScan, OurMethodsBeatThePapers) {
 }
 
 TEST(DefaultScan, TakesLessWallTimeThanItSimulates) {
-  EXPECT_LT(scan({}).at("wall_s").get<double>(), scan({}).at("simulated_s").get<double>());
+  constexpr Duration kBearable = std::chrono::milliseconds{50};
+  const json& result = scan({});
+  if (machine_late > kBearable) GTEST_SKIP() << testing_support::machine_was_late(machine_late, kBearable);
+  EXPECT_LT(result.at("wall_s").get<double>(), result.at("simulated_s").get<double>());
 }
 
 TEST(DefaultScan, FramesAreJoinedToJointsWithinOneExchange) {

@@ -248,6 +248,17 @@ TEST(WaysOut, AreAllSignalsThatCanBeCaughtAndTheThirdEndsTheProgramInTheDark) {
   EXPECT_TRUE(::tcgetattr(scan.terminal, &mode) == 0 && (mode.c_lflag & ICANON) && (mode.c_lflag & ECHO));
 }
 
+TEST(WaysOut, AreOpenAlsoWhileTheEmulatedDevicesStart) {
+  if (!forbidden().empty()) GTEST_SKIP() << forbidden();
+  Scan scan(patient_wire_rig(scratch_folder() / "rig").parent_path());
+  ASSERT_TRUE(scan.until([&] { return does(scan.process, "SigCgt", SIGTERM); })) << scan.screen;
+  scan.signal(SIGTERM);
+  ASSERT_TRUE(scan.ended());
+  EXPECT_TRUE(WIFEXITED(scan.status) && WEXITSTATUS(scan.status) == 3) << scan.status;
+  EXPECT_THAT(scan.screen, HasSubstr("tankrig: stopped while the emulated devices started: nothing moved"));
+  EXPECT_FALSE(fs::exists(scan.session()));
+}
+
 /// The cycle of a lit sweep hangs.
 struct Hanging {
   Scan scan;

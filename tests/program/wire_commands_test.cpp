@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <csignal>
-#include <cstdlib>
 #include <opencv2/imgcodecs.hpp>
 
 #include "tests/program/program.hpp"
@@ -178,17 +177,6 @@ TEST(OnTheWire, AZeroThatCannotBeWrittenStillTellsWhatWasLeft) {
   EXPECT_EQ(run.json().at("status"), "homed") << run.err;
   EXPECT_THAT(run.err, HasSubstr("arm homed, but its zero is not kept: "));
   EXPECT_THAT(run.err, HasSubstr("arm-zero.yaml: cannot write: No such file or directory; laser off, arm at rest"));
-}
-
-TEST(OnTheWire, IsStoppedAlsoWhileItsDevicesStart) {
-  const fs::path said = scratch_folder() / "said.txt";
-  const int status = std::system(("timeout --preserve-status -s TERM 1 " TANKRIG_PROGRAM
-                                  " scan --rig " TANKRIG_SOURCE_DIR "/etc/rigs/tank-wire/rig.yaml --out " +
-                                  (scratch_folder() / "session").string() + " 2> " + said.string())
-                                     .c_str());
-  EXPECT_EQ(WEXITSTATUS(status), 3);
-  EXPECT_EQ(read_text(said), "tankrig: stopped while the emulated devices started: nothing moved\n");
-  EXPECT_FALSE(fs::exists(scratch_folder() / "session"));
 }
 
 TEST(OnTheWire, APreviewRunsUntilCtrlCAndThatIsNoFailure) {
