@@ -81,11 +81,14 @@ WireScan try_wire_scan(const std::string& carrier, const fs::path& folder) {
       run_tankrig({"emulate", "--rig", "tank-wire", "--truth", scan.truth.string(), "--", TANKRIG_PROGRAM, "scan",
                    "--rig", "tank-wire", "--carrier", carrier, "--json", "--out", (folder / "session").string()});
   scan.late = witness.lateness();
-  if (scan.run.exit_code == 0) {
-    scan.result = scan.run.json();
-    scan.session = Session::open(folder / "session");
+  std::printf("%s: the machine was %.1f ms late at most\n", carrier.c_str(), 1e3 * seconds(scan.latest()));
+  if (scan.run.exit_code != 0) {
+    std::printf("%s", scan.run.err.c_str());
+    return scan;
   }
-  std::printf("%s: seed %llu; the machine was %.1f ms late at most, punctual about %.0f %% of the frames\n",
+  scan.result = scan.run.json();
+  scan.session = Session::open(folder / "session");
+  std::printf("%s: seed %llu; late by %.1f ms at most while it recorded, punctual about %.0f %% of the frames\n",
               carrier.c_str(), static_cast<unsigned long long>(scan.session.info.seed), 1e3 * seconds(scan.latest()),
               100 * scan.punctual_share());
   return scan;
@@ -147,7 +150,6 @@ class OnWires : public testing::Test {
     if (!forbidden().empty()) GTEST_SKIP() << forbidden();
     scan_ = &wire_scan(carrier);
     if (scan_->run.exit_code == 0) return;
-    std::printf("%s", scan_->run.err.c_str());
     EXPECT_THAT(scan_->run.err, ContainsRegex("laser off|LASER MAY BE ON|nothing moved")) << "it says what it left";
     TANKRIG_SKIP_IF_LATE(*scan_, kStarved);
     FAIL() << "exit code " << scan_->run.exit_code;
