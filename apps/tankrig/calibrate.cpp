@@ -84,21 +84,23 @@ nlohmann::ordered_json distance_json(const CloudDistance& d) {
 }
 
 nlohmann::ordered_json facts_of(const std::string& camera, Duration applied, const TimeOffsetSolution& s) {
-  nlohmann::ordered_json out{{"equation", "t_camera = t_joints + time_offset_s"},
-                             {"camera", camera},
-                             {"time_offset_s", seconds(applied) + s.offset},
-                             {"sigma_s", s.sigma},
-                             {"applied_s", seconds(applied)},
-                             {"found_s", s.offset},
-                             {"effect_mm", 1e3 * s.effect},
-                             {"effect_sigma_mm", 1e3 * s.effect_sigma},
-                             {"speed_on_target_m_s", s.speed_on_target},
-                             {"offset_per_play_s_rad", s.offset_per_play},
-                             {"clouds_before", distance_json(s.before)},
-                             {"clouds_after", distance_json(s.after)},
-                             {"places", s.pairs},
-                             {"frames", s.stripes},
-                             {"speeds_rad_s", s.speeds}};
+  nlohmann::ordered_json out{
+      {"equation", "t_camera = t_joints + time_offset_s"},
+      {"camera", camera},
+      {"time_offset_s", seconds(applied) + s.offset},
+      {"sigma_s", s.sigma},
+      {"interval_95_s", {seconds(applied) + s.offset - s.half_width, seconds(applied) + s.offset + s.half_width}},
+      {"applied_s", seconds(applied)},
+      {"found_s", s.offset},
+      {"effect_mm", 1e3 * s.effect},
+      {"effect_sigma_mm", 1e3 * s.effect_sigma},
+      {"speed_on_target_m_s", s.speed_on_target},
+      {"offset_per_play_s_rad", s.offset_per_play},
+      {"clouds_before", distance_json(s.before)},
+      {"clouds_after", distance_json(s.after)},
+      {"places", s.pairs},
+      {"frames", s.stripes},
+      {"speeds_rad_s", s.speeds}};
   if (s.play) out["play_mrad"] = 1e3 * *s.play, out["play_sigma_mrad"] = 1e3 * s.play_sigma;
   return out;
 }
@@ -117,6 +119,7 @@ void print(const TimeOffsetSolution& s, const nlohmann::ordered_json& facts) {
               1e3 * s.sigma);
   if (facts.at("applied_s") != 0.0)
     std::printf(", besides the %.3f ms the rig file takes off already", 1e3 * facts.at("applied_s").get<double>());
+  std::printf("\n95 %% interval: %.3f to %.3f ms", 1e3 * (s.offset - s.half_width), 1e3 * (s.offset + s.half_width));
   std::printf("\non the target: %.3f +- %.3f mm along the viewing rays (%.0f mm/s)\n", 1e3 * s.effect,
               1e3 * s.effect_sigma, 1e3 * s.speed_on_target);
   std::printf("the clouds there and back: %.3f mm apart before, %.3f mm after (median of %zu places, %zu frames)\n",

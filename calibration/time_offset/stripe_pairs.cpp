@@ -9,8 +9,9 @@ namespace tankrig {
 namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-constexpr double kWidestStep = 3;    // times the typical step between frames: beyond it the stripe jumped
-constexpr double kLeastStep = 0.05;  // [px] between frames: below it the crossing's time is not known
+constexpr double kWidestStep = 3;        // times the typical step between frames: beyond it the stripe jumped
+constexpr double kLeastStep = 0.05;      // [px] between frames: below it the crossing's time is not known
+constexpr std::size_t kLeastLines = 16;  // that say where a frame lies between two others
 
 const TimedJoints& nearest(const std::vector<TimedJoints>& joints, Stamp when) {
   const auto after =
@@ -65,19 +66,46 @@ class PassImage {
   double typical_step_ = 0;
 };
 
-/// The only place where the stripe of `pass` goes over `position` between two neighbouring frames; 0 if there is none
-/// or more than one. Returns the index of the second of the two frames.
-std::size_t crossing(const PassImage& pass, int line, double position) {
-  std::size_t found = 0;
+double median(std::vector<double>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// Two neighbouring frames of a pass, between which the stripe went over its place in a frame of another pass.
+struct Bracket {
+  std::size_t second = 0;  ///< index of the later frame; 0: there is none
+  double weight = 0;       ///< of the later frame
+  double step = 0;         ///< of the stripe between the two [px]
+};
+
+/// All lines together say where: one line's own fraction of the way would err with its noise, always to the same side.
+Bracket bracket_of(const PassImage& singles, std::size_t single, const PassImage& pass, int lines) {
+  const auto visit = [&](std::size_t second, auto use) {
+    for (int line = 0; line < lines; ++line) {
+      const double s = singles.at(single, line).position;
+      const double a = pass.at(second - 1, line).position, b = pass.at(second, line).position;
+      const double step = std::abs(b - a);
+      if (std::isfinite(s) && step >= kLeastStep && step <= pass.widest_step()) use(s, a, b);
+    }
+  };
+  Bracket out;
+  int most = 0;
   for (std::size_t f = 1; f < pass.frames(); ++f) {
-    const double a = pass.at(f - 1, line).position, b = pass.at(f, line).position;
-    if (!((a <= position && position < b) || (b < position && position <= a))) continue;
-    if (found != 0) return 0;
-    found = f;
+    int between = 0;
+    visit(f, [&](double s, double a, double b) { between += (a <= s && s < b) || (b < s && s <= a); });
+    if (between > most) most = between, out.second = f;
   }
-  if (found == 0) return 0;
-  const double step = std::abs(pass.at(found, line).position - pass.at(found - 1, line).position);
-  return step > pass.widest_step() || step < kLeastStep ? 0 : found;
+  if (out.second == 0) return out;
+  std::vector<double> weights, steps;
+  visit(out.second, [&](double s, double a, double b) {
+    weights.push_back((s - a) / (b - a));
+    steps.push_back(std::abs(b - a));
+  });
+  if (weights.size() < kLeastLines) return {};
+  out.weight = median(weights);
+  out.step = median(steps);
+  return out;
 }
 
 Vector3d ray_of(const CameraModel& camera, bool rows, int line, double position) {
@@ -87,28 +115,31 @@ Vector3d ray_of(const CameraModel& camera, bool rows, int line, double position)
 void add_pairs(const TimeOffsetRecording& recording, const CameraModel& camera, bool rows, const PassImage& singles,
                const PassImage& brackets, int backward, std::vector<StripePair>& pairs) {
   const int lines = rows ? camera.height : camera.width;
-  for (std::size_t f = 0; f < singles.frames(); ++f)
+  for (std::size_t f = 0; f < singles.frames(); ++f) {
+    const Bracket bracket = bracket_of(singles, f, brackets, lines);
+    if (bracket.second == 0) continue;
+    StripePair pair;
+    pair.single = singles.stripe(f);
+    pair.before = brackets.stripe(bracket.second - 1);
+    pair.after = brackets.stripe(bracket.second);
+    pair.weight = bracket.weight;
+    pair.backward = backward;
+    const double speed =
+        bracket.step / seconds(recording.stripes[pair.after].stamp - recording.stripes[pair.before].stamp);
     for (int line = 0; line < lines; ++line) {
       const Sample& single = singles.at(f, line);
-      if (std::isnan(single.position)) continue;
-      const std::size_t second = crossing(brackets, line, single.position);
-      if (second == 0) continue;
-      const Sample &a = brackets.at(second - 1, line), &b = brackets.at(second, line);
-      StripePair pair;
-      pair.single = singles.stripe(f);
-      pair.before = brackets.stripe(second - 1);
-      pair.after = brackets.stripe(second);
-      pair.weight = (single.position - a.position) / (b.position - a.position);
+      const Sample &a = brackets.at(bracket.second - 1, line), &b = brackets.at(bracket.second, line);
+      const double there = (1 - pair.weight) * a.position + pair.weight * b.position;
+      if (!(std::abs(b.position - a.position) <= brackets.widest_step()) ||
+          !(std::abs(single.position - there) <= bracket.step))
+        continue;
       pair.x = ray_of(camera, rows, line, single.position);
       pair.x_before = ray_of(camera, rows, line, a.position);
       pair.x_after = ray_of(camera, rows, line, b.position);
-      pair.backward = backward;
-      const double speed = std::abs(b.position - a.position) /
-                           seconds(recording.stripes[pair.after].stamp - recording.stripes[pair.before].stamp);
-      pair.sigma_s =
-          std::hypot(single.sigma, (1 - pair.weight) * a.sigma, pair.weight * b.sigma) / std::max(speed, 1e-9);
+      pair.sigma_s = std::hypot(single.sigma, (1 - pair.weight) * a.sigma, pair.weight * b.sigma) / speed;
       pairs.push_back(pair);
     }
+  }
 }
 
 }  // namespace

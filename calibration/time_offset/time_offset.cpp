@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numbers>
+#include <set>
 
 #include "calibration/time_offset/stripe_pairs.hpp"
 #include "core/input_error.hpp"
@@ -13,11 +15,10 @@ namespace {
 constexpr double kReach = 0.1;       // [s] of joints wanted beyond the first and last stripe
 constexpr double kLeastSine = 0.02;  // of the angle between ray and laser plane
 constexpr std::size_t kLeastPairs = 200;
-constexpr int kStretches = 24;  // of the sweep, for the sigma
-constexpr std::size_t kLeastStretches = 8;
+constexpr double kLeastFrames = 21;  // of a pass that see places of the other: three waves for the sigma
 constexpr double kSpeedRatio = 1.2;  // of recordings from which the play is estimated
 constexpr double kOutlier = 4;       // robust standard deviations beyond which a pair does not count
-constexpr double kTimeStep = 5e-4;   // [s] of the derivatives
+constexpr double kTimeStep = 2e-2;   // [s] of the derivatives: joint samples nearer to each other err by ticks
 constexpr double kPlayStep = 1e-4;   // [rad]
 constexpr int kIterations = 20;
 
@@ -126,24 +127,6 @@ class Residuals {
   std::size_t pairs() const { return pairs_; }
   const std::vector<Sweeps>& sweeps() const { return sweeps_; }
 
-  /// Which stretch of which sweep a pair lies in, numbered through.
-  std::vector<int> stretches() const {
-    std::vector<int> out;
-    int first = 0;
-    for (const Sweeps& s : sweeps_) {
-      const auto angle = [&](const StripePair& p) {
-        return joints_at(s.recording->joints, s.recording->stripes[p.single].stamp)[s.joint];
-      };
-      double low = 1e9, high = -1e9;
-      for (const StripePair& p : s.pairs) low = std::min(low, angle(p)), high = std::max(high, angle(p));
-      for (const StripePair& p : s.pairs)
-        out.push_back(first + std::min(kStretches - 1,
-                                       static_cast<int>(kStretches * (angle(p) - low) / std::max(high - low, 1e-12))));
-      first += kStretches;
-    }
-    return out;
-  }
-
   std::size_t stripes() const {
     std::size_t count = 0;
     for (const Sweeps& s : sweeps_) {
@@ -225,34 +208,76 @@ struct Normal {
     h += l.weight[i] * j * j.transpose();
     g -= l.weight[i] * j * l.r[i];
   }
-  Normal operator-(const Normal& other) const { return {h - other.h, g - other.g}; }
   Parameters step(bool with_play) const {
     if (with_play) return h.ldlt().solve(g);
     return {g[0] / h(0, 0), 0};
   }
 };
 
-/// Variances of the solution from how it moves when a stretch of the sweep is left out.
-Parameters jackknife(const Linear& l, const std::vector<int>& stretch, bool with_play) {
-  Normal all;
-  std::map<int, Normal> parts;
-  for (Eigen::Index i = 0; i < l.r.size(); ++i) {
-    all.add(l, i);
-    parts[stretch[static_cast<std::size_t>(i)]].add(l, i);
+/// Of one recording: how many frames of a pass see places of another, on average.
+double frames_in_a_pass(const Sweeps& s) {
+  std::map<int, std::set<std::size_t>> frames;
+  for (const StripePair& p : s.pairs) frames[s.recording->stripes[p.single].pass].insert(p.single);
+  double count = 0;
+  for (const auto& [pass, singles] : frames) count += static_cast<double>(singles.size());
+  return count / static_cast<double>(std::max<std::size_t>(frames.size(), 1));
+}
+
+/// Covariance of the solution, and the degrees of freedom of its first parameter.
+struct Spread {
+  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
+  double freedom = 0;
+};
+
+/// Neighbouring places err alike: they share frames, a frame's places share the joints' error, and joints in whole
+/// ticks err alike for many frames. So the variance is that of the slowest waves of the error along the sweep (Lazarus,
+/// Lewis, Stock and Watson 2018: equal-weighted cosines, their number of them), each recording for itself.
+Spread spread_of(const std::vector<Sweeps>& recordings, const Linear& l, const Normal& all, bool with_play) {
+  Eigen::Matrix2d inverse = Eigen::Matrix2d::Zero();
+  inverse(0, 0) = 1 / all.h(0, 0);
+  if (with_play) inverse = all.h.inverse();
+  Spread out;
+  double squares = 0;
+  Eigen::Index first = 0;
+  for (const Sweeps& s : recordings) {
+    const double frames = frames_in_a_pass(s);
+    if (frames < kLeastFrames)
+      throw InputError("time offset: the stripe is seen in both directions in " +
+                       std::to_string(static_cast<int>(frames)) + " frames of a pass, expected at least " +
+                       std::to_string(static_cast<int>(kLeastFrames)) + ": a longer or slower sweep");
+    const auto information = [&](Eigen::Index i) { return l.weight[i] * l.jacobian(i, 0) * l.jacobian(i, 0); };
+    double total = 0;
+    std::vector<std::pair<double, Eigen::Index>> places;  // in the order in which the sweep comes by
+    for (const StripePair& p : s.pairs) {
+      places.emplace_back(joints_at(s.recording->joints, s.recording->stripes[p.single].stamp)[s.joint], first);
+      total += information(first++);
+    }
+    if (!(total > 0)) throw InputError("time offset: no place of a recording agrees in both directions");
+    std::sort(places.begin(), places.end());
+    const int waves = static_cast<int>(0.4 * std::pow(frames, 2.0 / 3));
+    Eigen::Matrix2Xd sums = Eigen::Matrix2Xd::Zero(2, waves);
+    double before = 0;
+    for (const auto& [angle, i] : places) {
+      const double way = (before + 0.5 * information(i)) / total;
+      before += information(i);
+      const Eigen::Vector2d score = l.weight[i] * l.r[i] * l.jacobian.row(i);
+      for (int k = 0; k < waves; ++k)
+        sums.col(k) += std::numbers::sqrt2 * std::cos(std::numbers::pi * (k + 1) * way) * score;
+    }
+    const Eigen::Matrix2d covariance = inverse * (sums * sums.transpose() / waves) * inverse;
+    out.covariance += covariance;
+    squares += covariance(0, 0) * covariance(0, 0) / waves;
   }
-  std::vector<Parameters> without;
-  Parameters mean = Parameters::Zero();
-  for (const auto& [number, part] : parts) {
-    without.push_back((all - part).step(with_play));
-    mean += without.back() / static_cast<double>(parts.size());
-  }
-  if (parts.size() < kLeastStretches)
-    throw InputError("time offset: the stripe is seen in both directions in " + std::to_string(parts.size()) + " of " +
-                     std::to_string(kStretches) + " stretches of the sweep, expected at least " +
-                     std::to_string(kLeastStretches));
-  Parameters variance = Parameters::Zero();
-  for (const Parameters& p : without) variance += (p - mean).cwiseAbs2();
-  return variance * static_cast<double>(parts.size() - 1) / static_cast<double>(parts.size());
+  out.freedom = out.covariance(0, 0) * out.covariance(0, 0) / squares;
+  return out;
+}
+
+/// 97.5 % quantile of Student's t: Cornish and Fisher's expansion, within 1 % from three degrees of freedom on.
+double student_quantile(double freedom) {
+  constexpr double z = 1.959963985, z2 = z * z;
+  const double f = 4 * freedom;
+  return z * (1 + (z2 + 1) / f + ((5 * z2 + 16) * z2 + 3) / (6 * f * f) +
+              (((3 * z2 + 19) * z2 + 17) * z2 - 15) / (6 * f * f * f));
 }
 
 }  // namespace
@@ -286,16 +311,17 @@ TimeOffsetSolution solve(const TimeOffsetProblem& problem) {
     if (std::abs(step[0]) < 1e-8) break;
   }
 
-  const Parameters variance = jackknife(linear, residuals.stretches(), with_play);
   Normal normal;
   std::vector<double> speeds;
   for (Eigen::Index k = 0; k < linear.r.size(); ++k) {
     normal.add(linear, k);
     speeds.push_back(std::abs(linear.jacobian(k, 0)) / 2);
   }
+  const Spread spread = spread_of(residuals.sweeps(), linear, normal, with_play);
   out.offset = p[0];
-  out.sigma = std::sqrt(variance[0]);
-  if (with_play) out.play = p[1], out.play_sigma = std::sqrt(variance[1]);
+  out.sigma = std::sqrt(spread.covariance(0, 0));
+  out.half_width = student_quantile(spread.freedom) * out.sigma;
+  if (with_play) out.play = p[1], out.play_sigma = std::sqrt(spread.covariance(1, 1));
   out.offset_per_play = normal.h(0, 1) / normal.h(0, 0);
   out.speed_on_target = median_of(speeds);
   out.effect = out.speed_on_target * std::abs(out.offset);

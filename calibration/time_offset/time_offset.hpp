@@ -68,7 +68,8 @@ struct CloudDistance {
 /// Units: seconds, metres, radians.
 struct TimeOffsetSolution {
   double offset = 0;
-  double sigma = 0;            ///< one standard deviation, by leaving out one stretch of the sweep after the other
+  double sigma = 0;            ///< one standard deviation, from how the residuals vary along the sweep
+  double half_width = 0;       ///< of the 95 % interval about `offset`: Student's t with the sigma's degrees of freedom
   std::optional<double> play;  ///< of the swept joint, total; only from recordings of different speed
   double play_sigma = 0;
   double offset_per_play = 0;     ///< what a play that is taken as zero would add to `offset` [s/rad]

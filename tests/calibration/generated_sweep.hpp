@@ -36,8 +36,9 @@ struct GeneratedSweep {
     std::mt19937_64 random(seed);
     std::normal_distribution<double> gauss;
     const double phase = std::uniform_real_distribution<double>(0, kFrame)(random);
+    const double sampled = std::uniform_real_distribution<double>(0, kSample)(random);
     TimeOffsetRecording r;
-    for (double t = 0; t < 2 * (kRest + duration()) + kRest; t += kSample)
+    for (double t = sampled; t < 2 * (kRest + duration()) + kRest; t += kSample)
       r.joints.push_back({Stamp{} + from_seconds(t), measured(p.arm, t)});
     for (int pass = 0; pass < 2; ++pass) {
       const double begin = kRest + pass * (kRest + duration());

@@ -53,7 +53,6 @@ TEST(TimeOffset, HasASigmaThatIsWhatTheSolutionsScatterBy) {
     GeneratedSweep sweep;
     sweep.offset = 0.017;
     sweep.noise_px = 0.3;
-    sweep.line_step = 72;
     sweep.seed = seed;
     const TimeOffsetSolution s = solve(sweep.problem());
     const double error = s.offset - sweep.offset;
@@ -70,6 +69,47 @@ TEST(TimeOffset, HasASigmaThatIsWhatTheSolutionsScatterBy) {
   EXPECT_GT(sigmas / kSeeds, 0.5 * scatter);
   EXPECT_LT(worst, 5);
 }
+
+struct Conditions {
+  const char* name;
+  double noise_px, velocity, to;
+  int line_step;
+};
+
+class Interval : public testing::TestWithParam<Conditions> {};
+
+/// Frames and joint samples fall anywhere on the sweep and on the encoders' ticks, other ones with every seed.
+TEST_P(Interval, HoldsTheTruthAsOftenAsItSays) {
+  constexpr int kSeeds = 100;
+  int held = 0;
+  double squares = 0, variances = 0;
+  for (unsigned seed = 1; seed <= kSeeds; ++seed) {
+    GeneratedSweep sweep;
+    sweep.offset = 0.017;
+    sweep.noise_px = GetParam().noise_px;
+    sweep.velocity = GetParam().velocity;
+    sweep.to = GetParam().to;
+    sweep.line_step = GetParam().line_step;
+    sweep.seed = seed;
+    const TimeOffsetSolution s = solve(sweep.problem());
+    const double error = s.offset - sweep.offset;
+    held += std::abs(error) <= s.half_width;
+    squares += error * error / kSeeds;
+    variances += s.sigma * s.sigma / kSeeds;
+  }
+  std::printf("%s: seeds 1..%d: error %.4f ms, sigma %.4f ms (both rms), %d intervals hold the truth\n",
+              GetParam().name, kSeeds, 1e3 * std::sqrt(squares), 1e3 * std::sqrt(variances), held);
+  EXPECT_GE(held, 90 * kSeeds / 100);
+  EXPECT_LE(held, 99 * kSeeds / 100);
+}
+
+INSTANTIATE_TEST_SUITE_P(TimeOffset, Interval,
+                         testing::Values(Conditions{"Ordinary", 0.3, 0.1, 1.85, 24},
+                                         Conditions{"LittleNoise", 0.1, 0.1, 1.85, 24},
+                                         Conditions{"ShortSweep", 0.3, 0.1, 1.70, 24},
+                                         Conditions{"SlowSweep", 0.3, 0.065, 1.85, 24},
+                                         Conditions{"FastSweep", 0.3, 0.2, 1.85, 24}),
+                         [](const auto& info) { return std::string(info.param.name); });
 
 TEST(TimeOffset, ReadsPlayAsAnOffsetAtOneSpeedAndSaysHowMuch) {
   GeneratedSweep sweep;
