@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "core/input_error.hpp"
+#include "core/plausible_length.hpp"
 #include "core/regular_file.hpp"
 #include "core/shown_text.hpp"
 
@@ -94,6 +95,9 @@ YAML::Node merged(const YAML::Node& own, const YAML::Node& base, const std::stri
   return out;
 }
 
+/// By its name a length in metres, and by its value in millimetres.
+bool in_wrong_unit(std::string_view key, double value) { return key.ends_with("_m") && !plausible_length(value); }
+
 std::string in_words(const ConfigNode::Range& range) {
   std::ostringstream out;
   const bool low = std::isfinite(range.lower), high = std::isfinite(range.upper);
@@ -159,6 +163,7 @@ bool ConfigNode::has(std::string_view key) const { return node_->find(key).IsDef
 double ConfigNode::number(std::string_view key, Range range) const {
   const YAML::Node value = node_->find(key);
   const auto number = value.IsDefined() ? to_number(value) : std::nullopt;
+  if (number && in_wrong_unit(key, *number)) fail(key, "found " + shown(value) + kLooksLikeMillimetres);
   if (!number || *number < range.lower || *number > range.upper)
     fail(key, "found " + shown(value) + ", expected " + in_words(range));
   return *number;
@@ -226,6 +231,7 @@ std::vector<double> ConfigNode::numbers(std::string_view key, std::size_t count)
   for (const auto& item : value) {
     const auto number = to_number(item);
     if (!number) fail(key, "found " + shown(item) + " in the list, " + expected);
+    if (in_wrong_unit(key, *number)) fail(key, "found " + shown(item) + " in the list" + kLooksLikeMillimetres);
     out.push_back(*number);
   }
   return out;

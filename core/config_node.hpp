@@ -21,6 +21,7 @@ struct ConfigRange {
 };
 
 /// A mapping of a YAML file. Each reader takes the keys it knows; finish() refuses what nobody took.
+/// A number whose key ends in `_m` is a length in metres: one that no tank holds is refused, with the unit suspected.
 /// Errors: every member throws InputError "FILE:LINE: key: found ..., expected ...".
 class ConfigNode {
  public:

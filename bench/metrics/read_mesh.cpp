@@ -6,11 +6,13 @@
 #include <algorithm>
 #include <assimp/Importer.hpp>
 #include <cmath>
+#include <cstdio>
 #include <string>
 
 #include "bench/metrics/triangle_mesh.hpp"
 #include "core/assimp_files.hpp"
 #include "core/input_error.hpp"
+#include "core/plausible_length.hpp"
 
 namespace tankrig {
 namespace {
@@ -44,6 +46,17 @@ std::string one_line(std::string text) {
   return text;
 }
 
+/// An object that no tank holds, or that no camera sees, was drawn in another unit.
+void check_size(const std::filesystem::path& file, const TriangleMesh& mesh) {
+  const double longest = mesh.bounds().sizes().maxCoeff();
+  if (longest >= kSmallestObject && longest <= kLargestObject) return;
+  char found[160];
+  std::snprintf(found, sizeof found, "found an object of %g m, expected metres, from %g to %g m: %s", longest,
+                kSmallestObject, kLargestObject,
+                longest > kLargestObject ? "looks like millimetres" : "looks like metres divided by 1000");
+  throw InputError(file, found);
+}
+
 }  // namespace
 
 TriangleMesh read_mesh(const std::filesystem::path& file) {
@@ -67,6 +80,7 @@ TriangleMesh read_mesh(const std::filesystem::path& file) {
 
   TriangleMesh mesh = weld(raw);
   if (!(mesh.area() > 0)) throw InputError(file, "all faces have area 0, expected a surface");
+  check_size(file, mesh);
   const MeshTopology shape = topology(mesh);
   if (shape.closed && !shape.outward)
     for (Eigen::Vector3i& t : mesh.triangles) std::swap(t[1], t[2]);

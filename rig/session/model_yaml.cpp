@@ -111,7 +111,7 @@ JointVector read_joints(const ConfigNode& node, std::string_view key) {
 }
 
 Plane read_plane(const ConfigNode& node) {
-  Plane plane{read_vector(node, "normal"), node.number("offset_m", {-100, 100})};
+  Plane plane{read_vector(node, "normal"), node.number("offset_m")};
   const double length = plane.normal.norm();
   if (!(length > 1e-6)) node.fail("normal", "found length 0, expected a direction");
   // A normal that is already of length one to the last digits is kept as it is: it reads back exactly.

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/input_error.hpp"
+#include "core/plausible_length.hpp"
 #include "core/shown_text.hpp"
 #include "rig/session/csv.hpp"
 #include "rig/session/text_files.hpp"
@@ -35,6 +36,8 @@ Plane plane_of(const std::vector<std::string>& fields, std::size_t first) {
   }
   const double length = std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
   if (!(length > 1e-9)) throw InputError("found a normal a,b,c of length 0, expected a direction");
+  if (!plausible_length(v[3] / length))
+    throw InputError("found d = " + shown_text(fields[first + 3]) + kLooksLikeMillimetres);
   return {Vector3d(v[0], v[1], v[2]) / length, v[3] / length};
 }
 

@@ -127,6 +127,23 @@ TEST(RigConfig, MovesToAnotherFolderWithItsCommentsAndAbsolutePaths) {
   EXPECT_TRUE(text.starts_with("# the scene: and mesh: of a comment\n"));
 }
 
+TEST(RigConfig, QuestionsLengthsInMillimetresByKeyAndValue) {
+  const std::pair<const char*, const char*> millimetres[] = {
+      {"offset_m: 0.09796", "offset_m: 97.96"},
+      {"tank_size_m: [2, 2, 1.5]", "tank_size_m: [2000, 2000, 1500]"},
+      {"origin_e_m: [-0.09796", "origin_e_m: [-97.96"},
+      {"  margin_m: 0.02", "  margin_m: 21"},
+      {"bMo: {translation_m: [0.5", "bMo: {translation_m: [500"},
+  };
+  for (const auto& [metres, changed_to] : millimetres) {
+    const TemporaryFolder folder;
+    const auto file = folder.write("rig.yaml", changed(kSmallRig, metres, changed_to));
+    const std::string error = message_of<InputError>([&] { load_rig(file); });
+    EXPECT_THAT(error, HasSubstr("_m: found '")) << changed_to;
+    EXPECT_THAT(error, HasSubstr("looks like millimetres, expected metres")) << changed_to;
+  }
+}
+
 struct Damage {
   const char *find, *replace, *message;
 };

@@ -40,6 +40,17 @@ const char* kCubeOfQuads =
     "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n"
     "f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
 
+TEST(ReadMesh, AnObjectOfImplausibleSizeIsQuestionedWithItsSizeAndUnit) {
+  const auto box = [](const std::string& side) {
+    return "v 0 0 0\nv " + side + " 0 0\nv 0 " + side + " 0\nv 0 0 " + side + "\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n";
+  };
+  EXPECT_THAT(error_of(file_with("millimetres.obj", box("140"))),
+              HasSubstr("millimetres.obj: found an object of 140 m"));
+  EXPECT_THAT(error_of(file_with("millimetres.obj", box("140"))), HasSubstr("looks like millimetres"));
+  EXPECT_THAT(error_of(file_with("tiny.obj", box("0.00014"))), HasSubstr("found an object of 0.00014 m"));
+  EXPECT_EQ(error_of(file_with("metres.obj", box("0.14"))), "no error");
+}
+
 TEST(ReadMesh, CutsQuadsIntoTrianglesAndWeldsThem) {
   const TriangleMesh mesh = read_mesh(file_with("cube.obj", kCubeOfQuads));
   EXPECT_EQ(mesh.triangles.size(), 12u);

@@ -30,6 +30,7 @@ TEST(ParsePlane, SaysWhatIsWrong) {
   EXPECT_THAT(error("1,2,,4"), HasSubstr("found '', expected a number"));
   EXPECT_THAT(error("0,0,0,4"), HasSubstr("normal a,b,c of length 0"));
   EXPECT_THAT(error("1,0,0,0"), HasSubstr("through the camera's centre"));
+  EXPECT_THAT(error("0,0,1,39.52"), HasSubstr("found d = 39.52, longer than a tank (20 m): looks like millimetres"));
   EXPECT_THAT(error("inf,0,0,1"), HasSubstr("found 'inf'"));
 }
 

@@ -1,0 +1,18 @@
+// Lengths that belong to a tank. What is beyond them was most likely given in millimetres.
+#pragma once
+
+#include <cmath>
+
+namespace tankrig {
+
+inline constexpr double kLongestLength = 20;     ///< poses, planes, tank sides: from anything to anything else [m]
+inline constexpr double kLargestObject = 5;      ///< longest side of an object's mesh [m]
+inline constexpr double kSmallestObject = 1e-3;  ///< likewise [m]
+
+inline bool plausible_length(double metres) { return std::abs(metres) <= kLongestLength; }
+
+/// What follows "found ...".
+inline constexpr const char* kLooksLikeMillimetres =
+    ", longer than a tank (20 m): looks like millimetres, expected metres";
+
+}  // namespace tankrig
