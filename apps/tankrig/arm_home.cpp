@@ -103,7 +103,7 @@ int arm_home(const ArmCommandOptions& options) {
   Progress progress;
   const RigConfig rig = load_rig(find_rig(options.rig));
   const StopOnSignal stop_on_signal;  // before the devices: it outlives them
-  const OwnBackend backend = make_backend(rig, {.carrier = options.carrier, .cameras = false});
+  const OwnBackend backend = make_backend(rig, {.carrier = options.carrier, .need = {.cameras = false}});
   Arm5e* const arm = backend->homed_arm();
   if (!arm) {
     if (options.json)

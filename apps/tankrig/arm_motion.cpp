@@ -114,7 +114,7 @@ int move_arm(const ArmCommandOptions& options, const TargetFrom& target_from) {
   Progress progress;
   const RigConfig rig = load_rig(find_rig(options.rig));
   const StopOnSignal stop_on_signal;  // before the devices: it outlives them
-  const OwnBackend backend = make_backend(rig, {.carrier = options.carrier, .cameras = false});
+  const OwnBackend backend = make_backend(rig, {.carrier = options.carrier, .need = {.cameras = false}});
   make_laser_dark(*backend, rig.scan);
   const JointVector now = homed_posture(*backend, options.rig);
 

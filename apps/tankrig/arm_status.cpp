@@ -120,7 +120,10 @@ void print(const ArmReport& r, const RigConfig& rig, const std::string& rig_name
 
 int arm_status(const ArmCommandOptions& options) {
   const RigConfig rig = load_rig(find_rig(options.rig));
-  const OwnBackend backend = make_backend(rig, {.carrier = options.carrier, .cameras = false});
+  const OwnBackend backend =
+      make_backend(rig, {.carrier = options.carrier, .need = {.laser = false, .cameras = false}});
+  Progress progress;
+  if (!backend->laser_unknown().empty()) progress.warn(backend->laser_unknown());
   const ArmReport report = listen(backend->arm(), backend->clock());
   if (options.json)
     print_json(json_of(report, rig, backend->arm()));

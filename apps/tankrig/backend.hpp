@@ -18,7 +18,8 @@
 
 namespace tankrig::app {
 
-/// Every device of a rig, ready to be scanned with. Cameras stand in the order of RigConfig::cameras.
+/// The devices of a rig that were asked for. Cameras stand in the order of RigConfig::cameras. One that was not asked
+/// for must not be used.
 class Backend {
  public:
   virtual ~Backend() = default;
@@ -27,6 +28,8 @@ class Backend {
   /// The arm's own driver, where it is one that has to be homed; else null.
   virtual Arm5e* homed_arm() { return nullptr; }
   virtual Laser& laser() = 0;
+  /// Why the laser could not be switched off, where it is not needed and its line cannot be opened; else empty.
+  virtual std::string laser_unknown() const { return {}; }
   virtual std::vector<Camera*> cameras() = 0;
   virtual LuxMeter& lux_meter() = 0;
   /// Level of the laser's interlock - lid, key, door - at this moment. What cannot be read is open.
@@ -48,11 +51,19 @@ class Backend {
   virtual const sim::TankWorld* world() const = 0;
 };
 
+/// Which devices a command uses. The laser is opened first whatever it is, so that it is off.
+struct Need {
+  bool arm = true;
+  bool laser = true;    ///< false: what cannot be opened is a warning that its state is not known
+  bool cameras = true;  ///< with the lux meter
+  std::optional<std::string> only_camera = {};  ///< this one alone, without lux meter
+};
+
 struct BackendOptions {
   sim::WorldOptions world = {};       ///< of what is simulated or emulated
   std::string carrier = {};           ///< of the arm: "can" or "serial"; empty: the rig file's
   std::filesystem::path faults = {};  ///< plan for what is simulated or emulated; empty: none
-  bool cameras = true;                ///< false: neither cameras nor lux meter are opened, for work on the arm alone
+  Need need = {};
 };
 
 /// In the order of RigConfig::cameras.

@@ -39,12 +39,11 @@ struct CameraChoice {
   const RigCamera* rig;
 };
 
-CameraChoice choose_camera(const RigConfig& rig, Backend& backend, const std::string& name) {
-  const std::vector<Camera*> devices = backend.cameras();
+const RigCamera& choose_camera(const RigConfig& rig, const std::string& name) {
   std::string known;
-  for (std::size_t i = 0; i < devices.size(); ++i) {
-    if (name.empty() || rig.cameras[i].name == name) return {devices[i], &rig.cameras[i]};
-    known += (known.empty() ? "" : ", ") + rig.cameras[i].name;
+  for (const RigCamera& camera : rig.cameras) {
+    if (name.empty() || camera.name == name) return camera;
+    known += (known.empty() ? "" : ", ") + camera.name;
   }
   throw InputError("--camera: found '" + name + "', expected one of: " + known);
 }
@@ -238,8 +237,11 @@ int camera_preview(const CameraPreviewOptions& options) {
   const RigConfig rig = load_rig(find_rig(options.rig));
   if (options.laser) confirm("The laser of " + rig.name + " will shine. Is everybody's sight protected?", options.yes);
   const StopOnSignal stop_on_signal;  // before the devices: it outlives them
-  const OwnBackend backend = make_backend(rig, {});
-  const CameraChoice camera = choose_camera(rig, *backend, options.camera);
+  const RigCamera& chosen = choose_camera(rig, options.camera);
+  const OwnBackend backend =
+      make_backend(rig, {.need = {.arm = options.laser, .laser = options.laser, .only_camera = chosen.name}});
+  const CameraChoice camera{backend->cameras().front(), &chosen};
+  if (!backend->laser_unknown().empty()) progress.warn(backend->laser_unknown());
   PreviewOutput output(options.out, camera.rig->name, options.rate_hz);
 
   std::string failure;

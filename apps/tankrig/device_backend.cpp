@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
+#include <stdexcept>
 
 #include "apps/tankrig/backend.hpp"
 #include "apps/tankrig/emulation_process.hpp"
@@ -38,7 +39,7 @@ class Emulation {
       (void)sim::FaultPlan::load(options.faults, sim::FaultLevel::kWire, camera_names(rig));
     if (running) {
       runtime_ = running;
-    } else if (rig.section("emulation") && options.cameras && sim::needs_private_network(devices_of(rig))) {
+    } else if (rig.section("emulation") && options.need.cameras && sim::needs_private_network(devices_of(rig))) {
       if (const Status entered = sim::enter_private_network(); !entered)
         throw InputError(rig.file, std::string("emulation: ") + entered.error().where + ": " +
                                        std::strerror(entered.error().os_errno));
@@ -108,21 +109,37 @@ class DeviceBackend final : public Backend {
       }
     };
     const std::filesystem::path& runtime = emulation_.runtime();
-    const ConfigNode laser = devices_.child("laser"), arm = devices_.child("arm"), cameras = devices_.child("cameras");
-    laser.choice("driver", {"relay"});
-    wired_interlock_ = laser.choice_or("interlock", "read", {"read", "wired"}) == "wired";
-    const RelayLaserSettings laser_settings = relay_laser_settings_from(laser, runtime);
-    if (!wired_interlock_ && !laser_settings.protocol.status_query)
-      laser.fail("interlock", "found read without a status_query, expected one, or wired");
-    laser_ = open("laser", [&] { return std::make_unique<RelayLaser>(laser_settings); });
-    arm.choice("driver", {"arm5e"});
-    arm_settings_ = arm5e_settings_from(arm, runtime, options.carrier);
-    check_goes_off_first(laser, laser_settings, arm_settings_.watchdog);
-    arm_ = open("arm", [&] { return open_arm5e(arm_settings_, rig.arm, clock_); });
-    links_.emplace(*arm_, rig.arm, rig.backlash_ticks);
-    if (options.cameras) {
+    const Need& need = options.need;
+    std::optional<RelayLaserSettings> laser_settings;
+    if (need.laser || devices_.has("laser")) {
+      const ConfigNode laser = devices_.child("laser");
+      laser.choice("driver", {"relay"});
+      wired_interlock_ = laser.choice_or("interlock", "read", {"read", "wired"}) == "wired";
+      laser_settings = relay_laser_settings_from(laser, runtime);
+      if (!wired_interlock_ && !laser_settings->protocol.status_query)
+        laser.fail("interlock", "found read without a status_query, expected one, or wired");
+      try {
+        laser_ = open("laser", [&] { return std::make_unique<RelayLaser>(*laser_settings); });
+      } catch (const InputError& e) {
+        if (need.laser) throw;
+        laser_unknown_ = std::string("the laser's state is not known, it may be on: ") + e.what();
+      }
+    }
+    if (need.arm) {
+      const ConfigNode arm = devices_.child("arm");
+      arm.choice("driver", {"arm5e"});
+      arm_settings_ = arm5e_settings_from(arm, runtime, options.carrier);
+      if (laser_settings) check_goes_off_first(devices_.child("laser"), *laser_settings, arm_settings_.watchdog);
+      arm_ = open("arm", [&] { return open_arm5e(arm_settings_, rig.arm, clock_); });
+      links_.emplace(*arm_, rig.arm, rig.backlash_ticks);
+    }
+    if (need.cameras) {
+      const ConfigNode cameras = devices_.child("cameras");
       for (const RigCamera& camera : rig.cameras)
-        cameras_.push_back(open_camera(camera, cameras.child(camera.name), warnings_));
+        if (camera.name == need.only_camera.value_or(camera.name))
+          cameras_.push_back(open_camera(camera, cameras.child(camera.name), warnings_));
+    }
+    if (need.arm && need.cameras && !need.only_camera) {
       if (const auto lux = devices_.optional_child("lux_meter")) lux_meter_ = open_lux_meter(*lux, runtime);
       devices_.finish();
     }
@@ -130,10 +147,14 @@ class DeviceBackend final : public Backend {
   }
 
   Clock& clock() override { return clock_; }
-  Arm& arm() override { return *links_; }
+  Arm& arm() override { return links_.value(); }
   Arm5e* homed_arm() override { return arm_.get(); }
-  Laser& laser() override { return *laser_; }
+  Laser& laser() override {
+    if (!laser_) throw std::logic_error("the laser was not asked for");
+    return *laser_;
+  }
   LuxMeter& lux_meter() override { return lux_meter_ ? *lux_meter_ : no_lux_meter_; }
+  std::string laser_unknown() const override { return laser_unknown_; }
   std::vector<Camera*> cameras() override {
     std::vector<Camera*> out;
     for (const auto& camera : cameras_) out.push_back(camera.get());
@@ -144,7 +165,7 @@ class DeviceBackend final : public Backend {
   const sim::TankWorld* world() const override { return emulation_.world(); }
 
   bool interlock_closed() const override {
-    if (wired_interlock_) return true;
+    if (!laser_ || wired_interlock_) return laser_ != nullptr;
     return laser_->interlock_closed().value_or(false);
   }
 
@@ -162,8 +183,8 @@ class DeviceBackend final : public Backend {
     const auto add = [&](const std::string& device, const Statistics& some) {
       for (const Statistic& s : some) all.push_back({device + "." + s.name, s.value});
     };
-    add("arm", arm_->statistics());
-    add("laser", laser_->statistics());
+    if (arm_) add("arm", arm_->statistics());
+    if (laser_) add("laser", laser_->statistics());
     for (const auto& camera : cameras_) add(camera->info().name, camera->statistics());
     if (lux_meter_) add("lux_meter", lux_meter_->statistics());
     if (can_recorder_) {
@@ -202,6 +223,7 @@ class DeviceBackend final : public Backend {
   NoLuxMeter no_lux_meter_;
   std::unique_ptr<CanRecorder> can_recorder_;
   std::vector<std::string> warnings_;
+  std::string laser_unknown_;
 };
 
 }  // namespace

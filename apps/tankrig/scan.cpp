@@ -109,6 +109,12 @@ int scan(const ScanOptions& options) {
   Progress progress;
   const RigConfig rig = load_rig(find_rig(options.rig), options.preset);
   const ReconstructionParameters parameters = reconstruction_parameters(rig.root);
+  if (options.dry_run) {
+    const ScanPlan plan = make_scan_plan(rig.scan, rig.scan.park);
+    check_light(plan, rig.scan.safety);
+    print_dry_run(rig, plan, check_plan(rig, plan), options.json);
+    return kOk;
+  }
   const StopOnSignal stop_on_signal;  // before the devices: it outlives them
   const OwnBackend backend =
       make_backend(rig, {.world = {options.light, options.noise, options.sensor, options.particles, options.seed},
@@ -122,11 +128,7 @@ int scan(const ScanOptions& options) {
   const JointVector posture = homed_posture(*backend, options.rig);
   const ScanPlan plan = make_scan_plan(rig.scan, posture);
   check_light(plan, rig.scan.safety);
-  const MotionCheck clearance = check_plan(rig, plan);
-  if (options.dry_run) {
-    print_dry_run(rig, plan, clearance, options.json);
-    return kOk;
-  }
+  check_plan(rig, plan);
 
   const fs::path path = options.out.empty() ? default_session(rig.name) : options.out;
   if (fs::exists(path)) throw InputError(path, "exists already, expected a new session directory");

@@ -43,6 +43,30 @@ TEST(OnTheWire, StatusTellsWhatTheCarrierDoes) {
   EXPECT_EQ(status.at("statistics").at("checksum_errors").get<double>(), 0);
 }
 
+TEST(OnTheWire, HalfARigIsEnoughForWhatUsesOnlyThatHalf) {
+  const fs::path served = patient_wire_rig(scratch_folder() / "served");
+  const fs::path half = wire_rig({{"device: runtime/laser", "device: runtime/unplugged"},
+                                  {"opening_timeout_s: 20", "opening_timeout_s: 0.2"},
+                                  {"127.0.0.2", "127.0.0.99"}});
+  const std::string preview = (scratch_folder() / "see.png").string();
+  const std::vector<std::vector<std::string>> commands{
+      {"arm", "status", "--rig", half.string(), "--json"},
+      {"camera", "preview", "--rig", half.string(), "--camera", "mono", "--seconds", "3", "--out", preview, "--json"}};
+  for (const std::vector<std::string>& command : commands) {
+    std::vector<std::string> words{"emulate", "--rig", served.string(), "--", "tankrig"};
+    words.insert(words.end(), command.begin(), command.end());
+    const ProgramRun run = run_tankrig(words);
+    if (forbids_private_network(run)) GTEST_SKIP() << run.err;
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    EXPECT_THAT(run.err, HasSubstr("the laser's state is not known, it may be on"));
+  }
+  EXPECT_TRUE(fs::exists(preview));
+  const ProgramRun jog = run_tankrig(
+      {"emulate", "--rig", served.string(), "--", "tankrig", "arm", "jog", "--rig", half.string(), "elbow", "47"});
+  EXPECT_EQ(jog.exit_code, 1) << "an arm moves only beside a laser that is off";
+  EXPECT_THAT(jog.err, HasSubstr("devices.laser"));
+}
+
 TEST(OnTheWire, AJogArrivesOverEitherCarrier) {
   const fs::path rig = wire_rig();
   for (const std::string carrier : {"can", "serial"}) {
