@@ -4,7 +4,9 @@
 #include <poll.h>
 #include <signal.h>
 #include <stdlib.h>
+#include <sys/file.h>
 #include <sys/prctl.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -45,7 +47,7 @@ std::vector<std::string> arguments(const RigConfig& rig, const BackendOptions& o
                                "--ready-fd", std::to_string(ready),
                                "--seed",     std::to_string(world.seed)};
   const auto add = [&](const char* name, const std::string& value) { out.insert(out.end(), {name, value}); };
-  if (!options.cameras)
+  if (!options.need.cameras)
     for (const char* device : {"arm", "laser"}) add("--device", device);
   if (!options.faults.empty()) add("--faults", std::filesystem::absolute(options.faults));
   if (world.light) add("--light", exact(*world.light));
@@ -71,17 +73,45 @@ bool wait_ready(int pipe) {
   }
 }
 
+constexpr const char* kRuntimePrefix = "tankrig-runtime-";
+constexpr const char* kUnlocked = ".tankrig-runtime-";
+
+/// Folders of killed processes: ours, and nobody holds their lock any more.
+void remove_orphans(const std::filesystem::path& place) {
+  std::error_code ignored;
+  for (const auto& entry : std::filesystem::directory_iterator(place, ignored)) {
+    if (!entry.path().filename().string().starts_with(kRuntimePrefix)) continue;
+    const int folder = ::open(entry.path().c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
+    if (folder < 0) continue;
+    struct stat status {};
+    if (::fstat(folder, &status) == 0 && status.st_uid == ::geteuid() && ::flock(folder, LOCK_EX | LOCK_NB) == 0)
+      std::filesystem::remove_all(entry.path(), ignored);
+    ::close(folder);
+  }
+}
+
 }  // namespace
 
 RuntimeFolder::RuntimeFolder() {
-  std::string name = (std::filesystem::temp_directory_path() / "tankrig-XXXXXX").string();
+  const std::filesystem::path place = std::filesystem::temp_directory_path();
+  remove_orphans(place);
+  std::string name = (place / kUnlocked).string() + "XXXXXX";
   if (!::mkdtemp(name.data())) throw InputError(name + ": " + std::strerror(errno) + ", expected a folder to write in");
-  path_ = name;
+  path_ = place / (kRuntimePrefix + name.substr(name.size() - 6));
+  // Locked before it has the name that others look for; the emulating process inherits the lock.
+  lock_ = ::open(name.c_str(), O_RDONLY | O_DIRECTORY);
+  if (lock_ < 0 || ::flock(lock_, LOCK_EX | LOCK_NB) != 0 || ::rename(name.c_str(), path_.c_str()) != 0) {
+    const int problem = errno;
+    if (lock_ >= 0) ::close(lock_);
+    ::rmdir(name.c_str());
+    throw InputError(path_, std::string(std::strerror(problem)) + ", expected a folder to write in");
+  }
 }
 
 RuntimeFolder::~RuntimeFolder() {
   std::error_code ignored;
   std::filesystem::remove_all(path_, ignored);
+  ::close(lock_);
 }
 
 EmulationProcess::EmulationProcess(const RigConfig& rig, const BackendOptions& options) {

@@ -13,7 +13,8 @@ namespace tankrig::app {
 /// Names the runtime folder of devices that are being emulated already.
 inline constexpr char kRuntimeVariable[] = "TANKRIG_RUNTIME";
 
-/// A fresh folder for the lines and buses of emulated devices; removed with all it holds.
+/// A fresh folder for the lines and buses of emulated devices; removed with all it holds, or after a kill by the next
+/// one that is made. A lock says that its owner, or whoever it started, lives.
 class RuntimeFolder {
  public:
   RuntimeFolder();
@@ -24,6 +25,7 @@ class RuntimeFolder {
 
  private:
   std::filesystem::path path_;
+  int lock_ = -1;
 };
 
 /// Runs from construction, when every device answers, to destruction. It ignores the terminal's Ctrl-C, so that a scan

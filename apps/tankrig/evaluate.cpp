@@ -14,6 +14,22 @@
 #include "rig/session/planes_csv.hpp"
 
 namespace tankrig::app {
+namespace {
+
+/// Says why a score is no score of the object.
+ExitCode no_score(const PointCloud& cloud, const EvaluateOptions& options) {
+  if (cloud.points.empty())
+    std::fprintf(stderr, "tankrig: %s: the cloud has no point: nothing to score\n", options.cloud.c_str());
+  else
+    std::fprintf(stderr,
+                 "tankrig: %s: no point is near the object: wrong pose, frame or unit? Coordinates are taken as metres "
+                 "in frame %s\n",
+                 options.cloud.c_str(), cloud.frame.empty() ? "of the pose: the file names none" : cloud.frame.c_str());
+  return kPartial;
+}
+
+}  // namespace
+
 int evaluate(const EvaluateOptions& options) {
   if (!options.verdict.empty() && options.verdict.extension() != ".ply")
     throw InputError(options.verdict, "found extension '" + options.verdict.extension().string() + "', expected .ply");
@@ -25,17 +41,19 @@ int evaluate(const EvaluateOptions& options) {
   const Transform cMo = pose.as_transform();
   pose.finish();
   const PointCloud given = read_cloud(options.cloud);
-  const std::string& frame = given.frame;
   const PointCloud cloud = transformed(cMo.inverse(), given, "o");
   TriangleMesh mesh = read_mesh(options.object);
 
   nlohmann::json result;
+  bool scored = false;
   if (options.definition == "uwsim") {
     if (!options.verdict.empty() || options.inlier_m || options.outlier_m || options.ground_m ||
         !options.ground_plane.empty())
       throw InputError(
           "evaluate: --verdict, --inlier, --outlier, --ground and --ground-plane belong to --definition paper");
-    result = to_json(uwsim_metrics(cloud, mesh));
+    const UwsimMetrics metrics = uwsim_metrics(cloud, mesh);
+    scored = metrics.inliers > 0;
+    result = to_json(metrics);
   } else {
     MetricThresholds thresholds;
     if (options.inlier_m) thresholds.inlier_m = *options.inlier_m;
@@ -46,11 +64,7 @@ int evaluate(const EvaluateOptions& options) {
     const Metrics metrics = tankrig::evaluate(cloud, object, thresholds);
     if (!options.verdict.empty()) write_verdict_cloud(options.verdict, cloud, metrics.verdicts);
     result = to_json(metrics);
-    if (metrics.points > 0 && metrics.object_points == 0)
-      std::fprintf(stderr,
-                   "tankrig: warning: no point is near the object: wrong pose, frame or unit? The cloud is in frame "
-                   "%s, in metres\n",
-                   frame.c_str());
+    scored = metrics.object_points > 0;
   }
   if (options.json) {
     print_json(result);
@@ -59,7 +73,7 @@ int evaluate(const EvaluateOptions& options) {
   } else {
     std::printf("%s", score_table({{"cloud", result}}).c_str());
   }
-  return kOk;
+  return scored ? kOk : no_score(given, options);
 }
 
 }  // namespace tankrig::app

@@ -46,7 +46,8 @@ void add_scan(CLI::App& app, ChosenCommand& chosen) {
   c->add_option("--operator", o.operator_name, "Who runs the experiment");
   c->add_option("--notes", o.notes, "Free text kept in the session");
   c->add_option("--out", o.out, "Session directory, which must not exist (default: sessions/RIG-DATE)");
-  c->add_flag("--dry-run", o.dry_run, "Print path, clearance, duration and disk need; move nothing");
+  c->add_flag("--dry-run", o.dry_run,
+              "Print path from the park posture, clearance, duration and disk need; no device is needed");
   c->add_flag("--json", o.json, "Print one JSON object on standard output");
 }
 
@@ -129,6 +130,21 @@ void add_init(CLI::App& app, ChosenCommand& chosen) {
   c->add_option("--from", o.from, "Rig to start from")->capture_default_str();
 }
 
+/// A word where a command was expected: which one, and what there is.
+int unknown_command(const CLI::App& app) {
+  const CLI::App* parent = &app;
+  std::string name = "tankrig", known;
+  while (!parent->get_subcommands().empty()) {
+    parent = parent->get_subcommands().front();
+    name += " " + parent->get_name();
+  }
+  for (const CLI::App* command : parent->get_subcommands([](const CLI::App*) { return true; }))
+    known += (known.empty() ? "" : ", ") + command->get_name();
+  std::fprintf(stderr, "%s: found '%s', expected a command, one of: %s\n", name.c_str(),
+               tankrig::shown_text(app.remaining(true).front()).c_str(), known.c_str());
+  return kUsage;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -144,6 +160,8 @@ int main(int argc, char** argv) {
     add(app, chosen);
   try {
     app.parse(argc, argv);
+  } catch (const CLI::RequiredError& e) {
+    return app.remaining(true).empty() ? (app.exit(e), kUsage) : unknown_command(app);
   } catch (const CLI::ParseError& e) {
     return app.exit(e) == 0 ? kOk : kUsage;
   }

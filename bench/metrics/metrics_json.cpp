@@ -38,7 +38,7 @@ json thresholds_json(const MetricThresholds& t) {
 }  // namespace
 
 json to_json(const Metrics& m) {
-  json j{{"definition", "tankrig"},
+  json j{{"definition", "paper"},
          {"points", m.points},
          {"ground_points", m.ground_points},
          {"object_points", m.object_points},

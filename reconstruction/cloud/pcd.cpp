@@ -21,7 +21,7 @@ struct Header {
   std::vector<Field> fields;
   std::size_t points = 0;
   std::string data;  ///< ascii, binary or binary_compressed
-  std::string frame = "c";
+  std::string frame;
   std::size_t offset = 0;
   int lines = 0;
 

@@ -25,7 +25,7 @@ enum class Format { kAscii, kLittle, kBig };
 struct Header {
   Format format = Format::kAscii;
   std::vector<Element> elements;
-  std::string frame = "c";
+  std::string frame;
   std::size_t data = 0;  ///< offset of the first value
   int lines = 0;
 };

@@ -1,8 +1,13 @@
 // The command line: help, plans, bad input and interruption, as a user meets them.
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/file.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <csignal>
+#include <cstdlib>
 
 #include "rig/session/session.hpp"
 #include "tests/program/program.hpp"
@@ -56,6 +61,50 @@ TEST(Usage, WrongWordsAreExitCodeTwo) {
   EXPECT_EQ(run_tankrig({"sacn"}).exit_code, 2);
   EXPECT_EQ(run_tankrig({"scan", "--light", "7"}).exit_code, 2);
   EXPECT_EQ(run_tankrig({"reconstruct", "x", "--method", "magic"}).exit_code, 2);
+}
+
+TEST(Usage, AWordThatIsNoCommandIsNamedBesideThoseThatAre) {
+  const std::pair<std::vector<std::string>, std::vector<std::string>> wrong[] = {
+      {{"sacn"}, {"tankrig: found 'sacn'", "scan, reconstruct"}},
+      {{"session", "inof"}, {"tankrig session: found 'inof'", "info, check"}},
+      {{"arm", "raise"}, {"tankrig arm: found 'raise'", "status, jog, park, home"}}};
+  for (const auto& [words, expected] : wrong) {
+    const ProgramRun run = run_tankrig(words);
+    EXPECT_EQ(run.exit_code, 2);
+    for (const std::string& text : expected) EXPECT_THAT(run.err, HasSubstr(text));
+    EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
+  }
+}
+
+TEST(DryRun, NeedsNoDevice) {
+  const fs::path rig = scratch_folder() / "rig";
+  ASSERT_EQ(run_tankrig({"init", rig.string(), "--from", "tank-wire"}).exit_code, 0);
+  const std::string text = read_text(rig / "rig.yaml");
+  write_text(rig / "rig.yaml", text.substr(0, text.find("\nemulation:") + 1));  // real ones, and none is there
+  const ProgramRun run = run_tankrig({"scan", "--rig", (rig / "rig.yaml").string(), "--dry-run"});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("clearance"));
+}
+
+/// What a killed emulation left goes with the next one; a folder whose owner lives stays.
+TEST(Emulate, RemovesTheFoldersOfTheDeadAndNoOthers) {
+  const fs::path place = scratch_folder() / "tmp", dead = place / "tankrig-runtime-dead00",
+                 owned = place / "tankrig-runtime-owned0", foreign = place / "tankrig-notes";
+  for (const fs::path& folder : {dead, owned, foreign}) fs::create_directories(folder);
+  write_text(dead / "laser", "");
+  const int owner = ::open(owned.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  ASSERT_EQ(::flock(owner, LOCK_EX | LOCK_NB), 0);
+  ::setenv("TMPDIR", place.c_str(), 1);
+  const ProgramRun run = run_tankrig({"emulate", "--rig", "tank-wire", "--device", "laser", "--", "true"});
+  ::unsetenv("TMPDIR");
+  ::close(owner);
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_FALSE(fs::exists(dead));
+  EXPECT_TRUE(fs::exists(owned));
+  EXPECT_TRUE(fs::exists(foreign));
+  for (const auto& entry : fs::directory_iterator(place))
+    if (entry.path().filename().string().find("tankrig-runtime-") != std::string::npos)
+      EXPECT_EQ(entry.path(), owned) << "its own is gone";
 }
 
 TEST(DryRun, PrintsPathClearanceDurationDiskAndTheFacesInView) {
@@ -233,6 +282,41 @@ TEST(Evaluate, TheReferenceModulesArithmeticNamesItsOddities) {
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_EQ(run.json().at("definition"), "uwsim");
   EXPECT_FALSE(run.json().at("oddities").empty());
+}
+
+/// `evaluate` of a cloud of `points` against the black box at `translation`.
+ProgramRun evaluated(const std::string& points, const std::string& translation, std::vector<std::string> more = {}) {
+  const fs::path folder = scratch_folder();
+  write_text(folder / "cloud.ply", "ply\nformat ascii 1.0\nelement vertex " +
+                                       std::to_string(std::count(points.begin(), points.end(), '\n')) +
+                                       "\nproperty float x\nproperty float y\nproperty float z\nend_header\n" + points);
+  write_text(folder / "pose.yaml", "translation_m: " + translation + "\nquaternion_xyzw: [0, 0, 0, 1]\n");
+  std::vector<std::string> words{"evaluate", (folder / "cloud.ply").string(),
+                                 "--object", (fs::path(TANKRIG_SOURCE_DIR) / "etc/objects/black_box.obj").string(),
+                                 "--pose",   (folder / "pose.yaml").string(),
+                                 "--json"};
+  words.insert(words.end(), more.begin(), more.end());
+  return run_tankrig(words);
+}
+
+TEST(Evaluate, ACloudWithoutAPointOfTheObjectIsNoSuccess) {
+  for (const std::string definition : {"paper", "uwsim"}) {
+    const ProgramRun empty = evaluated("", "[0, 0, 0]", {"--definition", definition});
+    EXPECT_EQ(empty.exit_code, 3) << empty.err;
+    EXPECT_THAT(empty.err, HasSubstr("cloud.ply: the cloud has no point"));
+    EXPECT_EQ(empty.json().at("definition"), definition);
+    const ProgramRun far = evaluated("0 0 3\n", "[0, 0, 0]", {"--definition", definition});
+    EXPECT_EQ(far.exit_code, 3) << far.err;
+    EXPECT_THAT(far.err, HasSubstr("no point is near the object"));
+    EXPECT_THAT(far.err, HasSubstr("the file names none"));
+    EXPECT_THAT(far.err, Not(HasSubstr("frame c")));
+  }
+  EXPECT_EQ(evaluated("0 0 0\n", "[0, 0, 0]").exit_code, 0);
+}
+
+TEST(Evaluate, APoseInMillimetresIsQuestioned) {
+  expect_refusal(evaluated("0 0 0\n", "[0, 0, 1500]"),
+                 {"pose.yaml:1: translation_m: found '1500'", "looks like millimetres, expected metres"});
 }
 
 TEST(Interruption, CtrlCLeavesTheLaserOffTheArmAtRestAndTheSessionReadable) {

@@ -10,8 +10,8 @@ bool BagFile::available() noexcept { return false; }
 
 BagFile::BagFile(const std::string& file) {
   throw InputError(file,
-                   "cannot be written: tankrig was built without librosbag-storage; install librosbag-storage-dev, "
-                   "libsensor-msgs-dev, libtf2-msgs-dev and libros-rosgraph-msgs-dev, run cmake, and build again");
+                   "cannot be written: tankrig was built without librosbag-storage: `./run with-bags` installs it and "
+                   "builds again");
 }
 
 BagFile::~BagFile() = default;
