@@ -206,8 +206,7 @@ class DeviceBackend final : public Backend {
   void add_warnings(const RigConfig& rig) {
     if (wired_interlock_) warnings_.push_back("laser interlock is wired only: this program does not see it open");
     if (!world()) return;
-    for (const std::string& warning : world()->warnings()) warnings_.push_back(warning);
-    for (const std::string& difference : calibration_errors(rig, *world())) warnings_.push_back(difference);
+    for (const std::string& warning : scene_warnings(rig, *world())) warnings_.push_back(warning);
   }
 
   MonotonicClock clock_;

@@ -39,8 +39,7 @@ class MockBackend final : public Backend {
       cameras_.push_back(make_camera(rig, camera));
       faulty_cameras_.push_back(std::make_unique<sim::FaultyCamera>(*cameras_.back(), script_, clock_));
     }
-    warnings_ = world_.warnings();
-    for (const std::string& difference : calibration_errors(rig, world_)) warnings_.push_back(difference);
+    warnings_ = scene_warnings(rig, world_);
   }
 
   std::vector<std::string> warnings() const override { return warnings_; }

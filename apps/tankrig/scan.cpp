@@ -16,6 +16,7 @@
 #include "apps/tankrig/progress.hpp"
 #include "apps/tankrig/recording.hpp"
 #include "apps/tankrig/rig_files.hpp"
+#include "apps/tankrig/scene_check.hpp"
 #include "apps/tankrig/scores.hpp"
 #include "apps/tankrig/session_report.hpp"
 #include "apps/tankrig/stop.hpp"
@@ -109,17 +110,18 @@ int scan(const ScanOptions& options) {
   Progress progress;
   const RigConfig rig = load_rig(find_rig(options.rig), options.preset);
   const ReconstructionParameters parameters = reconstruction_parameters(rig.root);
+  const sim::WorldOptions world{options.light, options.noise, options.sensor, options.particles, options.seed};
   if (options.dry_run) {
+    if (!rig.scene.empty())
+      for (const std::string& warning : scene_warnings(rig, sim::TankWorld::load(rig.scene, world)))
+        progress.warn(warning);
     const ScanPlan plan = make_scan_plan(rig.scan, rig.scan.park);
     check_light(plan, rig.scan.safety);
     print_dry_run(rig, plan, check_plan(rig, plan), options.json);
     return kOk;
   }
   const StopOnSignal stop_on_signal;  // before the devices: it outlives them
-  const OwnBackend backend =
-      make_backend(rig, {.world = {options.light, options.noise, options.sensor, options.particles, options.seed},
-                         .carrier = options.carrier,
-                         .faults = options.faults});
+  const OwnBackend backend = make_backend(rig, {.world = world, .carrier = options.carrier, .faults = options.faults});
   for (const std::string& warning : backend->warnings()) progress.warn(warning);
   for (const Statistic& s : backend->statistics())
     if (s.name == "arm.bus_load_percent")

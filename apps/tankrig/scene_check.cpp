@@ -85,4 +85,10 @@ const sim::SceneCamera& scene_camera(const RigConfig& rig, const RigCamera& came
   return *seen;
 }
 
+std::vector<std::string> scene_warnings(const RigConfig& rig, const sim::TankWorld& world) {
+  std::vector<std::string> out = world.warnings();
+  for (const std::string& difference : calibration_errors(rig, world)) out.push_back(difference);
+  return out;
+}
+
 }  // namespace tankrig::app
