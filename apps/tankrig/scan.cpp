@@ -102,6 +102,14 @@ void print_scan(const Session& session, const std::vector<Score>& scores, const 
               real_time ? "" : " simulated", wall_s, (session.path / "report.html").c_str());
 }
 
+/// Errors: InputError if its light is not as the rig file allows, or would not be verified.
+ScanPlan plan_from(const RigConfig& rig, const JointVector& posture) {
+  ScanPlan plan = make_scan_plan(rig.scan, posture);
+  check_light(plan, rig.scan.safety);
+  for (const RigCamera& camera : rig.cameras) check_witness(plan, rig.scan.safety.beam, camera.name, camera.record);
+  return plan;
+}
+
 }  // namespace
 
 int scan(const ScanOptions& options) {
@@ -115,8 +123,7 @@ int scan(const ScanOptions& options) {
     if (!rig.scene.empty())
       for (const std::string& warning : scene_warnings(rig, sim::TankWorld::load(rig.scene, world)))
         progress.warn(warning);
-    const ScanPlan plan = make_scan_plan(rig.scan, rig.scan.park);
-    check_light(plan, rig.scan.safety);
+    const ScanPlan plan = plan_from(rig, rig.scan.park);
     print_dry_run(rig, plan, check_plan(rig, plan), options.json);
     return kOk;
   }
@@ -128,8 +135,7 @@ int scan(const ScanOptions& options) {
       progress.note("arm: its wire is busy for " + std::to_string(std::lround(s.value)) + " % of the time");
 
   const JointVector posture = homed_posture(*backend, options.rig);
-  const ScanPlan plan = make_scan_plan(rig.scan, posture);
-  check_light(plan, rig.scan.safety);
+  const ScanPlan plan = plan_from(rig, posture);
   check_plan(rig, plan);
 
   const fs::path path = options.out.empty() ? default_session(rig.name) : options.out;

@@ -2,6 +2,8 @@
 
 #include <cstring>
 
+#include "rig/plan/light_check.hpp"
+
 namespace tankrig {
 namespace {
 
@@ -22,9 +24,10 @@ bool same_bits(const cv::Mat& a, const cv::Mat& b) {
 
 }  // namespace
 
-void BeamWatch::add_camera(StripeInView in_view) {
-  cameras_.emplace_back();
-  cameras_.back().in_view = std::move(in_view);
+void BeamWatch::add_camera(const std::string& name, StripeInView in_view) {
+  PerCamera& camera = cameras_.emplace_back();
+  camera.testifies = testifies(settings_, name);
+  camera.in_view = std::move(in_view);
 }
 
 void BeamWatch::add(const CycleRecord& record) {
@@ -36,7 +39,7 @@ void BeamWatch::add(const CycleRecord& record) {
 }
 
 void BeamWatch::add(int camera, const Frame& frame) {
-  if (!settings_.verify) return;
+  if (!cameras_[static_cast<std::size_t>(camera)].testifies) return;
   if (waiting_.size() == kMostWaiting) waiting_.pop_front();
   waiting_.push_back(
       {camera, frame.stamp - frame.exposure / 2, frame.stamp, frame.stamp + frame.exposure / 2, frame.image});
@@ -104,8 +107,10 @@ void BeamWatch::judge_dark(PerCamera& camera, const Waiting& frame) {
 
 std::string BeamWatch::summary() const {
   const auto text = [](int n) { return std::to_string(n); };
-  return "beam seen in " + text(lit_seen_) + " of " + text(lit_) + " lit frames, not seen in " + text(dark_clear_) +
-         " of " + text(dark_) + " dark ones";
+  std::string line = "beam seen in " + text(lit_seen_) + " of " + text(lit_) + " lit frames, not seen in " +
+                     text(dark_clear_) + " of " + text(dark_) + " dark ones";
+  for (const std::string& name : settings_.waived) line += (&name == &settings_.waived[0] ? "; waived: " : ", ") + name;
+  return line;
 }
 
 }  // namespace tankrig

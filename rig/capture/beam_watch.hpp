@@ -30,8 +30,8 @@ class BeamWatch {
   BeamWatch(const BeamSettings& settings, Duration settle, const LaserTimeline& laser, const JointHistory& joints)
       : settings_(settings), settle_(settle), laser_(laser), joints_(joints) {}
 
-  /// Its number is the count of those before.
-  void add_camera(StripeInView in_view);
+  /// Its number is the count of those before. One that is waived is not looked at.
+  void add_camera(const std::string& name, StripeInView in_view);
   /// In order of their stamps.
   void add(const CycleRecord& record);
   void add(int camera, const Frame& frame);
@@ -42,11 +42,12 @@ class BeamWatch {
   /// The camera that has repeated its lit picture in `frames` frames in a row.
   std::optional<int> repeating() const { return repeating_; }
 
-  /// "beam seen in 200 of 200 lit frames, not seen in 24 of 24 dark ones"
+  /// "beam seen in 200 of 200 lit frames, not seen in 24 of 24 dark ones; waived: mono"
   std::string summary() const;
 
  private:
   struct PerCamera {
+    bool testifies = false;
     StripeInView in_view;
     DarkReference dark;
     double lit_contrast = 0;     // of the newest stripe seen with the laser on

@@ -137,6 +137,15 @@ void read_presets(const ConfigNode& root, const std::string& wanted, RigConfig& 
   rig.scan = chosen;
 }
 
+/// A name that is no camera's would waive nothing, unnoticed.
+void check_waived(const ConfigNode& root, const RigConfig& rig) {
+  for (const std::string& name : rig.scan.safety.beam.waived) {
+    const auto is_named = [&](const RigCamera& camera) { return camera.name == name; };
+    if (std::none_of(rig.cameras.begin(), rig.cameras.end(), is_named))
+      root.fail("scan", "safety.beam.waived: found '" + shown_text(name) + "', expected the name of a camera");
+  }
+}
+
 }  // namespace
 
 std::optional<ConfigNode> RigConfig::section(std::string_view section_name) const {
@@ -191,6 +200,7 @@ RigConfig read_rig(const ConfigNode& file, const std::string& preset) {
   scan.finish();
   check_scan_section(scan, rig.scan, rig.arm);
   read_presets(root, preset, rig);
+  check_waived(root, rig);
   settle_camera_timing(rig);
   rig.preset = preset.empty() ? root.text_or("applied_preset", "") : preset;
   return rig;

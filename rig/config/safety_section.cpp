@@ -24,10 +24,13 @@ void read_safety_section(const ConfigNode& node, SafetySettings& s) {
     s.beam.verify = beam->flag_or("verify", s.beam.verify);
     s.beam.frames = beam->integer_or("frames", s.beam.frames, {2, 100});
     s.beam.dark_frames = beam->integer_or("dark_frames", s.beam.dark_frames, {1, 100});
+    if (beam->has("waived")) s.beam.waived = beam->texts("waived");
   }
 }
 
 std::string safety_section_yaml(const SafetySettings& s) {
+  std::string waived;
+  for (const std::string& camera : s.beam.waived) waived += (waived.empty() ? "\"" : ", \"") + camera + "\"";
   return "  safety:\n    indicator_delay_s: " + exact_text(s.indicator_delay) +
          "\n    maximum_on_s: " + exact_text(s.maximum_on) + "\n    hold_limit_s: " + exact_text(s.hold_limit) +
          "\n    laser_off_allowance_s: " + exact_text(s.laser_off_allowance) +
@@ -37,7 +40,7 @@ std::string safety_section_yaml(const SafetySettings& s) {
          "\n    camera_timeout_s: " + exact_text(s.camera_timeout) +
          "\n    beam:\n      verify: " + (s.beam.verify ? "true" : "false") +
          "\n      frames: " + std::to_string(s.beam.frames) +
-         "\n      dark_frames: " + std::to_string(s.beam.dark_frames) + "\n";
+         "\n      dark_frames: " + std::to_string(s.beam.dark_frames) + "\n      waived: [" + waived + "]\n";
 }
 
 }  // namespace tankrig

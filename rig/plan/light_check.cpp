@@ -50,4 +50,20 @@ void check_light(const ScanPlan& plan, const SafetySettings& settings) {
       throw InputError("scan: found motion in \"" + s.name + "\", expected none where light is held at rest");
 }
 
+bool testifies(const BeamSettings& settings, const std::string& camera) {
+  return settings.verify && std::find(settings.waived.begin(), settings.waived.end(), camera) == settings.waived.end();
+}
+
+void check_witness(const ScanPlan& plan, const BeamSettings& settings, const std::string& camera, RecordWhen record) {
+  if (!plan.uses_laser() || record == RecordWhen::kDark || !testifies(settings, camera)) return;
+  const auto& segments = plan.segments();
+  const bool dark_block =
+      std::any_of(segments.begin(), segments.end(), [](const Segment& s) { return s.phase == Phase::kDarkBefore; });
+  if (record == RecordWhen::kAll && dark_block) return;
+  throw InputError(
+      "camera " + camera + ": the beam check does not work: the camera never sees the dark (" +
+      (dark_block ? "record: found sweep, expected all" : "scan: dark_frames: found 0, expected 1 or more") +
+      "); or go without its word: scan: safety: beam: waived: [" + camera + "]");
+}
+
 }  // namespace tankrig

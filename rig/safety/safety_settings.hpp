@@ -1,13 +1,17 @@
 // How strictly laser and arm are watched, as plain numbers: the rig file's `scan: safety:` section.
 #pragma once
 
+#include <string>
+#include <vector>
+
 namespace tankrig {
 
 /// Whether cameras testify to the beam, and how soon a contradiction is a fault.
 struct BeamSettings {
   bool verify = true;   ///< compares what cameras see with what the laser's device says
   int frames = 5;       ///< so many frames of one camera in a row against the laser's word: a fault
-  int dark_frames = 4;  ///< of a camera, before the first light: what it sees without a beam
+  int dark_frames = 4;  ///< of a camera, before the first light: what it sees without a beam; at most the scan's own
+  std::vector<std::string> waived;  ///< cameras that do not testify
 };
 
 /// Units: seconds, rad/s.

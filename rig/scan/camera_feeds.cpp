@@ -18,7 +18,7 @@ CameraFeeds::CameraFeeds(const std::vector<ScanCamera>& cameras, const ScanSetti
   for (const ScanCamera& c : cameras) {
     const bool at_angles = c.trigger.mode == TriggerMode::kPosition;
     const int number = joiner_.add_camera(c.camera->info().name, c.record, at_angles);
-    beam_.add_camera(c.beam_in_view);
+    beam_.add_camera(c.camera->info().name, c.beam_in_view);
     triggers_.add_camera(number, *c.camera, c.record, c.trigger);
     feeds_.push_back(
         {c.camera, number, c.record, c.time_offset, c.trigger.mode != TriggerMode::kFree, false, {}, false, {}});

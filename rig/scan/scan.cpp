@@ -27,6 +27,13 @@ constexpr Duration kProgressPeriod = 100ms;
 constexpr Duration kBeamSettles = 300ms;  // around a switching: projectors glow, contacts are read back late
 constexpr double kCyclesToArm = 2;        // until the safety step has seen the switch
 
+/// No camera waits for more dark pictures than the plan has.
+BeamSettings beam_settings(const ScanSettings& settings) {
+  BeamSettings beam = settings.safety.beam;
+  beam.dark_frames = std::clamp(beam.dark_frames, 1, std::max(settings.dark_frames, 1));
+  return beam;
+}
+
 class ScanRun {
  public:
   explicit ScanRun(ScanJob& job)
@@ -38,7 +45,7 @@ class ScanRun {
         joints_(kJointSamples, from_seconds(settings_.max_joint_gap)),
         joiner_(plan_, settings_, joints_, laser_, job.sink),
         triggers_(plan_, settings_, job.clock, job.sink),
-        beam_(settings_.safety.beam, settings_.laser_pairs ? Duration{0} : kBeamSettles, laser_, joints_),
+        beam_(beam_settings(settings_), settings_.laser_pairs ? Duration{0} : kBeamSettles, laser_, joints_),
         feeds_(job.cameras, settings_, job.clock, joiner_, triggers_, beam_, feed_events()),
         end_(settings_.safety),
         log_(plan_, job.sink),
@@ -315,3 +322,5 @@ ScanResult run_scan(ScanJob& job) {
 }
 
 }  // namespace tankrig
+  for (const ScanCamera& c : job.cameras)
+    if (c.beam_in_view) check_witness(job.plan, job.settings.safety.beam, c.camera->info().name, c.record);

@@ -64,8 +64,8 @@ struct ScanJob {
 /// until both are confirmed or rest_timeout has passed. So it ends too where the cycle hangs in real time: noticed
 /// after heartbeat_timeout, then done past it, and left behind after rest_timeout more: then nothing is confirmed, and
 /// clock, devices and `stop` must live as long as the program (Cycle::any_left_behind()). Errors: check_laser_ready's,
-/// in real time check_real_time's; rethrows what the sink or the progress callback throws, after an event if the sink
-/// still takes one. A failing device is no exception but a status.
+/// check_light's, check_witness's, in real time check_real_time's; rethrows what the sink or the progress callback
+/// throws, after an event if the sink still takes one. A failing device is no exception but a status.
 ScanResult run_scan(ScanJob& job);
 
 }  // namespace tankrig

@@ -88,6 +88,7 @@ TEST(RigConfig, WrittenAsUsedLoadsAgainToTheSame) {
   const TemporaryFolder folder;
   RigConfig rig = load_rig(folder.write("rig.yaml", kSmallRig), "fine");
   rig.scan.dark_frames = 3;
+  rig.scan.safety.beam.waived = {"mono", "left"};
   rig.scan.sweep_velocity = 1.0 / 7;
   rig.scan.feed_forward_lead = 1.0 / 70;
   rig.scan.dead_zone << 0.01, 0.02, 1.0 / 30, 0.04, 0;
@@ -99,6 +100,7 @@ TEST(RigConfig, WrittenAsUsedLoadsAgainToTheSame) {
   EXPECT_EQ(again.scan.feed_forward_lead, 1.0 / 70);
   EXPECT_EQ(again.scan.dead_zone, rig.scan.dead_zone);
   EXPECT_EQ(again.scan.dark_frames, 3);
+  EXPECT_EQ(again.scan.safety.beam.waived, rig.scan.safety.beam.waived);
   EXPECT_EQ(again.scan.passes, 3);
   EXPECT_EQ(again.preset, "fine");
   EXPECT_EQ(again.cameras[0].model.k1, rig.cameras[0].model.k1);
@@ -186,6 +188,8 @@ TEST(RigConfig, NamesFileLineAndKeyOfBadInput) {
        "scan.sweep.velocity_rad_s: found '0.1', a sweep of 0.159 s, expected at least two frame periods of 0.08 s"},
       {"dark_frames: 8", "dark_frames: 8\n  cycle_hz: 15.9",
        "scan.cycle_hz: found '15.9', expected at least 16, four cycles in control.feedback_timeout_s"},
+      {"dark_frames: 8", "dark_frames: 8\n  safety: {beam: {waived: [mona]}}",
+       "scan: safety.beam.waived: found 'mona', expected the name of a camera"},
       {"passes: 1}", "passes: 1.5}", "scan.sweep.passes: found '1.5', expected a whole number"},
       {"dark_frames: 8", "dark_frames: 8\n  laser_pairs: true",
        "scan.laser_pairs: found true, expected false unless laser.switches_per_frame is true"},

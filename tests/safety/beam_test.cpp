@@ -8,6 +8,7 @@
 #include <limits>
 #include <random>
 
+#include "core/input_error.hpp"
 #include "rig/capture/beam_view.hpp"
 #include "rig/scan/before_start.hpp"
 #include "rig/scan/scan.hpp"
@@ -110,6 +111,7 @@ struct Rig {
   std::vector<std::unique_ptr<sim::MockCamera>> cameras;
   std::mt19937 random{4};
   bool in_view = true;
+  RecordWhen record = RecordWhen::kAll;
   std::function<void()> in_the_sweep = [] {};
 
   static ScanSettings settings() {
@@ -143,7 +145,7 @@ struct Rig {
                 clock,
                 arm,
                 laser,
-                {{cameras[0].get(), RecordWhen::kAll, view}, {cameras[1].get(), RecordWhen::kDark}},
+                {{cameras[0].get(), record, view}, {cameras[1].get(), RecordWhen::kDark}},
                 sink,
                 stop,
                 [] { return true; },
@@ -196,6 +198,52 @@ TEST(BeamWatch, IsSilentWhereTheRigFileWantsIt) {
   rig.s.safety.beam.verify = false;
   rig.in_the_sweep = [&] { rig.real.faults.dead = true; };
   EXPECT_TRUE(rig.run().complete());
+}
+
+/// What a scan is refused with; empty if it is not.
+std::string refusal(const std::function<void(Rig&)>& change) {
+  Rig rig;
+  change(rig);
+  try {
+    (void)rig.run();
+  } catch (const InputError& e) {
+    EXPECT_TRUE(rig.sink.states.empty()) << "something moved";
+    return e.what();
+  }
+  return {};
+}
+
+TEST(BeamWatch, RefusesAScanWithACameraThatNeverSeesTheDarkAndNamesTheCure) {
+  const std::string begin = "camera mono: the beam check does not work: the camera never sees the dark (",
+                    end = "); or go without its word: scan: safety: beam: waived: [mono]";
+  EXPECT_EQ(refusal([](Rig& rig) { rig.s.dark_frames = 0; }),
+            begin + "scan: dark_frames: found 0, expected 1 or more" + end);
+  EXPECT_EQ(refusal([](Rig& rig) { rig.record = RecordWhen::kSweep; }),
+            begin + "record: found sweep, expected all" + end);
+  EXPECT_EQ(refusal([](Rig& rig) {
+              rig.s.dark_frames = 0;
+              rig.s.safety.beam.verify = false;
+            }),
+            "");
+}
+
+TEST(BeamWatch, GoesWithoutACameraThatIsWaivedByNameAndSaysSo) {
+  Rig rig;
+  rig.s.dark_frames = 0;
+  rig.s.safety.beam.waived = {"mono"};
+  rig.in_the_sweep = [&] { rig.real.faults.dead = true; };
+  const ScanResult result = rig.run();
+  EXPECT_TRUE(result.complete()) << result.status;
+  EXPECT_TRUE(rig.sink.told("summary", "; waived: mono"));
+}
+
+TEST(BeamWatch, LearnsTheDarkFromAsFewPicturesAsTheScanTakes) {
+  Rig rig;
+  rig.s.dark_frames = 5;
+  rig.s.safety.beam.dark_frames = 100;
+  rig.in_the_sweep = [&] { rig.real.faults.stuck_on = true; };
+  const ScanResult result = rig.run();
+  EXPECT_NE(result.status.find("stray beam"), std::string::npos) << result.status;
 }
 
 TEST(BeamWatch, SaysNothingWrongOnTheSimulatedRigs) {
