@@ -19,6 +19,7 @@
 #include "rig/safety/guarded_outputs.hpp"
 #include "sim_backends/wire/can_hub.hpp"
 #include "sim_backends/wire/relay_emulator.hpp"
+#include "tests/support/machine_witness.hpp"
 #include "tests/support/named_thread.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -270,13 +271,17 @@ TEST_P(LastResort, ReachesTheWiresWhenTheCycleCrashesInsideTheDriverWithHalfAReq
 TEST_P(LastResort, IsNotNeededWhereTheCycleHangsInsideTheDriverTheDevicesOwnThreadsEndIt) {
   constexpr Patience kPatience{500ms, 2500ms};
   begin(kPatience);
+  testing_support::MachineWitness witness;
   const Stamp hung = clock_.now();
   ASSERT_EQ(::kill(child_, kHangInside), 0);
   is_dark_and_at_rest();
   const Stamp dark = box_->opened().value(), rested = ear_->rested();
+  EXPECT_GE(rested - hung, kPatience.arm / 2) << "stopped by something else";
+  if (witness.latest() > testing_support::kStarved)
+    GTEST_SKIP() << "which came first is not judged: this machine was late by " << 1e3 * seconds(witness.latest())
+                 << " ms";
   EXPECT_LT(dark - hung, kPatience.arm) << "by the laser's own time-out";
   EXPECT_LT(dark, rested) << "the laser goes off first";
-  EXPECT_GE(rested - hung, kPatience.arm / 2) << "stopped by something else";
 }
 
 INSTANTIATE_TEST_SUITE_P(Wires, LastResort, testing::Values(Wire::kCan, Wire::kSerial),

@@ -5,6 +5,7 @@
 
 #include "core/input_error.hpp"
 #include "rig/session/event_kinds.hpp"
+#include "tests/support/machine_witness.hpp"
 #include "tests/support/mock_rig.hpp"
 #include "tests/support/slow_camera.hpp"
 
@@ -31,17 +32,24 @@ struct ShortRig : testing_support::MockRigUnder<MonotonicClock> {
   }
 };
 
+std::string not_judged(const testing_support::MachineWitness& witness) {
+  return "what it recorded is not judged: this machine was late by " + std::to_string(seconds(witness.latest())) + " s";
+}
+
 TEST(RealTimeScan, RecordsTheSweepAndEndsSafe) {
   ShortRig rig;
   rig.s.heartbeat_timeout = 5;
+  testing_support::MachineWitness witness;
   const ScanResult result = rig.run();
   EXPECT_EQ(result.status, "complete");
   EXPECT_TRUE(result.left.safe());
-  EXPECT_EQ(rig.sink.of("mono", Phase::kDarkBefore).size(), 2u);
-  EXPECT_GT(rig.sink.of("mono", Phase::kSweep).size(), 15u);
   ASSERT_TRUE(result.times);
-  EXPECT_GT(result.times->cycles, 100u);
   EXPECT_EQ(result.times->wake_up.count(), result.times->cycles);
+  const double points = static_cast<double>(result.times->cycles + result.times->missed_cycles);
+  EXPECT_GE(points, rig.plan->duration() * rig.s.cycle_hz);
+  if (witness.latest() > testing_support::kStarved) GTEST_SKIP() << not_judged(witness);
+  EXPECT_EQ(rig.sink.of("mono", Phase::kDarkBefore).size(), 2u);
+  EXPECT_NEAR(static_cast<double>(rig.sink.of("mono", Phase::kSweep).size()), 25, 1);
 }
 
 TEST(RealTimeScan, IsRefusedBeforeAnythingMovesWhereTheSystemDoesNotGrantWhatItRequires) {
@@ -71,9 +79,11 @@ TEST(RealTimeScan, LightsTheSweepOfACameraThatIsSlowToStart) {
   testing_support::SlowCamera mono(*rig.cameras[0], rig.clock, 100ms);
   ScanJob job{*rig.plan, rig.s,    rig.clock,          *rig.arm, *rig.laser, {{&mono, RecordWhen::kAll}},
               rig.sink,  rig.stop, [] { return true; }};
+  testing_support::MachineWitness witness;
   const ScanResult result = run_scan(job);
   EXPECT_EQ(result.status, "complete");
-  EXPECT_GT(rig.sink.of("mono", Phase::kSweep).size(), 15u);
+  if (witness.latest() > testing_support::kStarved) GTEST_SKIP() << not_judged(witness);
+  EXPECT_NEAR(static_cast<double>(rig.sink.of("mono", Phase::kSweep).size()), 25, 1);
 }
 
 TEST(RealTimeScan, DropsTheBeamWhileItsSupervisorHangs) {

@@ -272,10 +272,11 @@ TEST(Scan, WorksUnderTheRealClockToo) {
   testing_support::MachineWitness witness;
   const ScanResult result = run_scan(job);
   EXPECT_TRUE(result.complete()) << result.status;
-  double stood_still = 0;
-  for (const auto& late : witness.lateness()) stood_still += seconds(late.came - late.due);
   EXPECT_GE(result.simulated_s, plan.duration());
-  EXPECT_LE(result.simulated_s, plan.duration() + 1.0 + s.safety.indicator_delay + stood_still);
+  if (witness.latest() > testing_support::kStarved)
+    GTEST_SKIP() << "how long it took is not judged: this machine was late by " << 1e3 * seconds(witness.latest())
+                 << " ms";
+  EXPECT_LE(result.simulated_s, plan.duration() + 1.0 + s.safety.indicator_delay);
 }
 
 }  // namespace
