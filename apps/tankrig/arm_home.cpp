@@ -28,11 +28,11 @@ constexpr double kDegrees = 180 / std::numbers::pi;
 constexpr Duration kRest = 200ms;        // encoders that long without news are an arm at rest
 constexpr std::int32_t kStillTicks = 1;  // an encoder at rest may waver by so much
 
-/// Encoders say the same for a while, within `timeout`. Works without angles too.
-bool came_to_rest(Arm& arm, Clock& clock, Duration timeout) {
+/// Encoders say the same for a while, within `timeout`. Works without angles too. A stop that is not taken is told.
+bool came_to_rest(Arm& arm, Clock& clock, Duration timeout, Progress& progress) {
   std::optional<JointState> first;
   for (const Stamp end = clock.now() + timeout; clock.now() < end;) {
-    (void)arm.stop();
+    if (!arm.stop().ok()) progress.cut(to_cut({.laser_dark = true, .arm_at_rest = false}));
     clock.sleep_until(clock.now() + arm.exchange_period());
     const auto news = arm.try_read();
     if (!news.ok() || !news.value()) continue;
@@ -43,7 +43,7 @@ bool came_to_rest(Arm& arm, Clock& clock, Duration timeout) {
     if (!still)
       first = state;
     else if (state.stamp - first->stamp >= kRest)
-      return true;
+      return progress.cut({}), true;
   }
   return false;
 }
@@ -123,7 +123,7 @@ int arm_home(const ArmCommandOptions& options) {
 
   const HomingResult result = home(*arm, backend->clock(), progress);
   OutputsLeft left;
-  left.arm_at_rest = came_to_rest(*arm, backend->clock(), from_seconds(rig.scan.safety.rest_timeout));
+  left.arm_at_rest = came_to_rest(*arm, backend->clock(), from_seconds(rig.scan.safety.rest_timeout), progress);
   const auto laser = backend->laser().state();
   left.laser_dark = laser.ok() && !laser.value().powered && !laser.value().emitting;
   progress.finish_line();

@@ -12,6 +12,7 @@
 #include "apps/tankrig/progress.hpp"
 #include "apps/tankrig/rig_files.hpp"
 #include "apps/tankrig/stop.hpp"
+#include "apps/tankrig/waiting.hpp"
 #include "core/input_error.hpp"
 #include "rig/plan/operator_plan.hpp"
 #include "rig/scan/before_start.hpp"
@@ -88,6 +89,7 @@ void make_laser_dark(Backend& backend, const ScanSettings& settings) {
   Laser& laser = backend.laser();
   Clock& clock = backend.clock();
   const Stamp deadline = clock.now() + from_seconds(settings.safety.rest_timeout);
+  const Waiting told("the laser to read back dark");
   while (true) {
     const Status off = laser.off();
     const auto state = laser.state();
@@ -135,7 +137,8 @@ int move_arm(const ArmCommandOptions& options, const TargetFrom& target_from) {
                 sink,
                 StopOnSignal::requested(),
                 [] { return false; },
-                [&](const ScanProgress& p) { progress.update("arm: " + p.segment, p.fraction); }};
+                [&](const ScanProgress& p) { progress.update("arm: " + p.segment, p.fraction); },
+                [&](const std::string& what) { progress.cut(what); }};
     outcome.result = run_scan(job);
     outcome.reached = sink.q();
     progress.finish_line();

@@ -15,6 +15,7 @@
 #include "apps/tankrig/progress.hpp"
 #include "apps/tankrig/rig_files.hpp"
 #include "apps/tankrig/stop.hpp"
+#include "apps/tankrig/waiting.hpp"
 #include "core/input_error.hpp"
 #include "rig/capture/beam_view.hpp"
 #include "rig/plan/light_check.hpp"
@@ -148,6 +149,7 @@ class LitSink final : public ScanSink {
 /// The camera delivers, before the laser goes on for it.  Errors: InputError with the driver's last word if it does
 /// not.
 void require_frames(Camera& camera, Clock& clock) {
+  const Waiting told("a frame of camera " + camera.info().name);
   std::string why = "none came";
   const Stamp end = clock.now() + kFirstFrame;
   Status started = camera.start();
@@ -191,7 +193,12 @@ ScanResult lit_preview(const CameraPreviewOptions& options, const RigConfig& rig
               {{camera.device, RecordWhen::kAll, stripe_in_view(rig, *camera.rig)}},
               sink,
               StopOnSignal::requested(),
-              [&] { return backend.interlock_closed(); }};
+              [&] { return backend.interlock_closed(); },
+              {},
+              [&](const std::string& what) {
+                output.finish_line();
+                progress.cut(what);
+              }};
   try {
     return run_scan(job);
   } catch (const InputError& e) {

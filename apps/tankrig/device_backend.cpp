@@ -7,6 +7,7 @@
 #include "apps/tankrig/backend.hpp"
 #include "apps/tankrig/emulation_process.hpp"
 #include "apps/tankrig/scene_check.hpp"
+#include "apps/tankrig/waiting.hpp"
 #include "core/input_error.hpp"
 #include "drivers/arm/arm5e.hpp"
 #include "drivers/arm/backlash_arm.hpp"
@@ -102,6 +103,7 @@ class DeviceBackend final : public Backend {
   DeviceBackend(const RigConfig& rig, const BackendOptions& options)
       : emulation_(rig, options), devices_(devices_of(rig)) {
     const auto open = [&](const std::string& device, auto opening) {
+      const Waiting told("devices." + device + " to answer");
       try {
         return opening();
       } catch (const InputError& e) {
@@ -136,8 +138,10 @@ class DeviceBackend final : public Backend {
     if (need.cameras) {
       const ConfigNode cameras = devices_.child("cameras");
       for (const RigCamera& camera : rig.cameras)
-        if (camera.name == need.only_camera.value_or(camera.name))
+        if (camera.name == need.only_camera.value_or(camera.name)) {
+          const Waiting told("camera " + camera.name + " to answer");
           cameras_.push_back(open_camera(camera, cameras.child(camera.name), warnings_));
+        }
     }
     if (need.arm && need.cameras && !need.only_camera) {
       if (const auto lux = devices_.optional_child("lux_meter")) lux_meter_ = open_lux_meter(*lux, runtime);

@@ -21,6 +21,7 @@
 #include <vector>
 
 #include "apps/tankrig/stop.hpp"
+#include "apps/tankrig/waiting.hpp"
 #include "core/input_error.hpp"
 
 namespace tankrig::app {
@@ -58,7 +59,8 @@ std::vector<std::string> arguments(const RigConfig& rig, const BackendOptions& o
 }
 
 /// Waits for one byte; false at the end of the pipe or of the time, or if a signal asks to stop.
-bool wait_ready(int pipe) {
+bool wait_ready(int pipe, pid_t process) {
+  const Waiting told("the emulated devices to be ready: process " + std::to_string(process) + " loads their scene");
   pollfd wanted{pipe, POLLIN, 0};
   char byte = 0;
   const auto deadline = std::chrono::steady_clock::now() + kReadyTimeout;
@@ -133,7 +135,7 @@ EmulationProcess::EmulationProcess(const RigConfig& rig, const BackendOptions& o
     ::_exit(127);
   }
   ::close(pipe[1]);
-  const bool ready = process_ > 0 && wait_ready(pipe[0]);
+  const bool ready = process_ > 0 && wait_ready(pipe[0], process_);
   ::close(pipe[0]);
   if (ready) return;
   if (process_ > 0) ::kill(process_, SIGKILL);  // nothing hangs on devices that nobody has used

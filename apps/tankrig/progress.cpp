@@ -19,11 +19,17 @@ Progress::Progress() : terminal_(isatty(STDERR_FILENO) != 0) {
 Progress::~Progress() { finish_line(); }
 
 void Progress::finish_line() {
+  const std::lock_guard lock(mutex_);
+  end_line();
+}
+
+void Progress::end_line() {
   if (line_open_) std::fputc('\n', stderr);
   line_open_ = false;
 }
 
 void Progress::update(const std::string& stage, double fraction) {
+  const std::lock_guard lock(mutex_);
   const auto now = std::chrono::steady_clock::now();
   const bool new_stage = stage != stage_;
   if (!terminal_) {
@@ -32,7 +38,7 @@ void Progress::update(const std::string& stage, double fraction) {
     return;
   }
   if (!new_stage && fraction < 1 && now - last_ < std::chrono::milliseconds(50)) return;
-  if (new_stage) finish_line();
+  if (new_stage) end_line();
   constexpr int kWidth = 32;
   const int filled = static_cast<int>(std::clamp(fraction, 0.0, 1.0) * kWidth);
   std::fprintf(stderr, "\r%-34s [%s%s] %3.0f %%", stage.c_str(), std::string(filled, '#').c_str(),
@@ -44,12 +50,14 @@ void Progress::update(const std::string& stage, double fraction) {
 }
 
 void Progress::note(const std::string& text) {
-  finish_line();
+  const std::lock_guard lock(mutex_);
+  end_line();
   spdlog::info("{}", printable(text));
 }
 
 void Progress::warn(const std::string& text) {
-  finish_line();
+  const std::lock_guard lock(mutex_);
+  end_line();
   spdlog::warn("{}", printable(text));
 }
 

@@ -2,11 +2,14 @@
 #pragma once
 
 #include <chrono>
+#include <mutex>
 #include <string>
+
+#include "rig/safety/cry_for_help.hpp"
 
 namespace tankrig::app {
 
-/// Threads: one.
+/// Threads: any.
 class Progress {
  public:
   Progress();
@@ -19,14 +22,20 @@ class Progress {
   /// Lines of their own.
   void note(const std::string& text);
   void warn(const std::string& text);
+  /// A warning that comes again and again, until `what` is empty or the program ends.  Threads: one.
+  void cut(const std::string& what) { cry_.cut(what); }
   /// Ends the moving line: something else is about to be printed.
   void finish_line();
 
  private:
+  void end_line();
+
+  std::mutex mutex_;  // guards what follows, up to last_
   bool terminal_;
   bool line_open_ = false;
   std::string stage_;
   std::chrono::steady_clock::time_point last_{};
+  CryForHelp cry_{[this](const std::string& line) { warn(line); }};  // last: it may warn at its end
 };
 
 }  // namespace tankrig::app

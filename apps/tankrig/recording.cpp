@@ -151,7 +151,8 @@ ScanResult record_scan(const ScanOptions& options, const RigConfig& rig, const S
               sink,
               StopOnSignal::requested(),
               [&] { return faults.round(); },
-              [&](const ScanProgress& p) { progress.update("scan: " + p.segment, p.fraction); }};
+              [&](const ScanProgress& p) { progress.update("scan: " + p.segment, p.fraction); },
+              [&](const std::string& what) { progress.cut(what); }};
   const auto pictures = [&] {
     return PictureOptions{[&](double fraction) { progress.update("writing pictures", fraction); },
                           StopOnSignal::from_now_on()};

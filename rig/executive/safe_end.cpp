@@ -2,15 +2,28 @@
 
 namespace tankrig {
 
+namespace {
+
+constexpr char kCutLaser[] = "LASER MAY BE ON: cut its supply", kCutArm[] = "ARM MAY BE MOVING: cut its power";
+
+}  // namespace
+
 std::string to_string(const OutputsLeft& left) {
   if (left.safe()) return "laser off, arm at rest";
-  std::string text = left.laser_dark ? "laser off" : "LASER MAY BE ON: cut its supply";
+  std::string text = left.laser_dark ? "laser off" : kCutLaser;
   text += "; ";
-  return text + (left.arm_at_rest ? "arm at rest" : "ARM MAY BE MOVING: cut its power");
+  return text + (left.arm_at_rest ? "arm at rest" : kCutArm);
+}
+
+std::string to_cut(const OutputsLeft& left) {
+  std::string text = left.laser_dark ? "" : kCutLaser;
+  if (left.arm_at_rest) return text;
+  return text + (text.empty() ? "" : "; ") + kCutArm;
 }
 
 void SafeEnd::add(const CycleRecord& r) {
   now_ = r.stamp;
+  if (r.has_joints || !heard_) heard_ = r.stamp;
   const bool over =
       r.state == ExecutiveState::kDone || r.state == ExecutiveState::kStopped || r.state == ExecutiveState::kFault;
   if (!over) return;
@@ -21,6 +34,9 @@ void SafeEnd::add(const CycleRecord& r) {
     news_ = r.stamp;
   }
   left_.arm_at_rest = rest_.at_rest() && now_ - news_ <= kNewsAge;
+  const bool early = now_ - *ended_at_ <= kUsual;
+  expected_.laser_dark = left_.laser_dark || (early && r.laser_known && r.laser_off.ok());
+  expected_.arm_at_rest = left_.arm_at_rest || (early && r.arm_stop.ok() && now_ - *heard_ <= kNewsAge);
 }
 
 bool SafeEnd::settled() const noexcept {

@@ -20,12 +20,16 @@ struct OutputsLeft {
 
 /// "laser off, arm at rest", or for each that is not confirmed what the people at the tank must do.
 std::string to_string(const OutputsLeft& left);
+/// Only what must be cut, in the same words; empty where both are confirmed.
+std::string to_cut(const OutputsLeft& left);
 
 /// Looks at the cycle's records from the end of the plan, a stop or a fault on.  Threads: one.
 class SafeEnd {
  public:
   /// The arm is not known to be at rest any more when it has not been heard of for longer.
   static constexpr Duration kNewsAge = std::chrono::milliseconds{250};
+  /// By then a laser that obeys is dark, and an arm that does is at rest.
+  static constexpr Duration kUsual = std::chrono::seconds{1};
 
   explicit SafeEnd(const SafetySettings& settings) : settings_(settings), rest_(settings.rest_velocity) {}
 
@@ -37,13 +41,16 @@ class SafeEnd {
   /// Ended, and both confirmed, or rest_timeout has passed.
   bool settled() const noexcept;
   OutputsLeft left() const noexcept { return left_; }
+  /// Confirmed, or soon to be: the stop was taken, the device answers, and kUsual is not over.
+  OutputsLeft expected() const noexcept { return expected_; }
 
  private:
   const SafetySettings settings_;
   std::optional<Stamp> ended_at_;
   RestWatch rest_;  // of joint samples after the end
   Stamp now_{}, news_{};
-  OutputsLeft left_;
+  std::optional<Stamp> heard_;  // the arm, before the end too
+  OutputsLeft left_, expected_{true, true};
 };
 
 }  // namespace tankrig

@@ -133,14 +133,25 @@ class ScanRun {
   /// Nothing of the plan goes on.
   bool ended() const { return end_.ended() || hung_; }
 
-  /// Laser and arm have been told past it.
+  /// Laser and arm have been told past it; neither can say what became of it.
   void tell_hang() {
     if (std::exchange(hung_, true)) return;
+    tell_what_to_cut({}, {});
     char line[80];
     std::snprintf(line, sizeof line, "cycle: hangs: no step for %g s", settings_.heartbeat_timeout);
     device_failed(line);
     job_.sink.event(job_.clock.now(), event_kind::kFault,
                     std::string(line) + "; laser switched off and arm stopped past it");
+  }
+
+  /// What was told stays told until it is confirmed, so that a line that comes and goes is told once.
+  void tell_what_to_cut(const OutputsLeft& left, const OutputsLeft& expected) {
+    const OutputsLeft before = to_be_cut_;
+    to_be_cut_.laser_dark = left.laser_dark || (before.laser_dark && expected.laser_dark);
+    to_be_cut_.arm_at_rest = left.arm_at_rest || (before.arm_at_rest && expected.arm_at_rest);
+    const bool more = (before.laser_dark && !to_be_cut_.laser_dark) || (before.arm_at_rest && !to_be_cut_.arm_at_rest);
+    const bool over = !before.safe() && to_be_cut_.safe();
+    if (job_.cut && (more || over)) job_.cut(to_cut(to_be_cut_));
   }
 
   /// An open interlock ends a scan even where it opens before the executive is armed; a plan without light goes on.
@@ -157,7 +168,8 @@ class ScanRun {
     while (!end_.settled() && !cycle_.given_up() && job_.clock.now() < give_up) {
       cycle_.turn();
       CycleRecord record;
-      while (executive_.try_pop(record)) end_.add(record);
+      while (executive_.try_pop(record)) look_at_the_end(record);
+      if (cycle_.hangs()) tell_what_to_cut({}, {});
     }
     left_behind_ = !cycle_.end();
     const OutputsLeft& left = job_.result.left = end_.left();
@@ -169,8 +181,13 @@ class ScanRun {
     }
   }
 
-  void consume(const CycleRecord& record) {
+  void look_at_the_end(const CycleRecord& record) {
     end_.add(record);
+    tell_what_to_cut(end_.left(), end_.expected());
+  }
+
+  void consume(const CycleRecord& record) {
+    look_at_the_end(record);
     if (record.has_joints) take_joints(record.joints);
     laser_.add(record);
     beam_.add(record);
@@ -298,7 +315,8 @@ class ScanRun {
   CycleRecord last_;
   std::optional<Stamp> plan_zero_;
   Stamp round_began_{}, well_at_{};
-  std::string failure_;  // why the supervisor wants an end
+  std::string failure_;                // why the supervisor wants an end
+  OutputsLeft to_be_cut_{true, true};  // false: people have been told
   Stamp next_progress_{};
   double max_following_error_ = 0;
   std::uint64_t joints_without_angles_ = 0;
@@ -314,6 +332,8 @@ ScanResult run_scan(ScanJob& job) {
       job.sink.event(job.clock.now(), event_kind::kRealTime, missing);
   if (job.plan.uses_laser()) check_laser_ready(job.settings, job.laser, job.interlock_closed && job.interlock_closed());
   check_light(job.plan, job.settings.safety);
+  for (const ScanCamera& c : job.cameras)
+    if (c.beam_in_view) check_witness(job.plan, job.settings.safety.beam, c.camera->info().name, c.record);
   const auto end = [](ScanRun* run) {
     if (!run->left_behind()) delete run;
   };
@@ -322,5 +342,3 @@ ScanResult run_scan(ScanJob& job) {
 }
 
 }  // namespace tankrig
-  for (const ScanCamera& c : job.cameras)
-    if (c.beam_in_view) check_witness(job.plan, job.settings.safety.beam, c.camera->info().name, c.record);

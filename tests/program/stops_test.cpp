@@ -24,6 +24,7 @@
 #include "sim_backends/wire/relay_emulator.hpp"
 #include "tests/program/program.hpp"
 #include "tests/support/frozen_thread.hpp"
+#include "tests/support/named_thread.hpp"
 
 namespace fs = std::filesystem;
 using testing::HasSubstr;
@@ -292,6 +293,28 @@ TEST(WaysOut, TheThirdSignalEndsAlsoAProgramWhoseCycleHangs) {
   ASSERT_TRUE(WIFSIGNALED(hung.scan.status)) << hung.scan.status;
   EXPECT_THAT(WTERMSIG(hung.scan.status), testing::AnyOf(SIGINT, SIGTERM, SIGHUP));
   EXPECT_TRUE(hung.scan.until([&] { return !hung.scan.box.relay_closed(); }));
+}
+
+/// The arm's end of the wire dies; the laser's box is this process's, and goes dark.
+TEST(WaysOut, AnArmThatAStopDoesNotReachIsToldOfAtOnceAgainAndAtTheEnd) {
+  if (!forbidden().empty()) GTEST_SKIP() << forbidden();
+  Scan scan(wire_rig(scratch_folder() / "rig").parent_path());
+  ASSERT_TRUE(scan.lit()) << scan.screen;
+  const pid_t emulator = testing_support::child_of(scan.process);
+  ASSERT_GT(emulator, 0);
+  ASSERT_EQ(::kill(emulator, SIGKILL), 0);
+  ASSERT_TRUE(scan.ended()) << scan.screen;
+  const std::string& screen = scan.screen;
+  const std::size_t first = screen.find("ARM MAY BE MOVING: cut its power"),
+                    again = screen.find("still: ARM MAY BE MOVING: cut its power"),
+                    given_up = screen.find("laser off; ARM MAY BE MOVING"),
+                    end = screen.find("the program ends, and it is not confirmed: ARM MAY BE MOVING");
+  EXPECT_LT(first, again) << screen;
+  EXPECT_LT(again, given_up) << screen;
+  EXPECT_LT(given_up, end) << screen;
+  EXPECT_NE(end, std::string::npos) << screen;
+  EXPECT_TRUE(WIFEXITED(scan.status) && WEXITSTATUS(scan.status) == 3) << scan.status;
+  EXPECT_FALSE(scan.box.relay_closed());
 }
 
 TEST(WaysOut, AFileThatMayNotGrowEndsTheScanInsteadOfTheProgram) {

@@ -3,9 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <csignal>
+#include <cstdlib>
+#include <future>
 #include <opencv2/imgcodecs.hpp>
 
 #include "tests/program/program.hpp"
+#include "tests/support/named_thread.hpp"
 #include "tests/support/sanitizers.hpp"
 
 namespace fs = std::filesystem;
@@ -65,6 +68,25 @@ TEST(OnTheWire, HalfARigIsEnoughForWhatUsesOnlyThatHalf) {
       {"emulate", "--rig", served.string(), "--", "tankrig", "arm", "jog", "--rig", half.string(), "elbow", "47"});
   EXPECT_EQ(jog.exit_code, 1) << "an arm moves only beside a laser that is off";
   EXPECT_THAT(jog.err, HasSubstr("devices.laser"));
+}
+
+TEST(OnTheWire, SaysWhatItWaitsForWhereTheEmulatorIsStoppedAtItsStart) {
+  const fs::path rig = wire_rig();
+  auto stopped = std::async(std::launch::async, [parent = getpid()] {
+    for (;; std::this_thread::sleep_for(std::chrono::milliseconds{1})) {
+      const pid_t program = testing_support::child_of(parent);
+      const pid_t emulator = program ? testing_support::child_of(program) : 0;
+      if (emulator != 0) return kill(emulator, SIGSTOP) == 0 ? emulator : 0;
+    }
+  });
+  bool told = false;
+  const ProgramRun run =
+      run_tankrig({"arm", "status", "--rig", rig.string(), "--json"}, [&](const std::string& line, int) {
+        if (!told && line.find("waiting for the emulated devices to be ready: process ") != std::string::npos)
+          told = kill(stopped.get(), SIGCONT) == 0;
+      });
+  EXPECT_TRUE(told) << run.err;
+  EXPECT_EQ(run.exit_code, 0) << run.err;
 }
 
 TEST(OnTheWire, AJogArrivesOverEitherCarrier) {

@@ -92,6 +92,7 @@ struct HungRig : testing_support::MockRigUnder<MonotonicClock> {
   std::optional<GatedArm> gated_arm;
   std::optional<GatedLaser> gated_laser;
   bool dark_while_hung = false;
+  std::vector<std::string> to_cut;
 
   HungRig() {
     s.park << 0, 0.12, 1.3, 0, 0.1;
@@ -121,12 +122,22 @@ struct HungRig : testing_support::MockRigUnder<MonotonicClock> {
     };
     sink.on_event = [this, inside, when_told](std::string_view kind, const std::string& text) {
       if (kind != "fault" || !text.starts_with("cycle: hangs")) return;
+      EXPECT_EQ(to_cut.size(), 1u) << "nothing of it can be confirmed";
       dark_while_hung = gate(inside).closed && !laser->state().value().powered;
       if (when_told) when_told();
     };
     plan = std::make_unique<ScanPlan>(make_scan_plan(s, read_posture(*arm, clock, 5s)));
-    ScanJob job{*plan, s,    clock,           *gated_arm, *gated_laser, {{cameras[0].get(), RecordWhen::kAll}},
-                sink,  stop, interlock_closed};
+    ScanJob job{*plan,
+                s,
+                clock,
+                *gated_arm,
+                *gated_laser,
+                {{cameras[0].get(), RecordWhen::kAll}},
+                sink,
+                stop,
+                interlock_closed,
+                {},
+                [this](const std::string& what) { to_cut.push_back(what); }};
     return run_scan(job);
   }
 
@@ -151,6 +162,7 @@ TEST_P(HungCycle, ThatComesBackEndsItsScanConfirmedDarkAndAtRest) {
   const ScanResult result = rig.hang(GetParam(), [&] { rig.gate(GetParam()).closed = false; });
   rig.expect_safe_past_it(result);
   EXPECT_TRUE(result.left.safe());
+  EXPECT_EQ(rig.to_cut.back(), "") << "it is over";
   EXPECT_TRUE(result.times) << "it was not left behind";
 }
 
@@ -166,6 +178,7 @@ TEST_P(HungCycle, ThatNeverComesBackIsLeftBehindAndNothingIsSaidToBeConfirmed) {
   const ScanResult result = rig.hang(GetParam(), [&] { pictures = rig.rendered["mono"]; });
   rig.expect_safe_past_it(result);
   EXPECT_TRUE(Cycle::any_left_behind());
+  EXPECT_EQ(rig.to_cut.back(), to_string(result.left)) << "and is never taken back";
   EXPECT_EQ(to_string(result.left), "LASER MAY BE ON: cut its supply; ARM MAY BE MOVING: cut its power");
   EXPECT_TRUE(rig.sink.told("fault", "LASER MAY BE ON"));
   EXPECT_GE(result.counts.at("mono.joints_after"), 1u) << "frames that waited are not counted";

@@ -22,6 +22,7 @@ struct MockRigUnder {
   std::atomic<bool> stop{false};
   std::function<void(const ScanProgress&)> progress;
   std::function<bool()> interlock_closed = [] { return true; };
+  std::function<void(const std::string&)> cut;
   OutputsLeft left;  ///< as the job says, also after an exception
 
   std::unique_ptr<sim::MockArm> arm;
@@ -55,10 +56,10 @@ struct MockRigUnder {
   ScanResult run() {
     if (!arm) power_on();
     plan = std::make_unique<ScanPlan>(make_scan_plan(s, read_posture(*arm, clock, std::chrono::seconds{1})));
-    ScanJob job{*plan,   s,      clock,
-                *arm,    *laser, {{cameras[0].get(), RecordWhen::kAll}, {cameras[1].get(), RecordWhen::kDark}},
-                sink,    stop,   interlock_closed,
-                progress};
+    ScanJob job{*plan,    s,      clock,
+                *arm,     *laser, {{cameras[0].get(), RecordWhen::kAll}, {cameras[1].get(), RecordWhen::kDark}},
+                sink,     stop,   interlock_closed,
+                progress, cut};
     try {
       const ScanResult result = run_scan(job);
       left = job.result.left;

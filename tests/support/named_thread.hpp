@@ -28,6 +28,14 @@ inline pid_t thread_named(pid_t process, const std::string& name) {
   return thread;
 }
 
+/// The first process that `parent`'s main thread has started, 0 if there is none.
+inline pid_t child_of(pid_t parent) {
+  const std::string id = std::to_string(parent);
+  pid_t child = 0;
+  std::ifstream("/proc/" + id + "/task/" + id + "/children") >> child;
+  return child;
+}
+
 /// False if there is none.
 inline bool signal_thread(pid_t process, const std::string& name, int signal) {
   const pid_t thread = thread_named(process, name);

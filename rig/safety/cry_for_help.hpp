@@ -1,0 +1,38 @@
+// What people at the tank must cut, said until it is over.
+#pragma once
+
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <string>
+
+#include "core/reminder.hpp"
+
+namespace tankrig {
+
+/// Tells at once, again every kAgain, and once more when it is over: confirmed, or the end of its life.
+/// Threads: one; `tell` is called in that and in one of its own, never in two at once.
+class CryForHelp {
+ public:
+  static constexpr Duration kAgain = std::chrono::seconds{2};
+  using Tell = std::function<void(const std::string&)>;
+
+  explicit CryForHelp(Tell tell, Duration again = kAgain) : tell_(std::move(tell)), again_(again) {}
+  ~CryForHelp();
+  CryForHelp(const CryForHelp&) = delete;
+  CryForHelp& operator=(const CryForHelp&) = delete;
+
+  /// `what`: OutputsLeft in the words of to_cut(); empty: laser off and arm at rest are confirmed.
+  void cut(const std::string& what);
+
+ private:
+  void say(const std::string& line);
+
+  const Tell tell_;
+  const Duration again_;
+  std::mutex mutex_;  // of tell_
+  std::string what_;
+  std::optional<Reminder> reminder_;
+};
+
+}  // namespace tankrig
