@@ -12,6 +12,7 @@ find_package(JPEG REQUIRED)
 find_package(embree 3 REQUIRED)
 pkg_check_modules(ASSIMP REQUIRED IMPORTED_TARGET assimp)
 pkg_check_modules(ARAVIS REQUIRED IMPORTED_TARGET aravis-0.8)
+pkg_check_modules(GIO REQUIRED IMPORTED_TARGET gio-2.0)
 pkg_check_modules(LIBSERIAL REQUIRED IMPORTED_TARGET libserial)
 find_path(NANOFLANN_INCLUDE_DIR nanoflann.hpp REQUIRED)
 

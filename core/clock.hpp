@@ -7,6 +7,11 @@
 
 namespace tankrig {
 
+/// How long the machine has been suspended so far: two bounds that hold however the reading itself was interrupted.
+struct TimeAsleep {
+  Duration at_least{}, at_most{};
+};
+
 class Clock {
  public:
   virtual ~Clock() = default;
@@ -15,17 +20,23 @@ class Clock {
   virtual void sleep_until(Stamp when) noexcept = 0;
   /// Time passes whether anybody sleeps or not.
   virtual bool real_time() const noexcept = 0;
+  /// now() stands still meanwhile, so every time-out looks fresh afterwards: see SuspendWatch.  RT: safe.
+  virtual TimeAsleep asleep() const noexcept { return {}; }
 };
 
-/// CLOCK_MONOTONIC with clock_nanosleep(TIMER_ABSTIME).  RT: safe.
+/// CLOCK_MONOTONIC with clock_nanosleep(TIMER_ABSTIME); asleep by what CLOCK_BOOTTIME is ahead of it.  RT: safe.
 class MonotonicClock final : public Clock {
  public:
   Stamp now() const noexcept override;
   void sleep_until(Stamp when) noexcept override;
   bool real_time() const noexcept override { return true; }
+  TimeAsleep asleep() const noexcept override;
+
+  /// For whoever is given no other.
+  static const MonotonicClock& one() noexcept;
 };
 
-/// Time that moves only when somebody sleeps.  Threads: one sleeps, any may ask for now().
+/// Time that moves only when somebody sleeps.  Threads: one sleeps, any may ask.
 class VirtualClock final : public Clock {
  public:
   explicit VirtualClock(Stamp start = {}) : now_ns_(start.ns) {}
@@ -34,9 +45,15 @@ class VirtualClock final : public Clock {
     if (when > now()) now_ns_.store(when.ns, std::memory_order_relaxed);
   }
   bool real_time() const noexcept override { return false; }
+  TimeAsleep asleep() const noexcept override {
+    const Duration asleep{asleep_ns_.load(std::memory_order_relaxed)};
+    return {asleep, asleep};
+  }
+  /// The machine sleeps for so long, and wakes at now().
+  void suspend(Duration duration) noexcept { asleep_ns_.fetch_add(duration.count(), std::memory_order_relaxed); }
 
  private:
-  std::atomic<std::int64_t> now_ns_;
+  std::atomic<std::int64_t> now_ns_, asleep_ns_{0};
 };
 
 }  // namespace tankrig

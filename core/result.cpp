@@ -22,6 +22,8 @@ const char* to_string(ErrorCode code) noexcept {
       return "internal error";
     case ErrorCode::kOverCurrent:
       return "over-current";
+    case ErrorCode::kSuspended:
+      return "the machine was suspended";
   }
   return "unknown error";
 }

@@ -20,6 +20,7 @@ enum class ErrorCode : std::uint8_t {
   kIo,
   kInternal,
   kOverCurrent,
+  kSuspended,
 };
 
 const char* to_string(ErrorCode code) noexcept;

@@ -121,7 +121,7 @@ class DeviceBackend final : public Backend {
       if (!wired_interlock_ && !laser_settings->protocol.status_query)
         laser.fail("interlock", "found read without a status_query, expected one, or wired");
       try {
-        laser_ = open("laser", [&] { return std::make_unique<RelayLaser>(*laser_settings); });
+        laser_ = open("laser", [&] { return std::make_unique<RelayLaser>(*laser_settings, clock_); });
       } catch (const InputError& e) {
         if (need.laser) throw;
         laser_unknown_ = std::string("the laser's state is not known, it may be on: ") + e.what();

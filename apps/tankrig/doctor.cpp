@@ -19,6 +19,7 @@
 #include "rig/config/rig_config.hpp"
 #include "rig/platform/devices.hpp"
 #include "rig/platform/machine.hpp"
+#include "rig/platform/sleep_inhibitor.hpp"
 
 namespace tankrig::app {
 namespace {
@@ -153,8 +154,8 @@ std::vector<Finding> examine(const RigConfig& rig, const DoctorOptions& options,
   const bool mock = rig.backend == "mock";
   const RealTimeSettings& real_time = rig.scan.real_time;
   const BusListener bus(rig);
-  std::vector<Finding> found{kernel_finding("/"), governor_finding("/"), sleep_finding("/"),
-                             privileges_finding(real_time), memory_lock_finding(real_time)};
+  std::vector<Finding> found{kernel_finding("/"), governor_finding("/"),         sleep_finding("/"),
+                             suspend_finding(),   privileges_finding(real_time), memory_lock_finding(real_time)};
   progress.update("latency", 0);
   found.push_back(latency_finding(measure_wake_up(real_time, from_seconds(options.seconds))));
   progress.update("devices", 0);

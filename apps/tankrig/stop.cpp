@@ -47,6 +47,11 @@ std::function<bool()> StopOnSignal::from_now_on() {
 RigStops::RigStops(Backend& backend, Progress& progress)
     : emergency_(backend.laser(), backend.arm()), key_(STDIN_FILENO, stop_requested) {
   if (key_.active()) progress.note("space, Enter or q stops: laser off, arm at rest");
+  if (!backend.clock().real_time()) return;
+  inhibitor_.emplace();
+  if (!inhibitor_->missing().empty())
+    progress.note("this machine is not kept from being suspended, which would end the scan (" + inhibitor_->missing() +
+                  ")");
 }
 
 }  // namespace tankrig::app

@@ -7,6 +7,7 @@
 
 #include "apps/tankrig/backend.hpp"
 #include "apps/tankrig/progress.hpp"
+#include "rig/platform/sleep_inhibitor.hpp"
 #include "rig/safety/emergency.hpp"
 #include "rig/safety/stop_key.hpp"
 
@@ -35,8 +36,9 @@ class StopOnSignal {
   static std::function<bool()> from_now_on();
 };
 
-/// While laser or arm may do something: the stop key of the terminal, which is told on the screen, and the last resort
-/// of a program that dies.  One at a time.
+/// While laser or arm may do something: the stop key of the terminal, which is told on the screen, the last resort of a
+/// program that dies, and, in real time, a machine that is not suspended; where that cannot be kept off, it is told.
+/// One at a time.
 class RigStops {
  public:
   RigStops(Backend& backend, Progress& progress);
@@ -44,6 +46,7 @@ class RigStops {
  private:
   EmergencyStop emergency_;
   StopKey key_;
+  std::optional<SleepInhibitor> inhibitor_;
 };
 
 }  // namespace tankrig::app

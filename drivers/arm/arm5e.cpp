@@ -92,6 +92,7 @@ Result<std::optional<JointState>> Arm5e::try_read() noexcept {
     if (line_lost_) return Error{ErrorCode::kDisconnected, 0, now, "arm: carrier lost"};
     return std::optional<JointState>{};
   }
+  if (suspend_watch_.look(clock_.asleep())) raise(ArmFault::kSuspended);
   if (now - std::exchange(listened_, now) > settings_.silence_timeout / 2) heard_.everything(now);
   auto news = drain(now);
   if (keeper_.joinable() && keeper_life_.missing(now) && !line_lost_)
@@ -100,7 +101,7 @@ Result<std::optional<JointState>> Arm5e::try_read() noexcept {
   if (driven_ && unwritten > settings_.watchdog) {
     add(watchdog_stops_);
     stop_wanted_ = true;
-  } else if (unwritten > 2 * period_) {
+  } else if (!stop_wanted_ && unwritten > 2 * period_) {
     (void)pump(now, false);  // nobody commands: the readings go on
   }
   publish();
@@ -429,14 +430,16 @@ Statistics Arm5e::statistics() const {
   return all;
 }
 
-/// The keeper: stops an arm whose cycle hangs, and opens a lost line, which may take its time.
+/// The keeper: stops an arm whose cycle hangs, or whose machine was suspended, and opens a lost line, which may take
+/// its time.
 void Arm5e::keep() try {
   keep_time("arm-keeper", kKeeperPriority);
   std::unique_lock lock(keeper_mutex_);
   while (!keeper_wake_.wait_for(lock, kKeeperPeriod, [this] { return keeper_ends_; })) {
     const Stamp now = clock_.now();
     keeper_life_.give(now);
-    if (driven_ && now.ns - written_ns_.load() > settings_.watchdog.count()) {
+    const bool suspended = keeper_suspend_watch_.look(clock_.asleep());
+    if (driven_ && (suspended || now.ns - written_ns_.load() > settings_.watchdog.count())) {
       add(watchdog_stops_);
       (void)stop();
       if (driven_) link_->send_regardless(rest_);  // the cycle hangs inside

@@ -10,6 +10,7 @@
 
 #include "core/clock.hpp"
 #include "core/sign_of_life.hpp"
+#include "core/suspend_watch.hpp"
 #include "drivers/arm/arm.hpp"
 #include "drivers/arm/arm5e_settings.hpp"
 #include "drivers/arm/arm_faults.hpp"
@@ -28,7 +29,8 @@ namespace tankrig {
 /// waited for, or the first one after a request that was given up, does not tell when: it is counted and left.
 ///
 /// Faults, each told once by try_read and then kept until clear_faults(): over-current, water, encoders that lost their
-/// reference, an axis beyond its limits. The arm is stopped, set-points are refused, states go on.
+/// reference, an axis beyond its limits, a machine that was suspended. The arm is stopped, set-points are refused,
+/// states go on.
 ///
 /// Threads: the cycle's; stop(), last_resort() and statistics() any. Whoever is inside holds a flag that nobody waits
 /// for: a stop() that finds it taken leaves its wish behind, and the holder sends it before it goes. A thread of its
@@ -123,6 +125,7 @@ class Arm5e final : public Arm {
   Stamp next_send_{}, sent_at_{}, deadline_{}, listened_{};
   Stamp asked_at_{};  ///< the oldest request that is not answered
   ArmFaults faults_;
+  SuspendWatch suspend_watch_;
 
   std::atomic<bool> homed_{false}, stop_wanted_{false}, line_lost_{false}, dying_{false};
   std::atomic<bool> driven_{false};          ///< a demand is not rest
@@ -136,6 +139,7 @@ class Arm5e final : public Arm {
   std::condition_variable keeper_wake_;
   bool keeper_ends_ = false;
   SignOfLife keeper_life_;
+  SuspendWatch keeper_suspend_watch_;
   std::thread keeper_;
 };
 

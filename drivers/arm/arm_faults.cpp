@@ -19,6 +19,8 @@ Error error_of(ArmFault fault, Stamp now) noexcept {
       return {ErrorCode::kNotReady, 0, now, "arm: an encoder lost its reference, home again"};
     case ArmFault::kPosture:
       return {ErrorCode::kNotReady, 0, now, "arm: a joint outside its limits, home again"};
+    case ArmFault::kSuspended:
+      return {ErrorCode::kRefused, 0, now, "arm: stopped, the machine was suspended"};
     case ArmFault::kNone:
       break;
   }

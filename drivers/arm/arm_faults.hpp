@@ -10,7 +10,7 @@
 
 namespace tankrig {
 
-enum class ArmFault : std::uint8_t { kNone, kOverCurrent, kWater, kEncoder, kPosture };
+enum class ArmFault : std::uint8_t { kNone, kOverCurrent, kWater, kEncoder, kPosture, kSuspended };
 
 /// The first fault is kept: told once, refusing set-points until it is cleared or homed away.
 /// Threads: one.  RT: safe.

@@ -7,13 +7,10 @@
 #include <cstdio>
 #include <cstring>
 
-#include "core/clock.hpp"
 #include "core/input_error.hpp"
 
 namespace tankrig {
 namespace {
-
-Stamp now() noexcept { return MonotonicClock{}.now(); }
 
 Error thread_dead(Stamp when) noexcept {
   return {ErrorCode::kInternal, 0, when, "laser relay: its thread is dead or stuck"};
@@ -27,8 +24,8 @@ std::string hex(std::uint8_t byte) {
 
 }  // namespace
 
-RelayLaser::RelayLaser(const RelayLaserSettings& settings)
-    : settings_(settings), port_(settings.serial), wake_(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {
+RelayLaser::RelayLaser(const RelayLaserSettings& settings, const Clock& clock)
+    : settings_(settings), clock_(clock), port_(settings.serial), wake_(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {
   if (wake_ < 0) throw InputError(settings.serial.device, std::string("laser relay: eventfd: ") + std::strerror(errno));
   last_call_ns_ = now().ns;
   life_.give(now());

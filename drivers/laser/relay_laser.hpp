@@ -8,8 +8,10 @@
 #include <mutex>
 #include <thread>
 
+#include "core/clock.hpp"
 #include "core/config_node.hpp"
 #include "core/sign_of_life.hpp"
+#include "core/suspend_watch.hpp"
 #include "drivers/laser/laser.hpp"
 #include "drivers/laser/latest_value.hpp"
 #include "drivers/laser/relay_protocol.hpp"
@@ -43,17 +45,19 @@ RelayLaserSettings relay_laser_settings_from(const ConfigNode& laser, const std:
 void check_goes_off_first(const ConfigNode& laser, const RelayLaserSettings& settings, Duration arm_watchdog);
 
 /// De-energised whenever in doubt: off is sent first on opening and after every return of the line, and last at the
-/// end; a line that hangs up, a relay that does not answer or answers wrongly, and a caller that has gone silent drop
-/// the command, which stays off until it is set again. `powered` is the read-back contact where a status query is
-/// configured, else the last echo. `since` is when the answer came: the contact moved at most answer_timeout before.
-/// Threads: as Laser; its own thread talks to the line.  RT: set() and state() never wait, lock or allocate.
-/// Errors of state(): kDisconnected (the line is gone), kTimeout (no answer), kProtocol (a wrong one), kInternal (its
-/// thread has ended or hangs: the refreshes end, and a relay with a watchdog opens); set(true) is refused with the same
-/// while they last. set(false) is always taken; state() says when it is true.
+/// end; a line that hangs up, a relay that does not answer or answers wrongly, a caller that has gone silent, and a
+/// machine that was suspended, which no time-out sees, drop the command, which stays off until it is set again.
+/// `powered` is the read-back contact where a status query is configured, else the last echo. `since` is when the
+/// answer came: the contact moved at most answer_timeout before. Threads: as Laser; its own thread talks to the line.
+/// RT: set() and state() never wait, lock or allocate. Errors of state(): kDisconnected (the line is gone), kTimeout
+/// (no answer), kProtocol (a wrong one), kSuspended (until the relay has confirmed off after it), kInternal (its thread
+/// has ended or hangs: the refreshes end, and a relay with a watchdog opens); set(true) is refused with the same while
+/// they last. set(false) is always taken; state() says when it is true.
 class RelayLaser final : public Laser {
  public:
-  /// Waits until the relay has confirmed off.  Errors: InputError: SerialPort's, no answer, wrong answer.
-  explicit RelayLaser(const RelayLaserSettings& settings);
+  /// Waits until the relay has confirmed off. `clock`: real, and outlives it.  Errors: InputError: SerialPort's, no
+  /// answer, wrong answer.
+  explicit RelayLaser(const RelayLaserSettings& settings, const Clock& clock = MonotonicClock::one());
   /// Sends off, at least twice if it is not confirmed.
   ~RelayLaser() override;
   RelayLaser(const RelayLaser&) = delete;
@@ -82,6 +86,7 @@ class RelayLaser final : public Laser {
     int os_errno = 0;
   };
 
+  Stamp now() const noexcept { return clock_.now(); }
   void run();
   void step();
   Stamp not_before(Request wanted) const noexcept;
@@ -103,6 +108,7 @@ class RelayLaser final : public Laser {
   void wait_until_open();
 
   const RelayLaserSettings settings_;
+  const Clock& clock_;
   SerialPort port_;
   int wake_ = -1;  // eventfd
 
@@ -136,6 +142,7 @@ class RelayLaser final : public Laser {
   Stamp sent_{}, deadline_{}, refresh_at_{}, query_at_{}, quiet_until_{}, late_until_{};
   int failures_ = 0;
   bool lost_ = false;
+  SuspendWatch suspend_watch_;
 
   std::thread thread_;  // last: it uses all of the above
 };

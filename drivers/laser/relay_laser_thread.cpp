@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/clock.hpp"
 #include "core/thread_priority.hpp"
 #include "drivers/laser/relay_laser.hpp"
 
@@ -17,8 +16,6 @@ constexpr Duration kLongestWait = SignOfLife::kUsual / 4;
 constexpr Duration kReopenPeriod = std::chrono::milliseconds{100};
 constexpr int kLateAnswers = 20;  // so many answer time-outs long an answer may still come
 constexpr Duration kQuietAfterGarbage = std::chrono::milliseconds{10};
-
-Stamp now() noexcept { return MonotonicClock{}.now(); }
 
 }  // namespace
 
@@ -35,6 +32,10 @@ void RelayLaser::run() {
 void RelayLaser::step() {
   const Stamp t = now();
   life_.give(t);
+  if (suspend_watch_.look(clock_.asleep())) {
+    if (waiting_for_ != Request::kNone) abandon();
+    distrust(ErrorCode::kSuspended, 0);
+  }
   if (port_.descriptor() < 0) {
     reconnect();
     return;

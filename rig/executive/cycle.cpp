@@ -21,7 +21,7 @@ Cycle::Cycle(Executive& executive, Clock& clock, Duration period, const RealTime
 
 void Cycle::step() noexcept {
   clock_.sleep_until(grid_.next());
-  executive_.step(clock_.now());
+  executive_.step(clock_.now(), clock_.asleep());
   grid_.advance(clock_.now());
   publish();
 }
@@ -36,7 +36,7 @@ void Cycle::timed_step() noexcept {
   const Stamp point = grid_.next();
   clock_.sleep_until(point);
   const Stamp began = clock_.now();
-  executive_.step(began);
+  executive_.step(began, clock_.asleep());
   const Stamp ended = clock_.now();
   if (grid_.advance(ended) && window_.add(ended)) executive_.too_many_overruns();
   if (real_time_.pace == CyclePace::kDevice)

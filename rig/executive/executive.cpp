@@ -45,7 +45,7 @@ Executive::Executive(const ScanPlan& plan, const ScanSettings& settings, Arm& ar
   monitor_.set_reach(plan.reach());
 }
 
-void Executive::step(Stamp now) noexcept {
+void Executive::step(Stamp now, const TimeAsleep& asleep) noexcept {
   CycleRecord record;
   record.stamp = now;
   if (cycle_ == 0) last_news_ = last_step_ = now;
@@ -61,6 +61,8 @@ void Executive::step(Stamp now) noexcept {
   if (state_ == ExecutiveState::kRunning && record.plan_time >= plan_->duration()) state_ = ExecutiveState::kDone;
   if (state_ != ExecutiveState::kFault && stop_asked()) state_ = ExecutiveState::kStopped;
 
+  slept_ = suspend_watch_.look(asleep);
+  if (slept_) raise(Fault::kSuspended, {ErrorCode::kSuspended, 0, now, "cycle"});  // whatever follows from it
   if (overrun_.load(std::memory_order_relaxed))
     raise(Fault::kOverrun, {ErrorCode::kTimeout, 0, now, "cycle: too often late"});
   if (thread_died_.load(std::memory_order_relaxed))
@@ -153,6 +155,7 @@ InterlockOutputs Executive::decide(const CycleRecord& record) noexcept {
   in.at_rest = rest_.at_rest();
   in.sweeping = running && segment.sweeping;
   in.device_fault = std::exchange(raised_, false);
+  in.slept = slept_;
   in.laser_request = running && laser_request(record, segment);
   in.beam = beam_.load(std::memory_order_relaxed);
 

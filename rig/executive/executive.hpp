@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "core/spsc_ring.hpp"
+#include "core/suspend_watch.hpp"
 #include "drivers/arm/arm.hpp"
 #include "drivers/laser/laser.hpp"
 #include "rig/executive/cycle_listener.hpp"
@@ -28,8 +29,8 @@ class Executive {
   Executive(const ScanPlan& plan, const ScanSettings& settings, Arm& arm, Laser& laser,
             std::size_t ring_capacity = 1024);
 
-  /// One cycle at `now`.
-  void step(Stamp now) noexcept;
+  /// One cycle at `now`, of a machine that has been `asleep` for so long by then.
+  void step(Stamp now, const TimeAsleep& asleep = {}) noexcept;
 
   /// The plan's time 0; it must lie in the future. Until then the arm rests. A plan that does not begin where the arm
   /// is measured to be is a following error before anything moves.
@@ -107,6 +108,7 @@ class Executive {
   LaserWatch laser_watch_;
   JointFollower follower_;
   JointMonitor monitor_;
+  SuspendWatch suspend_watch_;
   SpscRing<CycleRecord> ring_;
 
   std::atomic<std::int64_t> plan_zero_ns_{kNotStarted};
@@ -126,6 +128,7 @@ class Executive {
   Error error_{};
   std::optional<JointViolation> violation_;
   bool raised_ = false;  // a fault since the last decision
+  bool slept_ = false;   // since the step before
   std::uint32_t resets_seen_ = 0;
   std::optional<JointState> joints_;  // newest
   Stamp last_news_{};

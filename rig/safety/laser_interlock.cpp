@@ -14,6 +14,7 @@ bool over_long(const InterlockState& state, const InterlockInputs& in, const Int
 
 /// Of a state that is not latched; the order is that of the truth table.
 Trip trip_of(const InterlockState& state, const InterlockInputs& in, const InterlockLimits& limits) noexcept {
+  if (in.slept) return Trip::kSlept;
   if (in.device_fault) return Trip::kDevice;
   if (in.beam != BeamVerdict::kNone) return Trip::kBeam;
   if (!state.armed) return Trip::kNone;
@@ -32,7 +33,7 @@ InterlockStep step(const InterlockState& state, const InterlockInputs& in, const
   const bool reset_edge = in.reset && !state.last_reset;
   const bool hold_edge = in.hold && !state.last_hold;
   const bool lines = in.interlock_closed && in.heartbeat_fresh;
-  const bool fault = in.device_fault || in.beam != BeamVerdict::kNone;
+  const bool fault = in.slept || in.device_fault || in.beam != BeamVerdict::kNone;
 
   InterlockStep next;
   InterlockState& s = next.state;

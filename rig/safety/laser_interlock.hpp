@@ -32,6 +32,7 @@ struct InterlockInputs {
   bool at_rest = false;           ///< the arm, as measured
   bool sweeping = false;          ///< the plan is between the laser's warm-up and the end of the last pass
   bool device_fault = false;      ///< arm, laser, following error, overrun: anything the cycle calls a fault
+  bool slept = false;             ///< the machine was suspended since the step before
   bool laser_request = false;     ///< the laser schedule wants light now
   BeamVerdict beam = BeamVerdict::kNone;
 };
@@ -54,6 +55,7 @@ static_assert(std::is_trivially_copyable_v<InterlockState>);
 /// Why a step latched; the first that applies.
 enum class Trip : std::uint8_t {
   kNone,
+  kSlept,      ///< the machine was suspended
   kDevice,     ///< device_fault
   kBeam,       ///< the beam's verdict
   kHeartbeat,  ///< late while armed
@@ -83,20 +85,21 @@ struct InterlockStep {
 ///   over    light is asked for, and its stretch is longer than maximum_on
 ///   time    the hold is younger than its limit
 ///
-///   | latched armed holding | arm  reset hold | fault lines over rest sweeping time | -> latched armed holding |
-///   | yes     -     -       | -    edge  -    | no    yes   -    -    -        -    | -> no      no    no      |  arm again after it
-///   | yes     -     -       | -    -     -    | -     -     -    -    -        -    | -> yes     no    no      |
-///   | no      -     -       | -    -     -    | yes   -     -    -    -        -    | -> yes     no    no      |  trips, armed or not
-///   | no      yes   -       | -    -     -    | -     no    -    -    -        -    | -> yes     no    no      |  interlock, heartbeat
-///   | no      yes   -       | -    -     -    | -     -     yes  -    -        -    | -> yes     no    no      |  lit for too long
-///   | no      yes   yes     | -    -     -    | -     -     -    no   -        -    | -> yes     no    no      |  moved in a hold
-///   | no      yes   -       | no   -     -    | -     -     -    -    -        -    | -> no      no    no      |  disarming is no fault
-///   | no      yes   yes     | -    -     yes  | -     -     -    -    no       yes  | -> no      yes   yes     |
-///   | no      yes   yes     | -    -     -    | -     -     -    -    -        -    | -> no      yes   no      |  let go, or its time is up
-///   | no      yes   no      | -    -     edge | -     -     -    yes  no       -    | -> no      yes   yes     |
-///   | no      yes   no      | -    -     -    | -     -     -    -    -        -    | -> no      yes   no      |
-///   | no      no    -       | edge -     -    | -     yes   -    -    -        -    | -> no      yes   no      |
-///   | no      no    -       | -    -     -    | -     -     -    -    -        -    | -> no      no    no      |  an edge while not good is lost
+///   | latched armed holding | arm  reset hold | slept fault lines over rest sweeping time | -> latched armed holding |
+///   | yes     -     -       | -    edge  -    | no    no    yes   -    -    -        -    | -> no      no    no      |  arm again after it
+///   | yes     -     -       | -    -     -    | -     -     -     -    -    -        -    | -> yes     no    no      |
+///   | no      -     -       | -    -     -    | yes   -     -     -    -    -        -    | -> yes     no    no      |  the machine slept, armed or not
+///   | no      -     -       | -    -     -    | -     yes   -     -    -    -        -    | -> yes     no    no      |  trips, armed or not
+///   | no      yes   -       | -    -     -    | -     -     no    -    -    -        -    | -> yes     no    no      |  interlock, heartbeat
+///   | no      yes   -       | -    -     -    | -     -     -     yes  -    -        -    | -> yes     no    no      |  lit for too long
+///   | no      yes   yes     | -    -     -    | -     -     -     -    no   -        -    | -> yes     no    no      |  moved in a hold
+///   | no      yes   -       | no   -     -    | -     -     -     -    -    -        -    | -> no      no    no      |  disarming is no fault
+///   | no      yes   yes     | -    -     yes  | -     -     -     -    -    no       yes  | -> no      yes   yes     |
+///   | no      yes   yes     | -    -     -    | -     -     -     -    -    -        -    | -> no      yes   no      |  let go, or its time is up
+///   | no      yes   no      | -    -     edge | -     -     -     -    yes  no       -    | -> no      yes   yes     |
+///   | no      yes   no      | -    -     -    | -     -     -     -    -    -        -    | -> no      yes   no      |
+///   | no      no    -       | edge -     -    | -     -     yes   -    -    -        -    | -> no      yes   no      |
+///   | no      no    -       | -    -     -    | -     -     -     -    -    -        -    | -> no      no    no      |  an edge while not good is lost
 ///
 /// Outputs, from the new state:
 ///

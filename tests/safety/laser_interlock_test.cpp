@@ -21,6 +21,7 @@ struct Case {
 };
 
 bool fault(const InterlockInputs& in) { return in.device_fault || in.beam != BeamVerdict::kNone; }
+bool trouble(const InterlockInputs& in) { return in.slept || fault(in); }
 bool lines(const InterlockInputs& in) { return in.interlock_closed && in.heartbeat_fresh; }
 
 /// Calls `check` for every state and every input: all booleans, every verdict, and of every timer a value on either
@@ -33,7 +34,7 @@ void for_every_case(Check check) {
   Case c;
   for (unsigned s = 0; s < 128; ++s)
     for (unsigned timers = 0; timers < 3 * 3 * 3 * 2; ++timers)
-      for (unsigned i = 0; i < 512; ++i)
+      for (unsigned i = 0; i < 1024; ++i)
         for (const BeamVerdict beam : {BeamVerdict::kNone, BeamVerdict::kMissing, BeamVerdict::kStray}) {
           const auto bit = [](unsigned bits, int n) { return ((bits >> n) & 1) != 0; };
           c.state = {bit(s, 0),
@@ -48,7 +49,7 @@ void for_every_case(Check check) {
                      kNow - lit_for[timers / 9 % 3],
                      kNow - dark_for[timers / 27]};
           c.in = {kNow,      bit(i, 0), bit(i, 1), bit(i, 2), bit(i, 3), bit(i, 4),
-                  bit(i, 5), bit(i, 6), bit(i, 7), bit(i, 8), beam};
+                  bit(i, 5), bit(i, 6), bit(i, 7), bit(i, 8), bit(i, 9), beam};
           check(c, step(c.state, c.in, kLimits));
         }
 }
@@ -67,9 +68,9 @@ std::string shown(const Case& c) {
   std::string text = "state armed latched holding last_arm last_reset last_hold stretch:";
   for (const bool b : {s.armed, s.latched, s.holding, s.last_arm, s.last_reset, s.last_hold, s.stretch})
     text += b ? " 1" : " 0";
-  text += "; input arm reset hold interlock heartbeat rest sweeping fault request:";
+  text += "; input arm reset hold interlock heartbeat rest sweeping fault slept request:";
   for (const bool b : {i.arm, i.reset, i.hold, i.interlock_closed, i.heartbeat_fresh, i.at_rest, i.sweeping,
-                       i.device_fault, i.laser_request})
+                       i.device_fault, i.slept, i.laser_request})
     text += b ? " 1" : " 0";
   return text + "; beam " + std::to_string(static_cast<int>(i.beam));
 }
@@ -84,20 +85,20 @@ void expect_laws(std::vector<Law> laws) {
   for (const Law& law : laws)
     EXPECT_EQ(law.broken, 0u) << law.name << ": broken in " << law.broken << " of " << cases << " cases, first "
                               << law.first;
-  EXPECT_EQ(cases, 128u * 54 * 512 * 3);
+  EXPECT_EQ(cases, 128u * 54 * 1024 * 3);
 }
 
 TEST(LaserInterlock, DoesInEveryCaseWhatTheTableAboveItSays) {
   const TruthTable table = TruthTable::in_file(TANKRIG_SOURCE_DIR "/rig/safety/laser_interlock.hpp");
-  ASSERT_EQ(table.rows(), 13u);
+  ASSERT_EQ(table.rows(), 14u);
   std::vector<std::uint64_t> used(table.rows());
   std::uint64_t wrong = 0;
   std::string first;
   const std::size_t latched = table.input("latched"), armed = table.input("armed"), holding = table.input("holding"),
                     arm = table.input("arm"), reset = table.input("reset"), hold = table.input("hold"),
-                    fault_column = table.input("fault"), lines_column = table.input("lines"),
-                    over = table.input("over"), rest = table.input("rest"), sweeping = table.input("sweeping"),
-                    time = table.input("time");
+                    slept = table.input("slept"), fault_column = table.input("fault"),
+                    lines_column = table.input("lines"), over = table.input("over"), rest = table.input("rest"),
+                    sweeping = table.input("sweeping"), time = table.input("time");
   std::vector<TruthTable::Value> values(table.inputs());
   for_every_case([&](const Case& c, const InterlockStep& out) {
     const bool stretch = c.state.stretch && c.in.now - c.state.last_lit < kLimits.indicator_delay;
@@ -108,6 +109,7 @@ TEST(LaserInterlock, DoesInEveryCaseWhatTheTableAboveItSays) {
     values[arm] = {c.in.arm, c.in.arm && !c.state.last_arm};
     values[reset] = {c.in.reset, c.in.reset && !c.state.last_reset};
     values[hold] = {c.in.hold, c.in.hold && !c.state.last_hold};
+    values[slept] = {c.in.slept, false};
     values[fault_column] = {fault(c.in), false};
     values[lines_column] = {lines(c.in), false};
     values[over] = {asks && stretch && c.in.now - c.state.lit_at > kLimits.maximum_on, false};
@@ -135,12 +137,12 @@ TEST(LaserInterlock, KeepsItsLawsInEveryCase) {
                              c.in.now - c.state.lit_at <= kLimits.maximum_on;
          const bool held = c.in.at_rest && c.in.hold &&
                            (c.state.holding ? c.in.now - c.state.held_at < kLimits.hold : !c.state.last_hold);
-         return armed && lines(c.in) && !fault(c.in) && !c.state.latched && c.in.laser_request &&
+         return armed && lines(c.in) && !trouble(c.in) && !c.state.latched && c.in.laser_request &&
                 (c.in.sweeping || held) && within;
        }},
       {"light in a sweep where every condition holds",
        [](const Case& c, const InterlockStep& out) {
-         const bool all = !c.state.latched && c.state.armed && c.in.arm && lines(c.in) && !fault(c.in) &&
+         const bool all = !c.state.latched && c.state.armed && c.in.arm && lines(c.in) && !trouble(c.in) &&
                           c.in.sweeping && c.in.laser_request && !c.state.holding && !c.state.stretch &&
                           c.in.now - c.state.armed_at >= kLimits.indicator_delay;
          return !all || out.outputs.laser;
@@ -148,7 +150,7 @@ TEST(LaserInterlock, KeepsItsLawsInEveryCase) {
       {"becomes armed only by an edge outside any fault, and never with light in the same step",
        [](const Case& c, const InterlockStep& out) {
          if (!out.state.armed || c.state.armed) return true;
-         return c.in.arm && !c.state.last_arm && !c.state.latched && lines(c.in) && !fault(c.in) &&
+         return c.in.arm && !c.state.last_arm && !c.state.latched && lines(c.in) && !trouble(c.in) &&
                 out.state.armed_at == kNow && !out.outputs.laser;
        }},
       {"a hold begins only by an edge, armed, at rest, outside a sweep",
@@ -163,11 +165,11 @@ TEST(LaserInterlock, KeepsItsLawsInEveryCase) {
        }},
       {"every fault latches",
        [](const Case& c, const InterlockStep& out) {
-         return c.state.latched || !fault(c.in) || (out.state.latched && out.outputs.trip != Trip::kNone);
+         return c.state.latched || !trouble(c.in) || (out.state.latched && out.outputs.trip != Trip::kNone);
        }},
       {"latched until a reset edge with all good",
        [](const Case& c, const InterlockStep& out) {
-         const bool released = c.in.reset && !c.state.last_reset && lines(c.in) && !fault(c.in);
+         const bool released = c.in.reset && !c.state.last_reset && lines(c.in) && !trouble(c.in);
          return !c.state.latched ||
                 (out.state.latched == !released && out.outputs.recovered == released && !out.state.armed);
        }},
@@ -183,6 +185,8 @@ TEST(LaserInterlock, KeepsItsLawsInEveryCase) {
          switch (out.outputs.trip) {
            case Trip::kNone:
              return true;
+           case Trip::kSlept:
+             return c.in.slept;
            case Trip::kDevice:
              return c.in.device_fault;
            case Trip::kBeam:
