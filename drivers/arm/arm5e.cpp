@@ -50,6 +50,8 @@ Arm5e::Arm5e(const Arm5eSettings& settings, const ArmModel& model, std::unique_p
       faults_(settings_) {
   tracks_.fill(EncoderTrack(settings.encoder));
   const Stamp now = clock_.now();
+  (void)suspend_watch_.look(clock_.asleep());  // the first look: from here on it is seen
+  (void)keeper_suspend_watch_.look(clock_.asleep());
   next_send_ = listened_ = now;
   written_ns_ = now.ns;
   keeper_life_.give(now);

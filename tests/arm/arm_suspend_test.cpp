@@ -48,6 +48,7 @@ TEST(ArmOnAMachineThatSleeps, IsStoppedByTheDriversOwnThreadTooBeforeItsWatchdog
   const ArmModel model = arm5e();
   sim::ArmEmulatorParameters parameters;
   parameters.can_paced = true;
+  parameters.watchdog = 0s;  // so that what stops it is what is looked at
   sim::ArmEmulator emulator(model, parameters, clock);
   auto [driver, device] = make_can_pair(clock);
   emulator.serve(std::move(device));
@@ -66,8 +67,14 @@ TEST(ArmOnAMachineThatSleeps, IsStoppedByTheDriversOwnThreadTooBeforeItsWatchdog
     (void)arm.write_ticks(kDriven);
     return moves();
   }));
+  const auto stops = [&] {
+    for (const Statistic& s : arm.statistics())
+      if (s.name == "watchdog_stops") return s.value;
+    return -1.0;
+  };
+  ASSERT_EQ(stops(), 0);
   clock.suspend(1h);
-  EXPECT_TRUE(until([&] { return !moves(); }));
+  EXPECT_TRUE(until([&] { return stops() == 1 && !moves(); })) << stops() << " stops";
 }
 
 }  // namespace
