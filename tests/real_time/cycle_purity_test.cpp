@@ -101,7 +101,7 @@ struct WatchedCycle {
         plan(make_scan_plan(s, s.park)),
         arm(real_arm, 20, enough),
         executive(plan, s, arm, laser),
-        cycle(executive, clock, 2ms, s.real_time) {}
+        cycle(executive, clock, 2ms, s.real_time, {.noticed = 1h, .given_up = 1h}) {}  // the machine may stand still
 
   void turn() {
     executive.heartbeat(clock.now());
