@@ -120,7 +120,7 @@ void PreviewOutput::add(const cv::Mat& image, Stamp stamp, bool lit, const Camer
   if (summary_.refreshes > 0 && stamp < next_) return;
   // On the grid of refreshes, so that frames a little early or late do not slow it down; late ones are not made up for.
   next_ = std::max(next_ + period_, stamp + period_ / 2);
-  const std::uint64_t lost = counters.lost + counters.incomplete + counters.overrun;
+  const std::uint64_t lost = counters.left_out();
   if (summary_.refreshes == 0) lost_before_ = lost;
   summary_.lost = lost - lost_before_;
   show(image, lit);

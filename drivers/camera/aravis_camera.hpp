@@ -59,18 +59,21 @@ std::vector<AravisDevice> find_aravis_devices();
 /// Frame stamps are the middle of the exposure: the device's stamp, moved by half an exposure, on our clock through a
 /// fitted line. The line goes through readings of the device's clock (GigE Vision timestamp latch, bracketed by
 /// readings of ours; sigma from the width of the bracket), taken at opening and then by a thread of the camera's own; a
-/// device without the latch is fitted to the earliest arrivals less `transfer_delay`, and the sigma says so.
+/// device without the latch is fitted to the earliest arrivals less `transfer_delay`, and the sigma says so. A frame is
+/// given out when that thread has read the clock once more after it came: one whose clock has jumped is not
+/// (ClockTrust).
 ///
 /// Copies: Mono8 and BGR8 pictures are the memory the packets were gathered in, which returns to the camera when the
 /// last cv::Mat on it is gone; other formats are converted once.
 ///
 /// Losses: an incomplete frame (packets missing, or smaller than promised) is counted and not given out; a frame number
-/// never seen is lost, or overrun if all buffers were waiting for their reader. Numbers count from the first frame seen
-/// after start(): what was lost before it is not counted.
+/// never seen is lost, or overrun if all buffers were waiting for their reader; what came and was not taken before
+/// stop() is unread, or incomplete, also if it came after. Numbers count from the first frame seen after start(): what
+/// was lost before it is not counted.
 ///
 /// A camera that vanishes is kDisconnected at every try_grab until it is back; it is searched for, opened and started
 /// again by the camera's thread, and `sequence` goes on. A free-running camera without frames for `stall_periods` is
-/// one kTimeout.
+/// one kTimeout; so is a clock that does not answer while a frame waits for it.
 ///
 /// Threads: as Camera; try_grab and trigger may be in different threads. try_grab never waits for the device; stop does
 /// not for one that has stalled: its own thread does. Errors: kInternal if that thread has ended; the constructor

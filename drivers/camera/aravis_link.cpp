@@ -217,7 +217,6 @@ void AravisLink::add_buffer() {
 Status AravisLink::start() {
   const std::lock_guard lock(features_);
   if (acquiring_) return {};
-  while (ArvBuffer* left = arv_stream_try_pop_buffer(stream_.get())) arv_stream_push_buffer(stream_.get(), left);
   ArvError error;
   arv_camera_start_acquisition(camera_.get(), error);
   if (error) return Error{ErrorCode::kDisconnected, 0, clock_.now(), "camera: AcquisitionStart"};
@@ -239,6 +238,17 @@ Status AravisLink::trigger() {
   arv_camera_software_trigger(camera_.get(), error);
   if (error) return Error{ErrorCode::kIo, 0, clock_.now(), "camera: TriggerSoftware"};
   return {};
+}
+
+AravisLink::Flushed AravisLink::flush() noexcept {
+  Flushed flushed;
+  while (ArvBuffer* left = arv_stream_try_pop_buffer(stream_.get())) {
+    hand_over();
+    ++(arv_buffer_get_status(left) == ARV_BUFFER_STATUS_SUCCESS ? flushed.whole : flushed.torn);
+    hand_over();
+    arv_stream_push_buffer(stream_.get(), left);
+  }
+  return flushed;
 }
 
 std::int64_t AravisLink::device_stamp(ArvBuffer* buffer) const {

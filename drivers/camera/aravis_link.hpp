@@ -44,6 +44,11 @@ class AravisLink {
   void stop() noexcept;
   Status trigger();
   std::optional<AravisReceived> pop();
+  struct Flushed {
+    std::uint64_t whole = 0, torn = 0;
+  };
+  /// Throws away what has come and nobody popped.
+  Flushed flush() noexcept;
 
   /// The device's clock between two readings of ours, the narrowest of `tries`. Nothing: the device has no latch.
   /// Errors: kDisconnected if it does not answer.

@@ -26,9 +26,17 @@ struct CameraInfo {
   double rate_hz = 0;
 };
 
-/// What became of the frames, for the session and the doctor.
+/// What became of the frames, for the session and the doctor. A frame is in one of these, once; what a frame's number
+/// skips since the one before it is counted before the frame is given out.
 struct CameraCounters {
-  std::uint64_t delivered = 0, lost = 0, incomplete = 0, overrun = 0;
+  std::uint64_t delivered = 0;
+  std::uint64_t lost = 0;          ///< never came
+  std::uint64_t incomplete = 0;    ///< came in part, or damaged
+  std::uint64_t overrun = 0;       ///< found no room: its reader was too slow
+  std::uint64_t unread = 0;        ///< whole, but the camera was stopped before its reader took it
+  std::uint64_t clock_unsure = 0;  ///< whole, but the device's clock had jumped, or could not be read
+
+  std::uint64_t left_out() const noexcept { return lost + incomplete + overrun + unread + clock_unsure; }
 };
 
 /// Threads: start, try_grab and stop from one thread, trigger from any, none the cycle's.  RT: never.

@@ -35,7 +35,8 @@ std::optional<MappedStamp> ClockFit::map(std::int64_t device_ns) const {
                      Duration{std::llround(std::min(sigma, 9e18))}};
 }
 
-bool ClockFit::fits(const ClockSample& sample) const {
+bool ClockFit::agrees(const ClockSample& sample) const {
+  if (window_.empty() || sample.device_ns < window_.front().device_ns) return false;
   const MappedStamp expected = *map(sample.device_ns);
   const double sigma = std::hypot(sigma_ns(sample), static_cast<double>(expected.sigma.count()));
   const double allowed =
@@ -45,7 +46,7 @@ bool ClockFit::fits(const ClockSample& sample) const {
 
 ClockFit::Verdict ClockFit::add(const ClockSample& sample) {
   Verdict verdict = Verdict::kAccepted;
-  if (!window_.empty() && (!fits(sample) || sample.device_ns < window_.front().device_ns)) {
+  if (!window_.empty() && !agrees(sample)) {
     if (!suspect_) {
       suspect_ = sample;
       ++outliers_;

@@ -42,6 +42,8 @@ class ClockFit {
   explicit ClockFit(const ClockFitSettings& settings = {}) : settings_(settings) {}
 
   Verdict add(const ClockSample& sample);
+  /// Whether the line, as it is, explains the sample. False before the first one.
+  bool agrees(const ClockSample& sample) const;
   /// Nothing before the first sample.
   std::optional<MappedStamp> map(std::int64_t device_ns) const;
   void reset();
@@ -55,7 +57,6 @@ class ClockFit {
 
  private:
   void solve();
-  bool fits(const ClockSample& sample) const;
 
   ClockFitSettings settings_;
   std::deque<ClockSample> window_;

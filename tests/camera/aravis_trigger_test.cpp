@@ -231,6 +231,32 @@ TEST_F(AravisTriggerTest, IgnoresATriggerWhileItExposesAsCamerasDo) {
   EXPECT_EQ(emulator.exposures(), 1u);
 }
 
+TEST_F(AravisTriggerTest, CountsWhatCameAfterItsReaderHadStopped) {
+  GigeCameraEmulator emulator(emulated(), picture);
+  AravisSettings settings = driven("software");
+  settings.packet_size = 576;
+  AravisCamera sut(settings);
+  emulator.lose_packets(0.2);  // of some 40: no frame is whole, none is lost without a trace
+  std::uint64_t triggers = 0;
+  for (int run = 0; run < 2; ++run) {
+    ASSERT_TRUE(sut.start().ok());
+    ASSERT_TRUE(sut.trigger().ok());
+    ++triggers;
+    ASSERT_TRUE(wait_for([&] { return emulator.sent() == triggers; }));
+    sut.stop();  // before anybody knows that packets are missing
+    EXPECT_TRUE(wait_for([&] { return sut.counters().incomplete == triggers; })) << sut.counters().incomplete;
+  }
+  emulator.lose_packets(0);
+  ASSERT_TRUE(sut.start().ok());
+  ASSERT_TRUE(sut.trigger().ok());
+  ++triggers;
+  ASSERT_TRUE(wait_for([&] { return emulator.sent() == triggers; }));
+  sut.stop();
+  EXPECT_TRUE(wait_for([&] { return sut.counters().unread == 1; })) << "whole, and nobody took it";
+  EXPECT_EQ(sut.counters().delivered, 0u);
+  EXPECT_EQ(sut.counters().left_out(), triggers);
+}
+
 TEST_F(AravisTriggerTest, PairsTwoCamerasByTheirTriggers) {
   TruthLog left_truth, right_truth;
   GigeCameraEmulator left_device(emulated(), picture, left_truth.writer());

@@ -69,7 +69,7 @@ constexpr Case kCases[] = {
     {D::kCamera, K::kDropped,      {.ratio = 0.05}, kDone, kDone, nullptr, kNone, "mono.lost"},
     {D::kCamera, K::kTorn,         {}, "camera mono", "camera mono", "camera mono", kNone, "mono.incomplete"},
     {D::kCamera, K::kClockJump,    {}, kJumped, kDone, nullptr},
-    {D::kCamera, K::kClockJump,    {.jump = -500ms}, kJumped, kJumped, nullptr},
+    {D::kCamera, K::kClockJump,    {.jump = -500ms}, kJumped, kDone, nullptr},
     {D::kLaser, K::kOff,          {}, kRelay, kRelay, kRelay},
     {D::kLaser, K::kStuck,        {}, "laser: on though not commanded", "laser: on though not commanded", "laser: on though not commanded"},
     {D::kLaser, K::kGarbage,      {}, kRelay, kRelay, kRelay},
