@@ -87,7 +87,10 @@ struct V4l2Camera::Impl {
   }
 
   Status begin() {
-    pictures.restart();
+    if (std::exchange(unwanted, false))
+      pictures.begin_anew();
+    else
+      pictures.restart();
     const Status started = stream.start(settings.buffers);
     if (!started.ok()) {
       if (started.error().code == ErrorCode::kDisconnected) lose(started.error().os_errno);
@@ -100,6 +103,7 @@ struct V4l2Camera::Impl {
 
   void stop() noexcept {
     wanted = false;
+    unwanted = true;
     stream.stop();
     pictures.forget();
   }
@@ -153,7 +157,7 @@ struct V4l2Camera::Impl {
     const V4l2Taken taken = pictures.add(buffer, stream.memory(buffer), last_empty, now);
     stream.give_back(buffer);
     (late > 0 ? counters.overrun : counters.lost) += taken.missed;
-    if (taken.damaged) ++counters.incomplete;
+    counters.incomplete += taken.incomplete;
     if (late > 0) --late;
     ++burst;
     last_news = now;
@@ -217,6 +221,7 @@ struct V4l2Camera::Impl {
   V4l2Pictures pictures;
 
   bool wanted = false, lost = false, stalled = false, broken = false;
+  bool unwanted = false;  ///< since the stream began last
   Stamp look_again_at{}, last_news{}, last_look{}, last_empty{};
   Duration last_sigma{};
   int burst = 0;  ///< pictures taken since a look found none

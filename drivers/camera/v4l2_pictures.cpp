@@ -60,24 +60,27 @@ V4l2Taken V4l2Pictures::add(const v4l2_buffer& buffer, std::span<const std::uint
   V4l2Taken taken;
   const MidExposure mid = mid_of(buffer, last_empty, now);
   const bool each_field_counts = alternating_ && settings_.fields == FieldUse::kBoth;
-  const bool partner = alternating_ && settings_.fields == FieldUse::kWeave && newer_field && waiting_;
+  const bool partner =
+      alternating_ && settings_.fields == FieldUse::kWeave && newer_field && (waiting_ || broken_ == last_number_);
   // Times of arrival are too coarse to tell a missing picture by.
   const Duration countable = monotonic_ ? frame_period_ : Duration{0};
   V4l2Sequence::Place place;
   if (each_field_counts)
     place = sequence_.place(2 * buffer.sequence + (newer_field ? 1u : 0u), mid.stamp, countable / 2);
   else if (partner && buffer.sequence == last_device_number_)
-    place.number = waiting_->number;
+    place.number = last_number_;
   else
     place = sequence_.place(buffer.sequence, mid.stamp, countable);
   last_device_number_ = buffer.sequence;
+  last_number_ = place.number;
+  if (waiting_ && waiting_->number != place.number) drop_waiting();  // its partner never came
   const std::uint64_t per_buffer = both_fields_ && two_fields_ ? 2 : 1;
   taken.missed = place.missed * per_buffer;
 
   if (buffer.flags & V4L2_BUF_FLAG_ERROR) {
     ++counts_.error_buffers;
-    taken.damaged = true;
-    return taken;
+    break_frame(place.number, per_buffer);
+    return told(taken);
   }
   const std::size_t used = std::min<std::size_t>(buffer.bytesused, memory.size());
   auto picture =
@@ -85,8 +88,8 @@ V4l2Taken V4l2Pictures::add(const v4l2_buffer& buffer, std::span<const std::uint
                settings_.channels);
   if (!picture.ok()) {
     ++counts_.damaged_pictures;
-    taken.damaged = true;
-    return taken;
+    break_frame(place.number, per_buffer);
+    return told(taken);
   }
   if (is_lone_field(layout))
     add_lone_field(picture.value(), first_field(layout), mid, place.number);
@@ -94,7 +97,26 @@ V4l2Taken V4l2Pictures::add(const v4l2_buffer& buffer, std::span<const std::uint
     add_two_fields(picture.value(), layout, mid, place.number);
   else
     push(std::move(picture.value()), mid, place.number);
+  return told(taken);
+}
+
+V4l2Taken V4l2Pictures::told(V4l2Taken taken) {
+  taken.incomplete = std::exchange(incomplete_, 0);
   return taken;
+}
+
+/// Once, however many of its fields are damaged or missing.
+void V4l2Pictures::break_frame(std::uint64_t number, std::uint64_t frames) {
+  if (std::exchange(broken_, number) != number) incomplete_ += frames;
+  if (waiting_ && waiting_->number == number) drop_waiting();
+}
+
+void V4l2Pictures::drop_waiting() {
+  if (!waiting_) return;
+  const std::uint64_t number = waiting_->number;
+  waiting_.reset();
+  ++counts_.unpaired_fields;
+  break_frame(number);
 }
 
 void V4l2Pictures::add_two_fields(const cv::Mat& picture, FieldLayout layout, const MidExposure& mid,
@@ -132,8 +154,7 @@ void V4l2Pictures::add_lone_field(const cv::Mat& lines, Parity parity, const Mid
     waiting_.reset();
     return push(woven(top, bottom), between, number);
   }
-  if (waiting_) ++counts_.unpaired_fields;
-  waiting_ = WaitingField{lines, parity, mid, number};
+  if (broken_ != number) waiting_ = WaitingField{lines, parity, mid, number};
 }
 
 void V4l2Pictures::push(cv::Mat image, const MidExposure& mid, std::uint64_t number) {
@@ -150,11 +171,16 @@ std::optional<Frame> V4l2Pictures::pop() {
 
 void V4l2Pictures::restart() {
   sequence_.restart();
-  waiting_.reset();
+  drop_waiting();
+}
+
+void V4l2Pictures::begin_anew() {
+  sequence_.begin_anew();
+  drop_waiting();
 }
 
 void V4l2Pictures::forget() {
-  waiting_.reset();
+  drop_waiting();
   ready_ = {};
 }
 

@@ -18,8 +18,8 @@ namespace tankrig {
 
 /// What a buffer told besides its pictures.
 struct V4l2Taken {
-  std::uint64_t missed = 0;  ///< pictures that never came before it
-  bool damaged = false;
+  std::uint64_t missed = 0;      ///< frames that never came before it
+  std::uint64_t incomplete = 0;  ///< frames that will not be whole any more
 };
 
 /// A buffer gives none, one or (two fields) two frames, in the order of their exposure.
@@ -42,6 +42,8 @@ class V4l2Pictures {
 
   /// The device begins to count again.
   void restart();
+  /// Likewise, and nobody wanted what it exposed meanwhile.
+  void begin_anew();
   /// Drops what waits.
   void forget();
   const Counts& counts() const { return counts_; }
@@ -53,6 +55,9 @@ class V4l2Pictures {
   void add_two_fields(const cv::Mat& picture, FieldLayout layout, const MidExposure& mid, std::uint64_t number);
   void add_lone_field(const cv::Mat& lines, Parity parity, const MidExposure& mid, std::uint64_t number);
   void push(cv::Mat image, const MidExposure& mid, std::uint64_t number);
+  V4l2Taken told(V4l2Taken taken);
+  void break_frame(std::uint64_t number, std::uint64_t frames = 1);
+  void drop_waiting();
 
   const V4l2CameraSettings settings_;
   const V4l2Format format_;
@@ -61,7 +66,10 @@ class V4l2Pictures {
   V4l2Exposure exposure_;
   V4l2Sequence sequence_;
   std::uint32_t last_device_number_ = 0;
-  bool monotonic_ = false;  ///< the last stamp's clock
+  std::uint64_t last_number_ = 0;
+  std::optional<std::uint64_t> broken_;  ///< number of the last frame that was not whole
+  std::uint64_t incomplete_ = 0;         ///< still to be told of
+  bool monotonic_ = false;               ///< the last stamp's clock
   Counts counts_;
 
   struct WaitingField {

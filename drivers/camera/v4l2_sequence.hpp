@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <optional>
 
 #include "core/time.hpp"
@@ -33,9 +34,15 @@ class V4l2Sequence {
 
   /// The device counts from the beginning again: what is missing is told from the stamps.
   void restart() noexcept { last_.reset(); }
+  /// Nobody wanted what it exposed meanwhile: nothing is missing.
+  void begin_anew() noexcept {
+    last_.reset();
+    last_stamp_ = kNever;
+  }
 
  private:
   static constexpr std::uint32_t kBackwards = 1u << 31;
+  static constexpr Stamp kNever{std::numeric_limits<std::int64_t>::max()};
 
   static std::uint64_t pictures_between(Stamp a, Stamp b, Duration period) noexcept {
     if (period.count() <= 0 || b <= a) return 0;

@@ -208,6 +208,20 @@ TEST_F(V4l2Faults, BuffersWithTheErrorFlagAndShortOnesAreIncomplete) {
   EXPECT_EQ(statistic(*camera, "damaged_pictures"), 2);
 }
 
+TEST_F(V4l2Faults, WhatIsExposedWhileNobodyWantsItIsNotLost) {
+  auto camera = started();
+  script->deliver(1);
+  const auto before = grab(*camera);
+  camera->stop();
+  script->pass(4s);
+  ASSERT_TRUE(camera->start().ok());
+  script->deliver(2);
+  const auto after = grab(*camera);
+  ASSERT_TRUE(before && after);
+  EXPECT_EQ(after->sequence, before->sequence + 1);
+  EXPECT_EQ(camera->counters().left_out(), 0u);
+}
+
 TEST_F(V4l2Faults, ABufferThatClaimsMoreThanItsMemoryIsCutToIt) {
   auto camera = started();
   script->deliver(std::vector<std::uint8_t>(script->size() * 10, 4), {});
@@ -439,6 +453,35 @@ TEST_F(V4l2AlternatingFields, TwoFieldsOfOneFrameAreWoven) {
   EXPECT_EQ(statistic(*camera, "unpaired_fields"), 1);
 }
 
+TEST_F(V4l2AlternatingFields, AWovenFrameThatLacksAFieldIsIncompleteOnce) {
+  constexpr std::uint32_t kBad = V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC | V4L2_BUF_FLAG_ERROR;
+  auto camera = started();
+  std::uint32_t n = 0;
+  deliver_frame(n++);
+  ASSERT_TRUE(grab(*camera));
+  const auto next = [&](bool top, bool bottom, bool top_bad, bool bottom_bad) {
+    script->sequence = n++;
+    script->pass(20ms);
+    if (top) script->deliver(ramp(2, 0, 20), {top_bad ? kBad : V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC, V4L2_FIELD_TOP});
+    script->pass(20ms);
+    if (bottom)
+      script->deliver(ramp(2, 10, 20), {bottom_bad ? kBad : V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC, V4L2_FIELD_BOTTOM});
+    EXPECT_FALSE(grab(*camera)) << "frame " << n - 1;
+  };
+  next(true, true, true, false);    // the first field is damaged
+  next(true, true, false, true);    // the second
+  next(true, true, true, true);     // both
+  next(true, false, false, false);  // the second is lost
+  next(true, true, true, false);    // and the next frame's first damaged: its second is no partner of what waited
+  next(false, true, false, false);  // the first is lost
+  deliver_frame(n);
+  const auto frame = grab(*camera);
+  ASSERT_TRUE(frame);
+  EXPECT_EQ(frame->sequence, 7u);
+  EXPECT_EQ(camera->counters().incomplete, 6u);
+  EXPECT_EQ(camera->counters().left_out(), 6u);
+}
+
 TEST_F(V4l2AlternatingFields, EachIsAFrameAndTheirGapsAreCounted) {
   settings.fields = FieldUse::kBoth;
   auto camera = started();
@@ -487,6 +530,7 @@ TEST_F(V4l2Faults, FuzzedDevicesNeverBreakTheDriver) {
     settings.buffers = 2 + static_cast<int>(random() % 4);
     auto camera = started();
     std::optional<std::uint64_t> last;
+    std::uint64_t known = 0, skipped = 0;  // by the counters, by the frames' numbers
     for (int step = 0; step < 300; ++step) {
       script->pass(Duration{static_cast<std::int64_t>(random() % 60'000'000)});
       if (one_in(200)) script->present = !script->present;
@@ -500,6 +544,11 @@ TEST_F(V4l2Faults, FuzzedDevicesNeverBreakTheDriver) {
         script->deliver(bytes, {one_in(5) ? static_cast<std::uint32_t>(random()) : V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC,
                                 one_in(2) ? V4L2_FIELD_TOP : V4L2_FIELD_BOTTOM, 0});
       }
+      if (one_in(60)) {
+        camera->stop();
+        (void)camera->start().ok();
+        last.reset();
+      }
       auto news = camera->try_grab();
       if (!news.ok()) {
         if (one_in(3)) (void)camera->start().ok();
@@ -509,6 +558,9 @@ TEST_F(V4l2Faults, FuzzedDevicesNeverBreakTheDriver) {
       ASSERT_EQ(news.value()->image.size(), cv::Size(8, 4));
       ASSERT_EQ(news.value()->image.type(), CV_8UC1);
       ASSERT_TRUE(!last || news.value()->sequence > *last);
+      if (!last) known = camera->counters().left_out(), skipped = 0;
+      if (last) skipped += news.value()->sequence - *last - 1;
+      ASSERT_EQ(camera->counters().left_out() - known, skipped) << "round " << round << ", step " << step;
       last = news.value()->sequence;
       ++delivered;
     }
