@@ -75,10 +75,23 @@ void keep_figures(SessionWriter& writer, const RigConfig& rig, Backend& backend,
   info.simulated_s = result.simulated_s;
   if (backend.clock().real_time()) info.clock_end = read_clock_pair(backend.clock());
   info.counts.insert(result.counts.begin(), result.counts.end());
+  info.account = result.account;
   backend.end_wire_record();
   for (const Statistic& s : backend.statistics()) info.devices[s.name] = s.value;
   for (const Statistic& s : result.sync) info.devices[s.name] = s.value;
   keep_timing(writer, rig, result);
+}
+
+/// Of each camera that lost frames how many and why; one line for those that lost none.
+void tell_frames(const SessionInfo& info, Progress& progress) {
+  std::string whole;
+  for (const auto& [camera, account] : info.account) {
+    if (!lost_nothing(info.counts, camera, account))
+      progress.warn("camera " + camera + ": " + account_line(info.counts, camera, account));
+    else
+      whole += (whole.empty() ? "" : ", ") + camera + " " + std::to_string(info.counts.at(camera + ".recorded"));
+  }
+  if (!whole.empty()) progress.note("frames recorded, none lost: " + whole);
 }
 
 /// Where what failed has been told of, most likely the disk.
@@ -168,6 +181,7 @@ ScanResult record_scan(const ScanOptions& options, const RigConfig& rig, const S
     progress.warn(result.status + "; closing the session");
     as_far_as_possible([&] { keep_figures(writer, rig, backend, result); });
     as_far_as_possible([&] { writer.close(result.status, pictures()); });
+    tell_frames(writer.info(), progress);
     throw;
   }
   left = result.left;
@@ -185,7 +199,9 @@ ScanResult record_scan(const ScanOptions& options, const RigConfig& rig, const S
   progress.update("closing the session", 0);
   writer.close(result.status, pictures());
   write_checksums(path);
+  tell_frames(writer.info(), progress);
   for (const auto& [name, count] : writer.info().counts) result.counts[name] = count;
+  result.account = writer.info().account;
   return result;
 }
 

@@ -63,22 +63,17 @@ int stopped(const fs::path& path, const std::string& why, const std::optional<Ou
   return told_stopped(path, why, left, !has_spool(path), progress);
 }
 
-/// Warns of every camera that recorded clearly less than the plan holds. True if one has too little to make a cloud of.
+/// Warns of every camera that recorded clearly less than the plan holds. True if one has too little to make a cloud of,
+/// or if nobody knows what became of frames.
 bool frames_are_missing(const RigConfig& rig, const ScanPlan& plan, const ScanResult& result, Progress& progress) {
   bool too_few = false;
   for (const RigCamera& camera : rig.cameras) {
     const int expected = expected_frames(rig, camera, plan);
-    std::uint64_t recorded = 0;
-    std::string reasons;
-    for (const auto& [name, count] : result.counts) {
-      if (name == camera.name + ".recorded")
-        recorded = count;
-      else if (name.starts_with(camera.name + ".") && count > 0)
-        reasons += (reasons.empty() ? "" : ", ") + name.substr(camera.name.size() + 1) + " " + std::to_string(count);
-    }
+    const std::uint64_t recorded = result.counts.at(camera.name + ".recorded");
+    too_few = too_few || !result.account.at(camera.name).closes();
     if (static_cast<double>(recorded) >= 0.9 * expected) continue;
-    progress.warn("camera " + camera.name + ": " + std::to_string(recorded) + " of " + std::to_string(expected) +
-                  " frames recorded: " + (reasons.empty() ? "no others came" : reasons));
+    progress.warn("camera " + camera.name + ": " + std::to_string(recorded) + " frames recorded, the plan holds " +
+                  std::to_string(expected));
     too_few = too_few || static_cast<double>(recorded) < 0.5 * expected;
   }
   return too_few;
@@ -91,6 +86,13 @@ nlohmann::ordered_json scan_json(const RigConfig& rig, const Session& session, c
   out["wall_s"] = wall_s;
   out["simulated_s"] = result.simulated_s;
   out["frames"] = session.frames.size();
+  for (const auto& [camera, account] : result.account) {
+    nlohmann::ordered_json& frames = out["cameras"][camera];
+    frames = {{"expected", account.expected}, {"recorded", result.counts.at(camera + ".recorded")}};
+    frames["left_out"] = nlohmann::ordered_json::object();
+    for (const auto& [reason, count] : frame_reasons(result.counts, camera)) frames["left_out"][reason] = count;
+    frames["unaccounted"] = account.unaccounted;
+  }
   if (result.times) out["timing"] = timing_json(rig, result);
   return out;
 }

@@ -65,10 +65,6 @@ const Segment* FrameJoiner::segment_of(const PerCamera& camera, const Frame& fra
 
 void FrameJoiner::add(int number, Frame frame) {
   PerCamera& camera = cameras_[static_cast<std::size_t>(number)];
-  if (camera.has_sequence && frame.sequence > camera.next_sequence)
-    not_used(camera, "lost", frame.stamp, frame.sequence - camera.next_sequence);
-  camera.has_sequence = true;
-  camera.next_sequence = frame.sequence + 1;
   const Segment* segment = segment_of(camera, frame);
   if (!segment) {
     not_used(camera, "not_recorded", frame.stamp);
@@ -83,16 +79,46 @@ void FrameJoiner::add(int number, Frame frame) {
   waiting_.push_back({number, std::move(frame)});
 }
 
+void FrameJoiner::add_silence(int number, const Frame& last, Duration period, Stamp end, std::uint64_t known) {
+  PerCamera& camera = cameras_[static_cast<std::size_t>(number)];
+  std::uint64_t silent = 0;
+  Frame due;
+  due.exposure = last.exposure;
+  for (due.stamp = last.stamp + period; due.stamp + period < end; due.stamp = due.stamp + period) {
+    const Segment* segment = segment_of(camera, due);
+    if (!segment) continue;
+    int& taken = camera.per_segment[static_cast<std::size_t>(segment - plan_.segments().data())];
+    if (segment->phase != Phase::kSweep && taken >= settings_.dark_frames) continue;
+    ++taken;
+    ++silent;
+  }
+  if (silent <= known) return;
+  counts_[camera.name + ".silent"] += silent - known;
+  sink_.event(end, event_kind::kDrop, camera.name + ": silent x " + std::to_string(silent - known));
+}
+
 void FrameJoiner::drain() {
   while (!waiting_.empty() && try_join(waiting_.front())) waiting_.pop_front();
 }
 
 void FrameJoiner::finish() {
   drain();
-  for (const Waiting& w : waiting_)
-    not_used(cameras_[static_cast<std::size_t>(w.camera)],
-             joints_.interpolate(w.frame.stamp).ok() ? "laser_unknown" : "joints_after", w.frame.stamp);
+  for (; !waiting_.empty(); waiting_.pop_front()) {
+    const Waiting& w = waiting_.front();
+    not_used(cameras_[static_cast<std::size_t>(w.camera)], why_waiting(w), w.frame.stamp);
+  }
+}
+
+void FrameJoiner::give_up() {
+  for (const Waiting& w : waiting_) ++counts_[cameras_[static_cast<std::size_t>(w.camera)].name + "." + why_waiting(w)];
   waiting_.clear();
+}
+
+const char* FrameJoiner::why_waiting(const Waiting& waiting) const {
+  const Frame& frame = waiting.frame;
+  if (!joints_.interpolate(frame.stamp).ok()) return "joints_after";
+  const auto light = laser_.during(frame.stamp - frame.exposure / 2, frame.stamp + frame.exposure / 2);
+  return light == LaserTimeline::Light::kNotYetKnown ? "laser_unknown" : "recorder_failed";
 }
 
 /// True once the frame is recorded or counted; false while its joints are still to come.
@@ -138,8 +164,8 @@ bool FrameJoiner::try_join(const Waiting& waiting) {
   residuals_.push_back(record.sync_residual);
   residuals_on_target_.push_back(record.sync_on_target);
   stamp_sigmas_.push_back(record.stamp_sigma);
-  ++counts_[camera.name + ".recorded"];
   sink_.frame(record, frame.image);
+  ++counts_[camera.name + ".recorded"];
   return true;
 }
 
@@ -153,8 +179,8 @@ bool FrameJoiner::passes_gate(const PerCamera& camera, const FrameRecord& record
                 "%g ms and %g mm",
                 1e3 * time, gate.kSigmas, 1e3 * (time - seconds(record.sync_residual)), 1e3 * length,
                 1e3 * gate.max_residual, 1e3 * gate.max_residual_on_target);
-  ++counts_[camera.name + ".sync_gate"];
   sink_.event(record.stamp, event_kind::kDrop, camera.name + reason);
+  ++counts_[camera.name + ".sync_gate"];
   return false;
 }
 
@@ -164,11 +190,9 @@ double FrameJoiner::residual_on_target(double share) const { return quantile(res
 
 Duration FrameJoiner::stamp_sigma(double share) const { return quantile(stamp_sigmas_, share); }
 
-void FrameJoiner::not_used(const PerCamera& camera, const char* reason, Stamp when, std::uint64_t count) {
-  counts_[camera.name + "." + reason] += count;
-  if (std::strcmp(reason, "not_recorded") != 0)
-    sink_.event(when, event_kind::kDrop,
-                camera.name + ": " + reason + (count > 1 ? " x " + std::to_string(count) : ""));
+void FrameJoiner::not_used(const PerCamera& camera, const char* reason, Stamp when) {
+  if (std::strcmp(reason, "not_recorded") != 0) sink_.event(when, event_kind::kDrop, camera.name + ": " + reason);
+  ++counts_[camera.name + "." + reason];  // a frame that still waits when the sink throws is counted later
 }
 
 }  // namespace tankrig

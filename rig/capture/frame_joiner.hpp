@@ -16,7 +16,7 @@
 namespace tankrig {
 
 /// Reasons, as counted under "CAMERA.REASON":
-///   lost             the device's count skipped it
+///   silent           the camera was silent when it was due, by its rate
 ///   not_recorded     taken outside what this camera records, or beyond the dark block's number
 ///   joints_before    older than every joint sample kept       joints_after   the scan ended before a joint sample came
 ///   joint_gap        the joint samples around it are too far apart
@@ -24,6 +24,7 @@ namespace tankrig {
 ///   laser_wrong      sweep frame without laser, or dark frame with it
 ///   laser_unknown    the scan ended before the laser told of its time
 ///   sync_gate        its joints are known less well than the rig file allows (rig/sync/sync_gate.hpp)
+///   recorder_failed  all was known of it, but nothing could be recorded any more
 /// Threads: one.  RT: never.
 class FrameJoiner {
  public:
@@ -36,16 +37,19 @@ class FrameJoiner {
   /// exposes only at angles of the recorded part, so that every frame of a sweep belongs to it; at the first and the
   /// last angle half of the exposure lies outside.
   int add_camera(const std::string& name, RecordWhen record, bool at_angles = false);
-  /// The camera was (re)started: its next sequence number is no gap.
-  void restarted(int camera) { cameras_[static_cast<std::size_t>(camera)].has_sequence = false; }
   /// Is this camera's frame, exposed somewhere in [begin, end], of interest?
   bool wanted(int camera, Stamp begin, Stamp end) const;
 
   void add(int camera, Frame frame);
+  /// No frame came of a free-running camera between the exposure of `last` and `end`: what would have been recorded of
+  /// those due in between, a `period` apart, is silent, but for `known`, whose fate is known.
+  void add_silence(int camera, const Frame& last, Duration period, Stamp end, std::uint64_t known);
   /// Records or counts the frames whose joints are known by now, in order of arrival.
   void drain();
   /// Counts what still waits for joints that will not come.
   void finish();
+  /// Likewise, and tells nobody: for a sink that takes nothing any more.
+  void give_up();
 
   /// Frames not used, by reason; also "CAMERA.recorded".
   const std::map<std::string, std::uint64_t>& counts() const { return counts_; }
@@ -61,8 +65,6 @@ class FrameJoiner {
     std::string name;
     RecordWhen record = RecordWhen::kAll;
     bool at_angles = false;
-    bool has_sequence = false;
-    std::uint64_t next_sequence = 0;
     int index = 0;
     std::vector<int> per_segment;
   };
@@ -74,8 +76,9 @@ class FrameJoiner {
   bool records(const PerCamera& camera, const Segment& segment) const;
   const Segment* segment_of(const PerCamera& camera, const Frame& frame) const;
   bool try_join(const Waiting& waiting);
+  const char* why_waiting(const Waiting& waiting) const;
   bool passes_gate(const PerCamera& camera, const FrameRecord& record, double speed_on_target);
-  void not_used(const PerCamera& camera, const char* reason, Stamp when, std::uint64_t count = 1);
+  void not_used(const PerCamera& camera, const char* reason, Stamp when);
 
   const ScanPlan& plan_;
   const ScanSettings settings_;

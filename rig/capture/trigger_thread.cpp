@@ -27,10 +27,14 @@ TriggerThread::TriggerThread(Camera& camera, Clock& clock)
 }
 
 TriggerThread::~TriggerThread() {
+  end();
+  ::close(news_);
+}
+
+void TriggerThread::end() {
   ending_.store(true, std::memory_order_relaxed);
   ::eventfd_write(news_, 1);
   if (thread_.joinable()) thread_.join();
-  ::close(news_);
 }
 
 bool TriggerThread::request(const TriggerRequest& request) noexcept {

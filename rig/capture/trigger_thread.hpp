@@ -37,6 +37,8 @@ class TriggerThread {
 
   /// Starts the thread where time is real.
   void begin();
+  /// Waits for the trigger that is being given; none is given after it. Not for a dead thread.
+  void end();
   /// Under a virtual clock: when the next trigger is due, and giving it; the clock moves on to it.
   std::optional<Stamp> due() noexcept;
   void fire_due() noexcept;

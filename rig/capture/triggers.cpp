@@ -15,8 +15,10 @@ void Triggers::begin() {
 
 void Triggers::cycle(const CycleRecord& record) noexcept {
   for (const auto& one : cameras_)
-    if (const auto request = one->schedule.next(record); request && !one->thread.request(*request))
-      one->dropped.fetch_add(1, std::memory_order_relaxed);
+    if (const auto request = one->schedule.next(record)) {
+      one->requested.fetch_add(1, std::memory_order_relaxed);
+      if (!one->thread.request(*request)) one->dropped.fetch_add(1, std::memory_order_relaxed);
+    }
 }
 
 void Triggers::turn() noexcept {
@@ -32,7 +34,7 @@ void Triggers::turn() noexcept {
   }
 }
 
-void Triggers::collect(One& one) {
+void Triggers::collect(One& one, bool tell) {
   FiredTrigger fired;
   while (one.thread.try_pop(fired)) {
     ++one.fired;
@@ -41,11 +43,11 @@ void Triggers::collect(One& one) {
       continue;
     }
     ++one.refused;
-    sink_.event(fired.fired, event_kind::kDrop, one.name + ": trigger_refused: " + describe(fired.error));
+    if (tell) sink_.event(fired.fired, event_kind::kDrop, one.name + ": trigger_refused: " + describe(fired.error));
   }
   const std::uint64_t lost = one.record.lost();
   one.record.settle(clock_.now());
-  tell_lost(one, lost);
+  if (tell) tell_lost(one, lost);
   if (const auto delay = one.record.delay(); delay && !one.delay_is_given) one.schedule.set_delay(*delay);
 }
 
@@ -85,8 +87,26 @@ void Triggers::add_frame(int number, const Frame& frame) {
 }
 
 void Triggers::finish() {
-  collect();
-  for (const auto& one : cameras_) one->record.finish();
+  end_threads();
+  for (const auto& one : cameras_) {
+    collect(*one);
+    const std::uint64_t lost = one->record.lost();
+    one->record.finish();
+    tell_lost(*one, lost);
+  }
+}
+
+void Triggers::give_up() {
+  end_threads();
+  for (const auto& one : cameras_) {
+    collect(*one, false);
+    one->record.finish();
+  }
+}
+
+void Triggers::end_threads() {
+  for (const auto& one : cameras_)
+    if (!one->thread.dead()) one->thread.end();
 }
 
 std::map<std::string, std::uint64_t> Triggers::counts() const {
@@ -95,19 +115,26 @@ std::map<std::string, std::uint64_t> Triggers::counts() const {
     if (count > 0) counts[one.name + "." + reason] = count;
   };
   for (const auto& one : cameras_) {
-    add(*one, "trigger_lost", one->record.lost());
     add(*one, "trigger_dropped", one->dropped.load(std::memory_order_relaxed));
     add(*one, "trigger_refused", one->refused);
     add(*one, "trigger_skipped", one->schedule.skipped());
-    add(*one, "untriggered", one->record.untriggered());
+    add(*one, "trigger_unfired", one->requested - one->dropped - one->fired);
   }
   return counts;
+}
+
+Triggers::Account Triggers::account(int number) const {
+  for (const auto& one : cameras_)
+    if (one->number == number)
+      return {one->schedule.skipped() + one->requested + one->record.untriggered(), one->record.lost()};
+  return {};
 }
 
 Statistics Triggers::statistics() const {
   Statistics out;
   for (const auto& one : cameras_) {
     out.push_back({one->name + ".triggers", static_cast<double>(one->fired)});
+    out.push_back({one->name + ".untriggered", static_cast<double>(one->record.untriggered())});
     out.push_back({one->name + ".trigger_delay_ms", 1e3 * seconds(one->record.delay().value_or(Duration{0}))});
     out.push_back({one->name + ".trigger_error_p99_ms", 1e3 * one->record.timing_error(0.99)});
   }

@@ -17,9 +17,8 @@ namespace tankrig {
 /// Threads: cycle() in the cycle's, everything else in the supervisor's.  RT: cycle is safe.
 ///
 /// Counts, under "CAMERA.REASON", where they are not 0:
-///   trigger_lost     no frame came of a trigger           trigger_dropped  the camera's thread was too busy for it
-///   trigger_refused  the camera's driver refused it       trigger_skipped  it was too late to ask for it
-///   untriggered      a frame came without a trigger
+///   trigger_dropped  the camera's thread was too busy for it   trigger_skipped  it was too late to ask for it
+///   trigger_refused  the camera's driver refused it            trigger_unfired  the scan ended before it was due
 class Triggers final : public CycleListener {
  public:
   Triggers(const ScanPlan& plan, const ScanSettings& settings, Clock& clock, ScanSink& sink)
@@ -40,9 +39,18 @@ class Triggers final : public CycleListener {
   void restarted(int number);
   /// No frame and no cycle comes after it.
   void finish();
+  /// Likewise, and tells nobody: for a sink that takes nothing any more.
+  void give_up();
 
   std::map<std::string, std::uint64_t> counts() const;
-  /// Per triggered camera: "CAMERA.trigger_delay_ms", "CAMERA.trigger_error_p99_ms", "CAMERA.triggers".
+  /// After finish(), of a triggered camera.
+  struct Account {
+    std::uint64_t expected = 0;  ///< frames: those that were to be triggered, and those that came without a trigger
+    std::uint64_t lost = 0;      ///< triggers given of which no frame came
+  };
+  Account account(int number) const;
+  /// Per triggered camera: "CAMERA.trigger_delay_ms", "CAMERA.trigger_error_p99_ms", "CAMERA.triggers",
+  /// "CAMERA.untriggered".
   Statistics statistics() const;
 
  private:
@@ -62,10 +70,11 @@ class Triggers final : public CycleListener {
     TriggerThread thread;
     TriggerRecord record;
     std::uint64_t fired = 0, refused = 0;
-    std::atomic<std::uint64_t> dropped{0};
+    std::atomic<std::uint64_t> requested{0}, dropped{0};
   };
 
-  void collect(One& one);
+  void collect(One& one, bool tell = true);
+  void end_threads();
   void tell_lost(const One& one, std::uint64_t before);
 
   const ScanPlan& plan_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <utility>
 
 namespace tankrig {
 namespace {
@@ -20,8 +21,10 @@ CameraFeeds::CameraFeeds(const std::vector<ScanCamera>& cameras, const ScanSetti
     const int number = joiner_.add_camera(c.camera->info().name, c.record, at_angles);
     beam_.add_camera(c.camera->info().name, c.beam_in_view);
     triggers_.add_camera(number, *c.camera, c.record, c.trigger);
-    feeds_.push_back(
-        {c.camera, number, c.record, c.time_offset, c.trigger.mode != TriggerMode::kFree, false, {}, false, {}});
+    Feed feed{.camera = c.camera, .number = number, .record = c.record, .time_offset = c.time_offset};
+    feed.triggered = c.trigger.mode != TriggerMode::kFree;
+    feed.before = c.camera->counters();
+    feeds_.push_back(std::move(feed));
   }
 }
 
@@ -43,22 +46,30 @@ void CameraFeeds::schedule(bool ended) {
   for (Feed& feed : feeds_) {
     const bool wanted = !ended && joiner_.wanted(feed.number, now - lead, now + lead);
     if (wanted && !feed.running) start(feed);
-    if (!wanted && feed.running) {
-      tell_.asks();
-      ask(feed, [&] { return feed.camera->stop(), true; });
-      feed.running = false;
-    }
+    if (!wanted && feed.running) stop(feed);
   }
 }
 
+void CameraFeeds::stop(Feed& feed) {
+  tell_.asks();
+  ask(feed, [&] { return feed.camera->stop(), true; });
+  feed.running = false;
+  feed.unexplained += std::exchange(feed.unexplained_now, 0);
+  if (feed.triggered) return;
+  const std::uint64_t known = feed.camera->counters().left_out() - feed.known_at_last;
+  joiner_.add_silence(feed.number, *feed.last, from_seconds(1 / feed.camera->info().rate_hz), clock_.now(), known);
+}
+
 void CameraFeeds::start(Feed& feed) {
-  joiner_.restarted(feed.number);
   triggers_.restarted(feed.number);
   tell_.asks();
   const Status started = ask(feed, [&] { return feed.camera->start(); });
   feed.running = started.ok();
   feed.news = clock_.now();
   feed.delivers = false;
+  feed.last.emplace().stamp = feed.news;
+  feed.known_before = feed.known_at_last = feed.camera->counters().left_out();
+  feed.skipped = 0;
   if (!started.ok()) failed(feed, started.error());
 }
 
@@ -90,15 +101,32 @@ void CameraFeeds::grab(Feed& feed) {
     if (!news.ok()) return failed(feed, news.error());
     if (!news.value()) return;
     feed.news = clock_.now();
-    feed.delivers = true;
-    Frame& frame = *news.value();
-    if (const std::string wrong = feed.stamps.judge(frame, feed.news); !wrong.empty()) return failed(feed, wrong);
-    frame.stamp = frame.stamp - feed.time_offset;
-    tell_.frame(frame.stamp);
-    triggers_.add_frame(feed.number, frame);
-    beam_.add(feed.number, frame);
-    joiner_.add(feed.number, std::move(frame));
+    ++feed.taken;
+    try {
+      if (!hand_on(feed, *news.value())) return;
+    } catch (...) {  // of the sink
+      ++feed.abandoned;
+      throw;
+    }
   }
+}
+
+/// False: it is stamped by a clock that has jumped.
+bool CameraFeeds::hand_on(Feed& feed, Frame& frame) {
+  keep_account(feed, frame);
+  if (const std::string wrong = feed.stamps.judge(frame, feed.news); !wrong.empty()) {
+    ++feed.jumped;
+    failed(feed, wrong);
+    return false;
+  }
+  frame.stamp = frame.stamp - feed.time_offset;
+  feed.last->stamp = frame.stamp;
+  feed.last->exposure = frame.exposure;
+  tell_.frame(frame.stamp);
+  triggers_.add_frame(feed.number, frame);
+  beam_.add(feed.number, frame);
+  joiner_.add(feed.number, std::move(frame));
+  return true;
 }
 
 void CameraFeeds::check_silence() {
@@ -124,14 +152,55 @@ void CameraFeeds::failed(const Feed& feed, const std::string& what, bool thread_
   tell_.failed("camera " + feed.camera->info().name + ": " + what, thread_died);
 }
 
-std::map<std::string, std::uint64_t> CameraFeeds::counts() const {
-  std::map<std::string, std::uint64_t> out;
-  for (const Feed& feed : feeds_) {
-    const CameraCounters c = feed.camera->counters();
-    if (c.incomplete > 0) out[feed.camera->info().name + ".incomplete"] = c.incomplete;
-    if (c.overrun > 0) out[feed.camera->info().name + ".overrun"] = c.overrun;
+/// A driver counts what it left out before the next frame is taken, so numbers that are skipped beyond its counts are
+/// frames of which nobody knows.
+void CameraFeeds::keep_account(Feed& feed, const Frame& frame) {
+  const std::uint64_t known = feed.camera->counters().left_out();
+  if (feed.delivers && frame.sequence > feed.last->sequence + 1) {
+    const std::uint64_t skipped = frame.sequence - feed.last->sequence - 1;
+    feed.skipped += skipped;
+    tell_.dropped(frame.stamp - feed.time_offset,
+                  feed.camera->info().name + ": lost on the way x " + std::to_string(skipped));
   }
-  return out;
+  if (feed.skipped > known - feed.known_before)
+    feed.unexplained_now = std::max(feed.unexplained_now, feed.skipped - (known - feed.known_before));
+  feed.delivers = true;
+  feed.known_at_last = known;
+  feed.last->sequence = frame.sequence;
+}
+
+std::map<std::string, std::uint64_t> CameraFeeds::close_account(std::map<std::string, std::uint64_t>& counts) const {
+  std::map<std::string, std::uint64_t> expected;
+  for (const auto& [reason, count] : triggers_.counts()) counts[reason] += count;
+  for (const Feed& feed : feeds_) {
+    const std::string name = feed.camera->info().name;
+    const auto add = [&](const char* reason, std::uint64_t count) {
+      if (count > 0) counts[name + "." + reason] += count;
+    };
+    const CameraCounters now = feed.camera->counters();
+    add("lost", now.lost - feed.before.lost);
+    add("incomplete", now.incomplete - feed.before.incomplete);
+    add("overrun", now.overrun - feed.before.overrun);
+    add("unread", now.unread - feed.before.unread);
+    add("clock_unsure", now.clock_unsure - feed.before.clock_unsure);
+    add("clock_jump", feed.jumped);
+    add("recorder_failed", feed.abandoned);
+    const std::uint64_t delivered = now.delivered - feed.before.delivered;
+    const std::uint64_t known = now.left_out() - feed.before.left_out();
+    // Of a frame that was said to be delivered and did not come, the next one's number tells too.
+    const std::uint64_t unexplained =
+        std::max(feed.unexplained + feed.unexplained_now, std::max(delivered, feed.taken) - feed.taken);
+    if (feed.triggered) {
+      const Triggers::Account triggers = triggers_.account(feed.number);
+      const std::uint64_t elsewhere = known + feed.jumped + unexplained;
+      add("trigger_lost", triggers.lost - std::min(triggers.lost, elsewhere));
+      expected[name] = triggers.expected;
+    } else {
+      const auto silent = counts.find(name + ".silent");
+      expected[name] = feed.taken + known + unexplained + (silent == counts.end() ? 0 : silent->second);
+    }
+  }
+  return expected;
 }
 
 }  // namespace tankrig

@@ -30,6 +30,7 @@ struct ScanCamera {
 struct CameraFeedEvents {
   std::function<void()> asks;        ///< a driver is about to be asked for what may take its time
   std::function<void(Stamp)> frame;  ///< one has come, before anybody else has it
+  std::function<void(Stamp, const std::string& what)> dropped;
   std::function<void(const std::string& what, bool thread_died)> failed;
 };
 
@@ -57,23 +58,37 @@ class CameraFeeds {
   /// What was waited for too long, last in this round: "camera mono: held the supervisor up for 412 ms"; empty:
   /// nothing.
   const std::string& held_up() const { return held_up_; }
-  /// Frames the drivers lost, "CAMERA.incomplete", "CAMERA.overrun".
-  std::map<std::string, std::uint64_t> counts() const;
+  /// Closes the account of frames: adds to `counts` what drivers, triggers and this station let go, as "CAMERA.REASON",
+  /// and gives how many each camera was to bring:
+  ///   triggered     those that its schedule wanted, and those that came without a trigger
+  ///   free-running  those that came, or whose fate its driver knows, what its frames' numbers skip beyond that,
+  ///                 and those due by its rate while it was silent
+  /// Reasons: those of CameraCounters; clock_jump (StampWatch); trigger_lost, a trigger of which no frame came and no
+  /// driver knows why.
+  std::map<std::string, std::uint64_t> close_account(std::map<std::string, std::uint64_t>& counts) const;
 
  private:
   struct Feed {
-    Camera* camera;
-    int number;  // of the joiner, the triggers and the beam watch
-    RecordWhen record;
-    Duration time_offset;  // taken off the stamp of every frame
-    bool triggered;
-    bool running;
-    Stamp news;     // it was started, or its newest frame arrived
-    bool delivers;  // has done so since it was started
-    StampWatch stamps;
+    Camera* camera = nullptr;
+    int number = 0;  ///< of the joiner, the triggers and the beam watch
+    RecordWhen record = RecordWhen::kAll;
+    Duration time_offset{};  ///< taken off the stamp of every frame
+    bool triggered = false, running = false;
+    Stamp news{};           ///< it was started, or its newest frame arrived
+    bool delivers = false;  ///< has done so since it was started
+    StampWatch stamps = {};
+    CameraCounters before = {};  ///< of the driver, when the scan took it
+    std::uint64_t taken = 0, jumped = 0, abandoned = 0;
+    std::uint64_t unexplained = 0;  ///< numbers skipped, with nothing in the driver's counters; of runs that ended
+    // Since it was started.
+    std::optional<Frame> last = std::nullopt;  ///< without its picture; its stamp is on the joints' clock
+    std::uint64_t known_before = 0, known_at_last = 0, skipped = 0, unexplained_now = 0;
   };
 
   void start(Feed& feed);
+  void stop(Feed& feed);
+  bool hand_on(Feed& feed, Frame& frame);
+  void keep_account(Feed& feed, const Frame& frame);
   void grab(Feed& feed);
   void check_silence(const Feed& feed);
   void failed(const Feed& feed, const Error& error);

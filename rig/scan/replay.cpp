@@ -108,7 +108,6 @@ class Replay {
     for (; frame_ < session_.frames.size() && session_.frames[frame_].stamp <= now; ++frame_) {
       const FrameRecord& record = session_.frames[frame_];
       const int camera = numbers_.at(record.camera);
-      joiner_.restarted(camera);  // a gap of the recording is told by its events
       Frame frame;
       frame.image = session_.image(record);
       frame.stamp = record.stamp;

@@ -16,6 +16,7 @@
 #include "rig/scan/camera_feeds.hpp"
 #include "rig/scan/scan_log.hpp"
 #include "rig/session/event_kinds.hpp"
+#include "rig/session/frame_account.hpp"
 
 namespace tankrig {
 namespace {
@@ -87,6 +88,7 @@ class ScanRun {
             [this](Stamp frame) {
               if (!plan_zero_) start_plan(on_frame_grid(frame));
             },
+            [this](Stamp when, const std::string& what) { job_.sink.event(when, event_kind::kDrop, what); },
             [this](const std::string& what, bool thread) { thread ? thread_died(what) : device_failed(what); }};
   }
 
@@ -174,6 +176,8 @@ class ScanRun {
     left_behind_ = !cycle_.end();
     const OutputsLeft& left = job_.result.left = end_.left();
     try {
+      triggers_.give_up();
+      joiner_.give_up();
       take_stock(std::string("stopped: ") + why);
       job_.sink.event(job_.clock.now(), left.safe() ? event_kind::kStop : event_kind::kFault,
                       why + ("; " + to_string(left)));
@@ -276,8 +280,8 @@ class ScanRun {
     r.status = status;
     r.simulated_s = seconds(job_.clock.now() - begin_);
     r.counts = joiner_.counts();
-    r.counts.merge(feeds_.counts());
-    for (const auto& [reason, count] : triggers_.counts()) r.counts[reason] += count;
+    for (const auto& [camera, expected] : feeds_.close_account(r.counts))
+      r.account[camera] = {expected, unaccounted(r.counts, camera, expected)};
     if (joints_without_angles_ > 0) r.counts["joints.without_angles"] = joints_without_angles_;
     r.counts["cycle.overruns"] = cycle_.overruns();
     r.counts["cycle.records_dropped"] = executive_.records_dropped();
@@ -295,6 +299,9 @@ class ScanRun {
       job_.sink.event(
           now, event_kind::kOverrun,
           std::to_string(cycle_.overruns()) + " cycles late, " + std::to_string(cycle_.missed_cycles()) + " left out");
+    for (const auto& [camera, account] : job_.result.account)
+      job_.sink.event(now, account.closes() ? event_kind::kSummary : event_kind::kFault,
+                      "camera " + camera + ": " + account_line(job_.result.counts, camera, account));
     if (plan_.uses_laser() && settings_.safety.beam.verify) job_.sink.event(now, event_kind::kSummary, beam_.summary());
     log_.summary(now, max_following_error_, job_.result.worst_residual, job_.result.left);
   }

@@ -17,6 +17,7 @@
 #include "rig/plan/scan_plan.hpp"
 #include "rig/platform/real_time.hpp"
 #include "rig/scan/camera_feeds.hpp"
+#include "rig/session/frame_account.hpp"
 
 namespace tankrig {
 
@@ -30,13 +31,14 @@ struct ScanResult {
   std::string status;  ///< "complete" or "stopped: REASON", as in SessionInfo::status
   double simulated_s = 0;
   std::map<std::string, std::uint64_t>
-      counts;                      ///< "CAMERA.REASON", "CAMERA.recorded", "cycle.overruns", "cycle.records_dropped"
-  double max_following_error = 0;  ///< [rad]
-  Duration worst_residual{}, residual_p99{};  ///< of the recorded frames
-  Statistics sync;                            ///< "sync.residual_p50_ms" to "sync.residual_max_mm", and triggers
-  OutputsLeft left;                           ///< confirmed after the end
-  std::optional<CycleTimes> times;            ///< in real time only
-  RealTimeGrant granted;                      ///< likewise
+      counts;  ///< "CAMERA.REASON", "CAMERA.recorded", "cycle.overruns", "cycle.records_dropped"
+  std::map<std::string, CameraAccount> account;  ///< by camera, as far as the sink: there, all recorded are
+  double max_following_error = 0;                ///< [rad]
+  Duration worst_residual{}, residual_p99{};     ///< of the recorded frames
+  Statistics sync;                               ///< "sync.residual_p50_ms" to "sync.residual_max_mm", and triggers
+  OutputsLeft left;                              ///< confirmed after the end
+  std::optional<CycleTimes> times;               ///< in real time only
+  RealTimeGrant granted;                         ///< likewise
 
   bool complete() const { return status == "complete"; }
 };
@@ -57,8 +59,8 @@ struct ScanJob {
   /// a device that does not answer, a cycle that hangs. Empty: laser off and arm at rest are confirmed after all.
   /// Must not throw, nor take its time.
   std::function<void(const std::string& what)> cut = {};
-  /// What is known however run_scan ends, also by an exception: then frames that still waited for their joints are in
-  /// none of the counts. Its status is empty where the scan was refused and nothing was touched.
+  /// What is known however run_scan ends, also by an exception. Its status is empty where the scan was refused and
+  /// nothing was touched.
   ScanResult result{};
 };
 

@@ -18,6 +18,7 @@
 #include "core/camera_model.hpp"
 #include "core/clock_pair.hpp"
 #include "core/time.hpp"
+#include "rig/session/frame_account.hpp"
 #include "rig/session/session_timing.hpp"
 
 namespace tankrig {
@@ -96,13 +97,14 @@ struct SessionInfo {
   std::optional<double> light;  ///< simulated only
   std::string lux_source;       ///< "meter", "hand", or empty where there is none
   std::optional<double> lux_before, lux_after;
-  double simulated_s = 0;                       ///< length of the run on its own clock
-  std::map<std::string, std::uint64_t> counts;  ///< every frame not used has a reason here
-  std::map<std::string, double> devices;        ///< what drivers counted and measured, by "DEVICE.NAME"
-  std::optional<SessionTiming> timing;          ///< in real time only
-  std::map<std::string, std::string> platform;  ///< what the machine was and granted, in real time only
-  std::map<std::string, TableSpan> tables;      ///< "joints", "frames", "events": what must be in them
-  std::vector<std::string> recovered;           ///< what was lost before `tankrig session recover` mended the session
+  double simulated_s = 0;                        ///< length of the run on its own clock
+  FrameCounts counts;                            ///< every frame not used has a reason here
+  std::map<std::string, CameraAccount> account;  ///< by camera; none in imports and sessions from before it was kept
+  std::map<std::string, double> devices;         ///< what drivers counted and measured, by "DEVICE.NAME"
+  std::optional<SessionTiming> timing;           ///< in real time only
+  std::map<std::string, std::string> platform;   ///< what the machine was and granted, in real time only
+  std::map<std::string, TableSpan> tables;       ///< "joints", "frames", "events": what must be in them
+  std::vector<std::string> recovered;            ///< what was lost before `tankrig session recover` mended the session
   std::vector<SessionCamera> cameras;
   SessionCalibration calibration;
   std::optional<SessionObject> object;

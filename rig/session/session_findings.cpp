@@ -66,6 +66,7 @@ class Examination {
     keep_frames_with_pictures();
     set_strays_aside();
     compare_lengths();
+    compare_accounts();
     compare_rest();
     return std::move(out_);
   }
@@ -247,6 +248,19 @@ class Examination {
     if (out_.info.tables.empty() && out_.info.status == "recording" && !out_.joints.records.empty())
       lose("joints.csv",
            "ends " + seconds_text(last(out_.joints) - zero()) + " after its first line; what came later is lost");
+  }
+
+  /// Frames of which nobody knows are a fault of the recording. Told no second time of a session that was recovered.
+  void compare_accounts() {
+    const auto& recovered = out_.info.recovered;
+    for (const auto& [camera, account] : out_.info.account) {
+      if (account.closes()) continue;
+      const std::string loss = "camera " + camera + ": of " + std::to_string(account.expected) + " frames " +
+                               (account.unaccounted > 0 ? std::to_string(account.unaccounted) +
+                                                              " are neither recorded nor left out for a reason"
+                                                        : std::to_string(-account.unaccounted) + " are counted twice");
+      if (std::find(recovered.begin(), recovered.end(), loss) == recovered.end()) out_.losses.push_back(loss);
+    }
   }
 
   /// What the seal says of the files nobody spoke of yet. What was made of a recording can be made again: no loss.

@@ -98,10 +98,15 @@ SessionInfo mended_info(const SessionFindings& found) {
   info.tables["joints"] = span_of(found.joints.records);
   info.tables["frames"] = span_of(found.frames.records);
   info.tables["events"] = span_of(found.events.records);
-  for (const SessionCamera& camera : info.cameras)
-    info.counts[camera.name + ".recorded"] =
+  for (const SessionCamera& camera : info.cameras) {
+    const auto there =
         static_cast<std::uint64_t>(std::count_if(found.frames.records.begin(), found.frames.records.end(),
                                                  [&](const FrameRecord& f) { return f.camera == camera.name; }));
+    std::uint64_t& recorded = info.counts[camera.name + ".recorded"];
+    if (info.account.contains(camera.name) && recorded > there)
+      info.counts[camera.name + ".lost_from_session"] += recorded - there;
+    recorded = there;
+  }
   return info;
 }
 

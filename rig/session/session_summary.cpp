@@ -56,6 +56,8 @@ std::vector<std::pair<std::string, std::string>> session_summary(const Session& 
     add("camera " + camera.name, std::string(to_string(camera.role)) + ", " + std::to_string(camera.model.width) +
                                      " x " + std::to_string(camera.model.height) + " px, " +
                                      frames_of(session, camera.name));
+  for (const auto& [camera, account] : info.account)
+    add("frames of " + camera, account_line(info.counts, camera, account));
   if (info.kind == "scan") {
     add("worst distance to a joint sample", rounded(worst_ms(session, &FrameRecord::sync_residual), 3, "ms"));
     add("worst sigma of a stamp", rounded(worst_ms(session, &FrameRecord::stamp_sigma), 3, "ms"));

@@ -100,6 +100,8 @@ void SessionWriter::take_counts() {
   for (const auto& [camera, n] : disk_->written()) info_.counts[camera + ".recorded"] = n, on_disk += n;
   for (const auto& [camera, n] : disk_->refused()) info_.counts[camera + "." + kDroppedByDisk] += n;
   info_.tables["frames"].lines = on_disk;
+  for (auto& [camera, account] : info_.account)
+    account.unaccounted = unaccounted(info_.counts, camera, account.expected);
 }
 
 void SessionWriter::close(const std::string& status, const PictureOptions& pictures) {

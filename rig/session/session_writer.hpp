@@ -50,7 +50,8 @@ class SessionWriter {
   void add_file(const std::filesystem::path& source, const std::string& name);
   void add_text(const std::string& name, std::string_view text);
 
-  /// What session.yaml says at close(); "CAMERA.recorded" and the counts of dropped frames are the writer's.
+  /// What session.yaml says at close(); "CAMERA.recorded", the counts of dropped frames and what is unaccounted are the
+  /// writer's.
   SessionInfo& info() { return info_; }
   const std::filesystem::path& path() const { return path_; }
 

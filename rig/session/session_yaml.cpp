@@ -30,6 +30,14 @@ TableSpan read_span(const ConfigNode& node) {
   return {read_count(node, "lines"), stamp("first_ns"), stamp("last_ns")};
 }
 
+CameraAccount read_account(const ConfigNode& node) {
+  CameraAccount account{read_count(node, "expected"), 0};
+  const std::string text = node.text("unaccounted");
+  if (!parse_number(text, account.unaccounted))
+    node.fail("unaccounted", "found '" + shown_text(text) + "', expected a whole number");
+  return account;
+}
+
 std::string yaml_of(const ClockPair& pair) {
   return "{stamp_ns: " + std::to_string(pair.stamp.ns) + ", wall_ns: " + std::to_string(pair.wall_ns) + "}";
 }
@@ -124,6 +132,10 @@ std::string session_yaml(const SessionInfo& info, const std::string& calibration
   out += info.counts.empty() ? "counts: {}\n" : "counts:\n";
   for (const auto& [reason, count] : info.counts)
     out += "  " + yaml_quoted(reason) + ": " + std::to_string(count) + "\n";
+  if (!info.account.empty()) out += "account:\n";
+  for (const auto& [camera, account] : info.account)
+    out += "  " + yaml_quoted(camera) + ": {expected: " + std::to_string(account.expected) +
+           ", unaccounted: " + std::to_string(account.unaccounted) + "}\n";
   if (!info.devices.empty()) out += "devices:\n";
   for (const auto& [name, value] : info.devices) out += "  " + yaml_quoted(name) + ": " + exact_text(value) + "\n";
   if (info.timing) out += timing_yaml(*info.timing);
@@ -195,6 +207,11 @@ const std::vector<SessionSection>& session_sections() {
        [](Node n, Info i) {
          const ConfigNode counts = n.child("counts");
          for (const std::string& reason : counts.keys()) i.counts[reason] = read_count(counts, reason);
+       }},
+      {"account", false,
+       [](Node n, Info i) {
+         const ConfigNode account = n.child("account");
+         for (const std::string& camera : account.keys()) i.account[camera] = read_account(account.child(camera));
        }},
       {"devices", false,
        [](Node n, Info i) {

@@ -24,6 +24,7 @@ Status FaultyCamera::start() {
 
 void FaultyCamera::stop() noexcept {
   running_ = false;
+  lost_count_ += late_.size();
   late_.clear();
   camera_.stop();
 }

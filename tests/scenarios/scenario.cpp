@@ -63,6 +63,9 @@ void compare_session(const Scenario& s, const Outcome& o, const fs::path& path, 
     const Session session = Session::open(path);
     if (session.info.status == "complete" && o.stopped()) wrong.push_back("the session says complete");
     if (!o.stopped() && session.info.status != "complete") wrong.push_back("the session says " + session.info.status);
+    for (const auto& [camera, account] : session.info.account)
+      if (!account.closes())
+        wrong.push_back("camera " + camera + ": " + account_line(session.info.counts, camera, account));
     if (std::ssize(session.frames) < s.expected.frames)
       wrong.push_back("the session holds " + std::to_string(session.frames.size()) + " frames, expected " +
                       std::to_string(s.expected.frames));

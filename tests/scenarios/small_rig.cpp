@@ -104,15 +104,17 @@ struct Rig {
     try {
       const ScanResult result = run_scan(job);
       out.status = result.status;
-      out.counts = result.counts;
     } catch (const std::exception& e) {
       out.status = std::string("stopped: ") + e.what();
     }
+    out.counts = job.result.counts;
+    out.account = job.result.account;
     out.left = job.result.left;
     const auto lux = lux_meter.read(1s);
     out.lux = lux.ok() ? std::to_string(lux.value().lux) : describe(lux.error());
     if (!lux.ok()) sink.event(clock.now(), "fault", out.lux);
     writer.info().counts.insert(out.counts.begin(), out.counts.end());
+    writer.info().account = out.account;
     writer.close(out.status);
   }
 

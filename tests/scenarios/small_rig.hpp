@@ -22,7 +22,8 @@ struct Outcome {
   std::string status;  ///< of the scan, or what it threw
   std::string lux;     ///< the lux meter after the scan: a value, or its error
   OutputsLeft left;
-  std::map<std::string, std::uint64_t> counts;
+  FrameCounts counts;
+  std::map<std::string, CameraAccount> account;
   std::vector<TimedText> events;
   Stamp begun{};  ///< when the plan's first fault began
   bool has_begun = false;

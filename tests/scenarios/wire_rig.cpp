@@ -143,6 +143,7 @@ Outcome scan_wire(const std::filesystem::path& runtime, const std::string& carri
     const ScanResult result = run_scan(job);
     out.status = result.status;
     out.counts = result.counts;
+    out.account = result.account;
   } catch (const std::exception& e) {
     out.status = std::string("stopped: ") + e.what();
   }
@@ -152,6 +153,7 @@ Outcome scan_wire(const std::filesystem::path& runtime, const std::string& carri
   out.lux = lux.ok() ? std::to_string(lux.value().lux) : describe(lux.error());
   if (!lux.ok()) sink.event(clock.now(), "fault", out.lux);
   writer.info().counts.insert(out.counts.begin(), out.counts.end());
+  writer.info().account = out.account;
   writer.close(out.status);
   if (!rig || rig->script().plan().faults.empty()) return out;
   const auto begun = rig->script().begin(0);
