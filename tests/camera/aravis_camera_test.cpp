@@ -214,7 +214,8 @@ TEST_F(AravisCameraTest, GivesOutNoFrameThatAClockStampedWhichHasJumped) {
     AravisCamera sut(settings);
     ASSERT_TRUE(sut.start().ok());
     ASSERT_EQ(grab_frames(sut, 20).size(), 20u);
-    emulator.step_clock(jump);
+    MonotonicClock{}.sleep_until(MonotonicClock{}.now() + std::chrono::milliseconds(8));
+    emulator.step_clock(jump);  // before the next frame is exposed, and before anybody asks the clock again
     const std::vector<Frame> frames = grab_frames(sut, 60);
     ASSERT_EQ(frames.size(), 60u);
     for (const Frame& f : frames) {
