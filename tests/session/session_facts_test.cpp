@@ -38,6 +38,7 @@ SessionInfo full_info() {
   info.created_utc = "2026-01-02T03:04:05Z";
   info.rig_hash = sha256_of_text("the rig\n");
   info.lux_after = 208.25;
+  info.account = {{"left", {12, -1}}, {"mono", {171, 0}}};
   info.tables = {{"joints", {48, {1'000'000'000}, {1'235'000'000}}}, {"frames", {6, {1'000'000'000}, {1'200'000'000}}}};
   info.recovered = {"joints.csv: 3 lines cannot be read and are left out", "camera mono: \"one\" frame"};
   return info;
