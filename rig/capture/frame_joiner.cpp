@@ -79,7 +79,7 @@ void FrameJoiner::add(int number, Frame frame) {
   waiting_.push_back({number, std::move(frame)});
 }
 
-void FrameJoiner::add_silence(int number, const Frame& last, Duration period, Stamp end, std::uint64_t known) {
+std::uint64_t FrameJoiner::add_silence(int number, const Frame& last, Duration period, Stamp end, std::uint64_t known) {
   PerCamera& camera = cameras_[static_cast<std::size_t>(number)];
   std::uint64_t silent = 0;
   Frame due;
@@ -92,9 +92,10 @@ void FrameJoiner::add_silence(int number, const Frame& last, Duration period, St
     ++taken;
     ++silent;
   }
-  if (silent <= known) return;
+  if (silent <= known) return silent;
   counts_[camera.name + ".silent"] += silent - known;
   sink_.event(end, event_kind::kDrop, camera.name + ": silent x " + std::to_string(silent - known));
+  return known;
 }
 
 void FrameJoiner::drain() {

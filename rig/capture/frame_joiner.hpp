@@ -42,8 +42,9 @@ class FrameJoiner {
 
   void add(int camera, Frame frame);
   /// No frame came of a free-running camera between the exposure of `last` and `end`: what would have been recorded of
-  /// those due in between, a `period` apart, is silent, but for `known`, whose fate is known.
-  void add_silence(int camera, const Frame& last, Duration period, Stamp end, std::uint64_t known);
+  /// those due in between, a `period` apart, is silent, but for `known`, whose fate is known. Returns how many of
+  /// these would have been.
+  std::uint64_t add_silence(int camera, const Frame& last, Duration period, Stamp end, std::uint64_t known);
   /// Records or counts the frames whose joints are known by now, in order of arrival.
   void drain();
   /// Counts what still waits for joints that will not come.

@@ -46,18 +46,20 @@ void CameraFeeds::schedule(bool ended) {
   for (Feed& feed : feeds_) {
     const bool wanted = !ended && joiner_.wanted(feed.number, now - lead, now + lead);
     if (wanted && !feed.running) start(feed);
-    if (!wanted && feed.running) stop(feed);
+    if (!wanted && feed.running) stop(feed, ended);
   }
 }
 
-void CameraFeeds::stop(Feed& feed) {
+void CameraFeeds::stop(Feed& feed, bool ended) {
   tell_.asks();
   ask(feed, [&] { return feed.camera->stop(), true; });
   feed.running = false;
   feed.unexplained += std::exchange(feed.unexplained_now, 0);
   if (feed.triggered) return;
   const std::uint64_t known = feed.camera->counters().left_out() - feed.known_at_last;
-  joiner_.add_silence(feed.number, *feed.last, from_seconds(1 / feed.camera->info().rate_hz), clock_.now(), known);
+  const std::uint64_t missed =
+      joiner_.add_silence(feed.number, *feed.last, from_seconds(1 / feed.camera->info().rate_hz), clock_.now(), known);
+  feed.missed += ended ? known : missed;
 }
 
 void CameraFeeds::start(Feed& feed) {
@@ -181,7 +183,11 @@ std::map<std::string, std::uint64_t> CameraFeeds::close_account(std::map<std::st
     add("lost", now.lost - feed.before.lost);
     add("incomplete", now.incomplete - feed.before.incomplete);
     add("overrun", now.overrun - feed.before.overrun);
-    add("unread", now.unread - feed.before.unread);
+    // What a free-running camera has on its way when it is stopped is nothing that was to be recorded.
+    const std::uint64_t unread = now.unread - feed.before.unread;
+    const std::uint64_t missed = feed.triggered ? unread : std::min(unread, feed.missed);
+    add("unread", missed);
+    add("not_recorded", unread - missed);
     add("clock_unsure", now.clock_unsure - feed.before.clock_unsure);
     add("clock_jump", feed.jumped);
     add("recorder_failed", feed.abandoned);

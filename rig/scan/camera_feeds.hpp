@@ -79,6 +79,7 @@ class CameraFeeds {
     StampWatch stamps = {};
     CameraCounters before = {};  ///< of the driver, when the scan took it
     std::uint64_t taken = 0, jumped = 0, abandoned = 0;
+    std::uint64_t missed = 0;       ///< left out by the driver at a stop, though they were to be recorded
     std::uint64_t unexplained = 0;  ///< numbers skipped, with nothing in the driver's counters; of runs that ended
     // Since it was started.
     std::optional<Frame> last = std::nullopt;  ///< without its picture; its stamp is on the joints' clock
@@ -86,7 +87,7 @@ class CameraFeeds {
   };
 
   void start(Feed& feed);
-  void stop(Feed& feed);
+  void stop(Feed& feed, bool ended);
   bool hand_on(Feed& feed, Frame& frame);
   void keep_account(Feed& feed, const Frame& frame);
   void grab(Feed& feed);

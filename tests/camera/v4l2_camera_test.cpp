@@ -559,7 +559,7 @@ TEST_F(V4l2Faults, FuzzedDevicesNeverBreakTheDriver) {
       ASSERT_EQ(news.value()->image.type(), CV_8UC1);
       ASSERT_TRUE(!last || news.value()->sequence > *last);
       if (!last) known = camera->counters().left_out(), skipped = 0;
-      skipped += last ? news.value()->sequence - *last - 1 : 0;
+      skipped += news.value()->sequence - last.value_or(news.value()->sequence - 1) - 1;
       ASSERT_EQ(camera->counters().left_out() - known, skipped) << "round " << round << ", step " << step;
       last = news.value()->sequence;
       ++delivered;

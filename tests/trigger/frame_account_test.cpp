@@ -170,6 +170,38 @@ TEST(FrameAccount, NamesASilenceThatNobodyNumbers) {
   rig.expect_closed();
 }
 
+/// At every stop a frame is on its way, as with cameras behind wires.
+class CameraWithAWire final : public Camera {
+ public:
+  explicit CameraWithAWire(Camera& camera) : camera_(camera) {}
+  CameraInfo info() const override { return camera_.info(); }
+  Status start() override { return camera_.start(); }
+  Result<std::optional<Frame>> try_grab() override { return camera_.try_grab(); }
+  void stop() noexcept override {
+    camera_.stop();
+    ++unread_;
+  }
+  CameraCounters counters() const override {
+    CameraCounters c = camera_.counters();
+    c.unread = unread_;
+    return c;
+  }
+
+ private:
+  Camera& camera_;
+  std::uint64_t unread_ = 0;
+};
+
+TEST(FrameAccount, TakesNoFrameForLostThatIsOnItsWayWhenNobodyWantsMore) {
+  AccountRig whole, rig;
+  whole.run();
+  rig.run([](Camera& camera) { return std::make_unique<CameraWithAWire>(camera); });
+  rig.expect_closed();
+  EXPECT_TRUE(lost_nothing(rig.result.counts, "mono", rig.result.account.at("mono"))) << rig.line("mono");
+  EXPECT_EQ(rig.count("mono.recorded"), whole.count("mono.recorded"));
+  EXPECT_GT(rig.count("mono.not_recorded"), whole.count("mono.not_recorded"));
+}
+
 TEST(FrameAccount, IsOpenWhereADriverLosesAFrameWithoutAWord) {
   for (const bool triggered : {false, true}) {
     AccountRig rig;
