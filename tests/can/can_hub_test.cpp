@@ -39,6 +39,8 @@ class CanHubTest : public ::testing::Test {
     return s;
   }
   std::unique_ptr<CanBus> node() { return open_can(node_settings(), clock); }
+  /// Where a test needs the first frame on the wire until the others wait for it, and a starved machine took longer.
+  static bool others_came_too_late(const CanHub& hub) { return hub.report().frames > 0; }
 
   /// Nodes with their numbers known: connected one after the other.
   std::unique_ptr<CanBus> node_number(CanHub& hub, std::size_t number) {
@@ -95,7 +97,7 @@ TEST_F(CanHubTest, FramesTakeTheirTimeOnTheWire) {
 }
 
 TEST_F(CanHubTest, LowestIdentifierGoesFirstAmongThoseWaiting) {
-  CanHub hub(settings(10'000));  // a frame takes ten milliseconds and more: all wait while the first is on its way
+  CanHub hub(settings(2'000));  // a frame takes 60 milliseconds and more: all wait while the first is on its way
   auto listener = node(), a = node(), b = node(), c = node();
   ASSERT_TRUE(a->try_send(numbered(0x700, 0)).ok());
   ASSERT_TRUE(eventually([&] { return hub.report().busy > Duration{0}; }));
@@ -104,13 +106,14 @@ TEST_F(CanHubTest, LowestIdentifierGoesFirstAmongThoseWaiting) {
   ASSERT_TRUE(b->try_send(numbered(0x200, 0)).ok());
   ASSERT_TRUE(c->try_send(numbered(0x100, 0)).ok());
   ASSERT_TRUE(c->try_send(numbered(0x7FF, 0)).ok());
+  if (others_came_too_late(hub)) GTEST_SKIP() << "this machine took longer than a frame, 60 ms, to send five";
   std::vector<int> order;
   for (int i = 0; i < 6; ++i) order.push_back(must_hear(*listener).id);
   EXPECT_EQ(order, (std::vector<int>{0x700, 0x100, 0x200, 0x300, 0x001, 0x7FF}));
 }
 
 TEST_F(CanHubTest, StandardWinsOverExtendedAndDataOverRemote) {
-  CanHub hub(settings(10'000));
+  CanHub hub(settings(2'000));
   auto first = node(), a = node(), b = node(), c = node();
   auto [observer, _] = CanCarrier::pair();
   observer = CanCarrier::open(node_settings(), CanCarrier::Role::kListener);
@@ -119,6 +122,7 @@ TEST_F(CanHubTest, StandardWinsOverExtendedAndDataOverRemote) {
   ASSERT_TRUE(send_raw(a->descriptor(), raw_frame(0x100u << 18 | CAN_EFF_FLAG)));
   ASSERT_TRUE(send_raw(b->descriptor(), raw_frame(0x100 | CAN_RTR_FLAG)));
   ASSERT_TRUE(send_raw(c->descriptor(), raw_frame(0x100)));
+  if (others_came_too_late(hub)) GTEST_SKIP() << "this machine took longer than a frame, 60 ms, to send three";
   std::vector<canid_t> order;
   ASSERT_TRUE(eventually([&] {
     can_frame f{};
@@ -191,10 +195,9 @@ TEST_F(CanHubTest, WithNobodyToAcknowledgeTheQueueFillsAsOnARealBus) {
     if (s.ok()) ++sent;
     digest(*a);
     // The queue of the node fills after the one of the controller.
-    return !s.ok() && s.error().os_errno == ENOBUFS && sent >= 16 + 64;
+    return !s.ok() && s.error().os_errno == ENOBUFS && sent >= 16 + 64 && a->counters().no_ack == 1 &&
+           a->state() == CanState::kErrorPassive;
   }));
-  EXPECT_EQ(a->counters().no_ack, 1u);
-  EXPECT_EQ(a->state(), CanState::kErrorPassive);
   EXPECT_EQ(hub.report().frames, 0u);
 
   auto b = node();
