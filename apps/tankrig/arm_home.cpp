@@ -22,31 +22,7 @@
 namespace tankrig::app {
 namespace {
 
-using namespace std::chrono_literals;
-
 constexpr double kDegrees = 180 / std::numbers::pi;
-constexpr Duration kRest = 200ms;        // encoders that long without news are an arm at rest
-constexpr std::int32_t kStillTicks = 1;  // an encoder at rest may waver by so much
-
-/// Encoders say the same for a while, within `timeout`. Works without angles too. A stop that is not taken is told.
-bool came_to_rest(Arm& arm, Clock& clock, Duration timeout, Progress& progress) {
-  std::optional<JointState> first;
-  for (const Stamp end = clock.now() + timeout; clock.now() < end;) {
-    if (!arm.stop().ok()) progress.cut(to_cut({.laser_dark = true, .arm_at_rest = false}));
-    clock.sleep_until(clock.now() + arm.exchange_period());
-    const auto news = arm.try_read();
-    if (!news.ok() || !news.value()) continue;
-    const JointState& state = *news.value();
-    bool still = first.has_value();
-    for (std::size_t j = 0; still && j < kJoints; ++j)
-      still = std::abs(state.ticks[j] - first->ticks[j]) <= kStillTicks;
-    if (!still)
-      first = state;
-    else if (state.stamp - first->stamp >= kRest)
-      return progress.cut({}), true;
-  }
-  return false;
-}
 
 HomingResult home(Arm5e& arm, Clock& clock, Progress& progress) {
   return home_axes(arm, clock, &StopOnSignal::requested(), [&](const HomingProgress& p) {
@@ -120,6 +96,7 @@ int arm_home(const ArmCommandOptions& options) {
   confirm("The arm of " + rig.name + " will move every joint into its stop, unchecked. Is its way free?", options.yes);
   const RigStops stops(*backend, progress);
   make_laser_dark(*backend, rig.scan);
+  begin_motion(*backend);
 
   const HomingResult result = home(*arm, backend->clock(), progress);
   OutputsLeft left;
@@ -132,10 +109,12 @@ int arm_home(const ArmCommandOptions& options) {
   else
     print(result);
   if (!result.ok()) {
+    end_motion(*backend, progress);
     progress.warn("arm not homed: " + result.message() + "; " + to_string(left));
     return StopOnSignal::requested() && left.safe() ? kPartial : kFailure;
   }
   keep(zero_file, result.zero(), left, progress);
+  end_motion(*backend, progress);
   if (left.safe()) return kOk;
   progress.warn("arm homed, but not confirmed safe afterwards: " + to_string(left) +
                 (left.arm_at_rest ? "" : ", then home again"));

@@ -14,6 +14,8 @@
 #include "apps/tankrig/stop.hpp"
 #include "apps/tankrig/waiting.hpp"
 #include "core/input_error.hpp"
+#include "rig/executive/cycle.hpp"
+#include "rig/executive/safe_end.hpp"
 #include "rig/plan/operator_plan.hpp"
 #include "rig/scan/before_start.hpp"
 #include "rig/scan/scan.hpp"
@@ -23,7 +25,11 @@
 namespace tankrig::app {
 namespace {
 
+using namespace std::chrono_literals;
+
 constexpr double kDegrees = 180 / std::numbers::pi;
+constexpr Duration kRest = 200ms, kRestSeen = 2s;  // encoders that long without news are an arm at rest; within
+constexpr std::int32_t kStillTicks = 1;            // an encoder at rest may waver by so much
 
 /// Keeps the newest joints; faults are told at once.
 class MotionSink final : public ScanSink {
@@ -107,9 +113,48 @@ void make_laser_dark(Backend& backend, const ScanSettings& settings) {
 JointVector homed_posture(Backend& backend, const std::string& rig) {
   const JointVector q = read_posture(backend.arm(), backend.clock(), std::chrono::seconds(2));
   const Status rest = backend.arm().rest();
-  if (!q.allFinite() || (!rest.ok() && rest.error().code == ErrorCode::kNotReady))
-    throw InputError("arm: not homed: it does not know its joints yet: tankrig arm home --rig " + rig);
-  return q;
+  if (q.allFinite() && (rest.ok() || rest.error().code != ErrorCode::kNotReady)) return q;
+  std::string why = "it does not know its joints yet";
+  if (Arm5e* const arm = backend.homed_arm()) {
+    arm->keep_loss();
+    if (!arm->why_not_homed().empty()) why = arm->why_not_homed();
+  }
+  throw InputError("arm: not homed: " + why + ": tankrig arm home --rig " + rig);
+}
+
+void begin_motion(Backend& backend) {
+  if (Arm5e* const arm = backend.homed_arm()) arm->begin_motion();
+}
+
+void end_motion(Backend& backend, Progress& progress) {
+  Arm5e* const arm = backend.homed_arm();
+  if (!arm || arm->settings().zero_file.empty() || Cycle::any_left_behind()) return;
+  try {
+    const bool rests = came_to_rest(*arm, backend.clock(), kRestSeen, progress);
+    arm->end_motion(rests);
+    if (!rests) progress.warn("arm: not seen at rest at the end: expected a new homing before the next motion");
+  } catch (const InputError& e) {
+    progress.warn(std::string("arm: expected a new homing before the next motion: ") + e.what());
+  }
+}
+
+bool came_to_rest(Arm& arm, Clock& clock, Duration timeout, Progress& progress) {
+  std::optional<JointState> first;
+  for (const Stamp end = clock.now() + timeout; clock.now() < end;) {
+    if (!arm.stop().ok()) progress.cut(to_cut({.laser_dark = true, .arm_at_rest = false}));
+    clock.sleep_until(clock.now() + arm.exchange_period());
+    const auto news = arm.try_read();
+    if (!news.ok() || !news.value()) continue;
+    const JointState& state = *news.value();
+    bool still = first.has_value();
+    for (std::size_t j = 0; still && j < kJoints; ++j)
+      still = std::abs(state.ticks[j] - first->ticks[j]) <= kStillTicks;
+    if (!still)
+      first = state;
+    else if (state.stamp - first->stamp >= kRest)
+      return progress.cut({}), true;
+  }
+  return false;
 }
 
 int move_arm(const ArmCommandOptions& options, const TargetFrom& target_from) {
@@ -139,7 +184,9 @@ int move_arm(const ArmCommandOptions& options, const TargetFrom& target_from) {
                 [] { return false; },
                 [&](const ScanProgress& p) { progress.update("arm: " + p.segment, p.fraction); },
                 [&](const std::string& what) { progress.cut(what); }};
+    begin_motion(*backend);
     outcome.result = run_scan(job);
+    end_motion(*backend, progress);
     outcome.reached = sink.q();
     progress.finish_line();
   }

@@ -31,6 +31,7 @@ struct ArmReport {
   std::string failure;  ///< the driver's first, while listening; empty if there was none
   std::string refusal;  ///< why the arm takes no set-point, empty if it does
   bool refused_as_not_homed = false;
+  std::string why_not_homed;  ///< where there is a zero file
 
   /// An arm that is not homed counts ticks, but its angles are not numbers.
   bool homed() const { return !refused_as_not_homed && state.q.allFinite(); }
@@ -70,6 +71,7 @@ nlohmann::ordered_json json_of(const ArmReport& r, const RigConfig& rig, const A
   nlohmann::ordered_json out;
   out["rig"] = rig.name;
   out["homed"] = r.homed();
+  if (!r.why_not_homed.empty()) out["not_homed"] = r.why_not_homed;
   out["at_rest"] = r.homed() ? nlohmann::ordered_json(r.at_rest(rig)) : nlohmann::ordered_json();
   if (!r.failure.empty()) out["failure"] = r.failure;
   if (!r.refusal.empty()) out["refusal"] = r.refusal;
@@ -106,7 +108,8 @@ void print(const ArmReport& r, const RigConfig& rig, const std::string& rig_name
                 cell("%8.2f", kDegrees * r.state.q[j]).c_str(), cell("%8.4f", r.state.q[j]).c_str(),
                 kDegrees * rig.arm.limits[j].lower, kDegrees * rig.arm.limits[j].upper, r.state.ticks[j],
                 cell("%9.2f", kDegrees * r.state.velocity[j]).c_str());
-  std::printf("%-28s %s\n", "homed", r.homed() ? "yes" : ("no: tankrig arm home --rig " + rig_name).c_str());
+  const std::string why = r.why_not_homed.empty() ? "" : r.why_not_homed + ": ";
+  std::printf("%-28s %s\n", "homed", r.homed() ? "yes" : ("no: " + why + "tankrig arm home --rig " + rig_name).c_str());
   if (r.homed()) std::printf("%-28s %s\n", "at rest", r.at_rest(rig) ? "yes" : "no");
   if (!r.refusal.empty()) std::printf("%-28s %s\n", "takes no set-point", r.refusal.c_str());
   if (!r.failure.empty()) std::printf("%-28s %s\n", "failure", r.failure.c_str());
@@ -124,7 +127,11 @@ int arm_status(const ArmCommandOptions& options) {
       make_backend(rig, {.carrier = options.carrier, .need = {.laser = false, .cameras = false}});
   Progress progress;
   if (!backend->laser_unknown().empty()) progress.warn(backend->laser_unknown());
-  const ArmReport report = listen(backend->arm(), backend->clock());
+  ArmReport report = listen(backend->arm(), backend->clock());
+  if (Arm5e* const arm = backend->homed_arm()) {
+    arm->keep_loss();
+    report.why_not_homed = arm->why_not_homed();
+  }
   if (options.json)
     print_json(json_of(report, rig, backend->arm()));
   else

@@ -199,8 +199,11 @@ ScanResult lit_preview(const CameraPreviewOptions& options, const RigConfig& rig
                 output.finish_line();
                 progress.cut(what);
               }};
+  begin_motion(backend);
   try {
-    return run_scan(job);
+    const ScanResult result = run_scan(job);
+    end_motion(backend, progress);
+    return result;
   } catch (const InputError& e) {
     if (job.result.status.empty()) throw;  // nothing was touched
     throw InputError(std::string(e.what()) + "; " + to_string(job.result.left));

@@ -2,6 +2,7 @@
 
 #include <chrono>
 
+#include "apps/tankrig/arm_motion.hpp"
 #include "apps/tankrig/played_faults.hpp"
 #include "apps/tankrig/rig_files.hpp"
 #include "apps/tankrig/stop.hpp"
@@ -171,6 +172,7 @@ ScanResult record_scan(const ScanOptions& options, const RigConfig& rig, const S
                           StopOnSignal::from_now_on()};
   };
   ScanResult& result = job.result;
+  begin_motion(backend);
   try {
     run_scan(job);
   } catch (const std::exception& e) {
@@ -185,6 +187,7 @@ ScanResult record_scan(const ScanOptions& options, const RigConfig& rig, const S
     throw;
   }
   left = result.left;
+  end_motion(backend, progress);
   keep_figures(writer, rig, backend, result);
   for (const std::string& fault : faults.never_began()) {
     progress.warn("faults: " + fault + ": never began");

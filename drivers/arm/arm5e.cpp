@@ -11,7 +11,9 @@ namespace tankrig {
 namespace {
 
 constexpr double kNoAngle = std::numeric_limits<double>::quiet_NaN();
-constexpr std::uint16_t kPowerUpRaw = 2;
+constexpr int kPatience = 3;  // answer times that an arm which has been slow is waited for
+constexpr int kSlowFor = 10;  // answer times after which that is over
+constexpr char kReadOnly[] = "arm: opened to be read only";
 constexpr auto kKeeperPeriod = std::chrono::milliseconds(50);
 constexpr int kKeeperPriority = 77;  // below the cycle's and the laser's: the light goes off first
 
@@ -31,7 +33,7 @@ const char* send_failure(ErrorCode code) noexcept {
 }
 
 bool all_at_power_up(const std::array<SensorSlot, kJoints>& joints) noexcept {
-  return std::all_of(joints.begin(), joints.end(), [](const SensorSlot& s) { return s.position <= kPowerUpRaw; });
+  return std::all_of(joints.begin(), joints.end(), [](const SensorSlot& s) { return near_power_up(s.position); });
 }
 
 }  // namespace
@@ -114,6 +116,7 @@ Result<std::optional<JointState>> Arm5e::try_read() noexcept {
 Result<std::optional<JointState>> Arm5e::drain(Stamp now) noexcept {
   std::optional<JointState> newest;
   for (;;) {
+    const bool asked = link_->outstanding() > 0;
     const auto received = link_->try_receive(now);
     if (!received.ok()) {
       lose();
@@ -122,7 +125,7 @@ Result<std::optional<JointState>> Arm5e::drain(Stamp now) noexcept {
     }
     connected_ = true;
     if (!received.value()) break;
-    const auto state = take(*received.value(), now);
+    const auto state = take(*received.value(), asked, now);
     if (state) newest = state;
   }
   if (const auto fault = faults_.tell(now)) return *fault;
@@ -148,10 +151,23 @@ void Arm5e::lose() noexcept {
   line_lost_ = link_->needs_reopen();
 }
 
+/// Nothing in an answer says to which request it is. An answer too many, or one that comes too late once more, shows an
+/// arm that is slow. `asked`: a request was outstanding.
+bool Arm5e::is_late(const ArmAnswer& answer, bool asked, Stamp now) noexcept {
+  in_doubt_ = answer.given_up && link_->outstanding() > 0;  // it may be to that one
+  if (answer.given_up) return true;
+  const bool surplus = !asked && now < quiet_until_;
+  const bool slow = surplus || answer.read > asked_at_ + answer_time();
+  if (std::exchange(probes_, false) || surplus || (slow && now < slow_until_))
+    quiet_until_ = sent_at_ + kPatience * answer_time();
+  if (slow) slow_until_ = now + kSlowFor * answer_time();
+  return slow;
+}
+
 /// The answer to the gains, or readings, which become a state once the encoders are believed.
-std::optional<JointState> Arm5e::take(const ArmAnswer& answer, Stamp now) noexcept {
+std::optional<JointState> Arm5e::take(const ArmAnswer& answer, bool asked, Stamp now) noexcept {
   add(exchanges_);
-  const bool late = std::exchange(overdue_, false) || answer.read > asked_at_ + answer_time();
+  const bool late = is_late(answer, asked, now);
   if (late) add(late_answers_);
   const bool sensors = answer.sensors && !late;
   if (sensors) heard_.of(answer.has, now);
@@ -169,11 +185,13 @@ std::optional<JointState> Arm5e::take(const ArmAnswer& answer, Stamp now) noexce
   note(answer);
 
   const bool stalled = readings_.current_a > settings_.homing.stop_current_a;
+  bool measured = true;
   for (std::size_t j = 0; j < kJoints; ++j) {
     if (!holds(answer.has.sensors, j)) continue;
     switch (tracks_[j].take(answer.joints[j].position, readings_.stamp)) {
       case EncoderTrack::Reading::kRejected:
         add(jumps_rejected_);
+        measured = false;
         break;
       case EncoderTrack::Reading::kJumped:
         add(jumps_);
@@ -187,9 +205,10 @@ std::optional<JointState> Arm5e::take(const ArmAnswer& answer, Stamp now) noexce
     }
   }
   if (!std::all_of(tracks_.begin(), tracks_.end(), [](const EncoderTrack& t) { return t.started(); })) return {};
+  judge_zero();
   const JointState joints = state();
   watch(joints);
-  return joints;
+  return measured ? std::optional(joints) : std::nullopt;
 }
 
 JointState Arm5e::state() const noexcept {
@@ -198,7 +217,7 @@ JointState Arm5e::state() const noexcept {
   state.current_a = readings_.current_a;
   for (std::size_t j = 0; j < kJoints; ++j) {
     const int row = static_cast<int>(j);
-    state.age[j] = state.stamp - readings_.read[j];
+    state.age[j] = state.stamp - tracks_[j].when();
     state.ticks[j] = tracks_[j].ticks();
     state.q[row] = homed() ? model_.actuators[j].angle(state.ticks[j]) : kNoAngle;
     state.velocity[row] = homed() ? tracks_[j].speed() * signed_slope(model_.actuators[j], state.ticks[j]) : kNoAngle;
@@ -217,12 +236,14 @@ void Arm5e::watch(const JointState& state) noexcept {
   raise(faults_.seen_in(readings_));
   if (!homed() || !outside_limits(model_, state.q, settings_.posture_margin)) return;
   homed_ = false;
+  lost_ = "it put a joint outside its limits";
   raise(ArmFault::kPosture);
 }
 
 /// The arm may have been without supply, and has forgotten its gains too.
 void Arm5e::lose_reference() noexcept {
   homed_ = gains_answered_ = false;
+  lost_ = "an encoder lost its reference";
   gains_next_ = true;
   raise(ArmFault::kEncoder);
 }
@@ -242,6 +263,7 @@ Result<JointVector> Arm5e::write_velocity(const JointVector& velocity) noexcept 
   const auto write = [&]() noexcept -> Result<JointVector> {
     if (const Status refused = refusal(now, false); !refused.ok()) return refused.error();
     if (!homed()) return Error{ErrorCode::kNotReady, 0, now, "arm: not homed"};
+    if (!may_move_ && !velocity.isZero(0)) return Error{ErrorCode::kRefused, 0, now, kReadOnly};
     std::array<double, kJoints> ticks;
     for (std::size_t j = 0; j < kJoints; ++j) ticks[j] = tracks_[j].ticks();
     auto demand = velocity_demand(model_, settings_.shaping, ticks, velocity);
@@ -265,6 +287,7 @@ Status Arm5e::write_ticks(const std::array<int, kJoints>& ticks_per_s) noexcept 
     for (std::size_t j = 0; j < kJoints; ++j) {
       if (std::abs(ticks_per_s[j]) > kLargestSpeed)
         return Error{ErrorCode::kOutOfRange, 0, now, "arm: speed demand above 4095"};
+      if (!may_move_ && ticks_per_s[j] != 0) return Error{ErrorCode::kRefused, 0, now, kReadOnly};
       demand[j] = ticks_per_s[j];
     }
     set_demand(demand, now);
@@ -309,23 +332,31 @@ void Arm5e::set_demand(const std::array<double, kJoints>& ticks_per_s, Stamp now
   written_ns_ = now.ns;
 }
 
+/// The request is altered where that means nothing, for an arm that went mute. If nobody has listened since it was sent,
+/// its answer may well lie there unread: that is not a time-out.
+void Arm5e::give_up(Stamp now) noexcept {
+  link_->give_up(now);
+  if (listened_ <= sent_at_) return;
+  add(timeouts_);
+  add(mute_retries_);
+  wobble_ = !wobble_;
+  if (!gains_answered_) gains_next_ = !gains_last_;
+}
+
 /// Sends what is due: the gains first, then the newest demands, at the exchange rate; `at_once` only rest may be sent.
-/// An unanswered request is given up after its time, altered where that means nothing, and sent again. If nobody has
-/// listened since it was sent, its answer may well lie there unread: that is not a time-out.
+/// Where an answer came that was counted to a request given up, and none after it, it was to this one after all; unless
+/// the arm is slow: so after the next answer nothing is asked for as long as one too many may take.
 Status Arm5e::pump(Stamp now, bool at_once) noexcept {
   if (link_->outstanding() > 0 && now >= deadline_) {
-    link_->give_up();
-    overdue_ = true;
-    if (listened_ > sent_at_) {
-      add(timeouts_);
-      add(mute_retries_);
-      wobble_ = !wobble_;
-      if (!gains_answered_) gains_next_ = !gains_last_;
-    }
+    probes_ = in_doubt_ && listened_ >= deadline_;
+    if (probes_)
+      link_->forget();
+    else
+      give_up(now);
     next_send_ = now;
   }
   if (!at_once) {
-    if (link_->outstanding() > 0) return {};
+    if (link_->outstanding() > 0 || now < quiet_until_) return {};
     const Duration slack = std::min<Duration>(period_ / 8, std::chrono::milliseconds(1));
     if (now + slack < next_send_) return {};
   }
@@ -349,7 +380,7 @@ Status Arm5e::pump(Stamp now, bool at_once) noexcept {
     if (!at_once) schedule_.advance();
   }
   sent_at_ = now;
-  deadline_ = now + answer_time();
+  deadline_ = now + (now < slow_until_ ? kPatience : 1) * answer_time();
   next_send_ = next_send_ + period_;
   if (next_send_ <= now) next_send_ = now + period_;
   return {};
@@ -376,6 +407,8 @@ void Arm5e::set_zero(const ArmZero& zero) noexcept {
   for (std::size_t j = 0; j < kJoints; ++j) tracks_[j].set_zero(zero.raw[j]);
   faults_.reference_found();
   homed_ = true;
+  lost_ = nullptr;
+  if (proof_) proof_->replace(zero);
   leave();
 }
 
@@ -383,7 +416,50 @@ void Arm5e::forget_zero() noexcept {
   while (!enter()) std::this_thread::yield();
   faults_.reference_found();
   homed_ = false;
+  lost_ = "the arm was homed anew and not to the end";
   leave();
+}
+
+void Arm5e::set_proof(ZeroProof proof) {
+  may_move_ = false;
+  proof_ = std::move(proof);
+}
+
+void Arm5e::judge_zero() noexcept {
+  if (!proof_ || !proof_->undecided()) return;
+  std::array<std::uint16_t, kJoints> raw;
+  for (std::size_t j = 0; j < kJoints; ++j) raw[j] = tracks_[j].raw();
+  if (!proof_->judge(raw)) {
+    lost_ = "the encoders do not read what they read when it was left";
+    return;
+  }
+  for (std::size_t j = 0; j < kJoints; ++j) tracks_[j].set_zero(proof_->zero()->raw[j]);
+  homed_ = true;
+}
+
+std::string Arm5e::why_not_homed() const {
+  if (!proof_ || homed()) return {};
+  const std::string why = proof_->why_not();
+  return why.empty() && lost_ ? lost_ : why;
+}
+
+void Arm5e::begin_motion() {
+  if (proof_) proof_->begin_motion();
+  may_move_ = true;
+}
+
+void Arm5e::end_motion(bool rests) {
+  if (!proof_) return;
+  may_move_ = false;
+  keep_loss();
+  std::optional<std::array<std::uint16_t, kJoints>> raw;
+  if (rests && homed()) raw.emplace();
+  for (std::size_t j = 0; raw && j < kJoints; ++j) (*raw)[j] = tracks_[j].raw();
+  proof_->end_motion(raw);
+}
+
+void Arm5e::keep_loss() {
+  if (proof_ && lost_) proof_->void_it(why_not_homed());
 }
 
 Status Arm5e::clear_faults() noexcept {

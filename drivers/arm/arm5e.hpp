@@ -15,8 +15,8 @@
 #include "drivers/arm/arm5e_settings.hpp"
 #include "drivers/arm/arm_faults.hpp"
 #include "drivers/arm/arm_readings.hpp"
-#include "drivers/arm/arm_zero.hpp"
 #include "drivers/arm/motion_evidence.hpp"
+#include "drivers/arm/zero_proof.hpp"
 
 namespace tankrig {
 
@@ -26,7 +26,8 @@ namespace tankrig {
 /// first request after a silence are whole all the same. An arm of which anything has not been heard of is silent.
 ///
 /// The encoders were read at some time between a request and its answer. An answer that comes later than a request is
-/// waited for, or the first one after a request that was given up, does not tell when: it is counted and left.
+/// waited for does not tell when, nor do as many answers as requests were given up (GivenUp): they are counted and left.
+/// An arm that is slow is asked nothing until no answer can be on its way, and waited for longer.
 ///
 /// Faults, each told once by try_read and then kept until clear_faults(): over-current, water, encoders that lost their
 /// reference, an axis beyond its limits, a machine that was suspended. The arm is stopped, set-points are refused,
@@ -48,7 +49,8 @@ class Arm5e final : public Arm {
   /// (its thread is dead or stuck), the faults above, each "arm: ...". Silence counts from when somebody listens:
   /// nobody did while the program prepared.
   Result<std::optional<JointState>> try_read() noexcept override;
-  /// Errors: kNotReady "arm: not homed" or "arm: bus-off", kOutOfRange, kDisconnected, the fault that is kept.
+  /// Errors: kNotReady "arm: not homed" or "arm: bus-off", kOutOfRange, kDisconnected, the fault that is kept, kRefused
+  /// for a motion before begin_motion().
   Result<JointVector> write_velocity(const JointVector& velocity) noexcept override;
   /// Sends at once, then at the exchange rate. Ok also when another thread is inside: that one sends it.
   Status stop() noexcept override;
@@ -60,6 +62,20 @@ class Arm5e final : public Arm {
   /// zero.  Threads, RT: the cycle's.
   Status write_ticks(const std::array<int, kJoints>& ticks_per_s) noexcept;
 
+  /// The zero of a file, believed or not with the first readings; until begin_motion() nothing is driven.  Before
+  /// anything else is called.
+  void set_proof(ZeroProof proof);
+  /// Why the zero of the file is not believed, or no longer; empty where there is no such file in the settings.
+  /// Threads: the cycle's.  RT: never, nor the next three.
+  std::string why_not_homed() const;
+  /// The arm may be driven from here on. Without end_motion() it has to be homed before the next program drives it.
+  /// Errors: InputError.
+  void begin_motion();
+  /// It is not driven any more. `rests`: that was seen just now.  Errors: InputError.
+  void end_motion(bool rests);
+  /// Where the zero was lost: voids the file too.  Errors: InputError.
+  void keep_loss();
+
   bool homed() const noexcept { return homed_.load(std::memory_order_relaxed); }
   /// From here on angles are known. The zero is checked against the limits with the next reading.  Threads: the
   /// cycle's.
@@ -70,6 +86,7 @@ class Arm5e final : public Arm {
   const ArmReadings& readings() const noexcept { return readings_; }
   /// As newest believed: unlike readings().raw never a false zero far from where it was.  Threads: the cycle's.
   std::uint16_t believed_raw(Joint joint) const noexcept { return tracks_[joint].raw(); }
+  Stamp believed_at(Joint joint) const noexcept { return tracks_[joint].when(); }
   /// Errors: kRefused while it is not over, or while the arm is just being stopped; what only homing ends.
   Status clear_faults() noexcept override;
 
@@ -85,13 +102,16 @@ class Arm5e final : public Arm {
   void lose_reference() noexcept;
   Status refusal(Stamp now, bool by_ticks) const noexcept;
   Result<std::optional<JointState>> drain(Stamp now) noexcept;
-  std::optional<JointState> take(const ArmAnswer& answer, Stamp now) noexcept;
+  std::optional<JointState> take(const ArmAnswer& answer, bool asked, Stamp now) noexcept;
+  bool is_late(const ArmAnswer& answer, bool asked, Stamp now) noexcept;
   void note(const ArmAnswer& answer) noexcept;
   JointState state() const noexcept;
   void watch(const JointState& state) noexcept;
+  void judge_zero() noexcept;
   bool silent(Stamp now) const noexcept;
   Duration answer_time() const noexcept;
   void lose() noexcept;
+  void give_up(Stamp now) noexcept;
   Status pump(Stamp now, bool at_once) noexcept;
   Status send(const ArmExchange& exchange, Stamp now) noexcept;
   ArmDemands limited(ArmDemands demands) const noexcept;
@@ -120,12 +140,18 @@ class Arm5e final : public Arm {
   bool gains_next_ = true, gains_answered_ = false, gains_last_ = false;
   bool wobble_ = false;     ///< which of two equivalent frames is sent
   bool stop_sent_ = false;  ///< every joint's newest demand on the wire is rest
-  bool overdue_ = false;    ///< a request was given up: what comes next may be its answer
+  bool in_doubt_ = false;   ///< the newest answer was counted to a request given up, and one is outstanding
+  bool probes_ = false;     ///< whether that was decided rightly is to be seen after the next answer
   bool connected_ = true, was_silent_ = false;
   Stamp next_send_{}, sent_at_{}, deadline_{}, listened_{};
-  Stamp asked_at_{};  ///< the oldest request that is not answered
+  Stamp asked_at_{};                      ///< the oldest request that is not answered
+  Stamp slow_until_{}, quiet_until_{};  ///< answers are waited for longer; nothing is asked
   ArmFaults faults_;
   SuspendWatch suspend_watch_;
+
+  std::optional<ZeroProof> proof_;
+  const char* lost_ = nullptr;  ///< why the zero that was believed is none any more
+  bool may_move_ = true;
 
   std::atomic<bool> homed_{false}, stop_wanted_{false}, line_lost_{false}, dying_{false};
   std::atomic<bool> driven_{false};          ///< a demand is not rest
@@ -143,7 +169,8 @@ class Arm5e final : public Arm {
   std::thread keeper_;
 };
 
-/// Opens the carrier, checks its load, loads the zero file if it is there.  Errors: InputError that says what to do.
+/// Opens the carrier, checks its load, loads the zero file if it is there; with one in the settings the arm is only read
+/// until begin_motion().  Errors: InputError that says what to do.
 std::unique_ptr<Arm5e> open_arm5e(const Arm5eSettings& settings, const ArmModel& model, const Clock& clock);
 
 }  // namespace tankrig

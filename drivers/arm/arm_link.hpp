@@ -19,6 +19,7 @@ using ArmDemands = std::array<DemandSlot, kJoints>;  ///< in the order of `Joint
 struct ArmAnswer {
   Stamp read{};          ///< when the encoders were read
   bool sensors = false;  ///< else an echo or an acknowledgement
+  bool given_up = false;  ///< to a request that was given up: the one that is outstanding may still be answered
   ArmExchange has{};     ///< what has come with it; the rest of what follows is older
   std::array<SensorSlot, kJoints> joints{};
   MasterBytes master;
@@ -31,6 +32,31 @@ struct ArmLinkCounters {
   std::uint64_t unknown_slots = 0;  ///< a kind of slot the arm never sends
   std::uint64_t send_buffer_full = 0;
   std::uint64_t reopened = 0;
+};
+
+/// Requests that were given up: as many of the next answers are theirs, until kLatest after the last was given up.
+/// RT: safe.
+class GivenUp {
+ public:
+  static constexpr Duration kLatest = std::chrono::milliseconds(100);
+
+  void add(int requests, Stamp now) noexcept {
+    if (requests == 0) return;
+    count_ = (now > until_ ? 0 : count_) + requests;
+    until_ = now + kLatest;
+  }
+  /// An answer has come: is it to one of them?
+  bool answered(Stamp now) noexcept {
+    if (now > until_) count_ = 0;
+    if (count_ == 0) return false;
+    --count_;
+    return true;
+  }
+  void forget() noexcept { count_ = 0; }
+
+ private:
+  int count_ = 0;
+  Stamp until_{};
 };
 
 /// One request is on its way at a time; a stop may overtake.
@@ -52,10 +78,12 @@ class ArmLink {
   /// Next whole answer that has come; nothing if none.  Errors: kDisconnected and what the carrier says.
   virtual Result<std::optional<ArmAnswer>> try_receive(Stamp now) noexcept = 0;
 
-  /// Requests sent and not answered.
+  /// Requests sent, not answered and not given up.
   virtual int outstanding() const noexcept = 0;
-  /// Forgets them, and any part of an answer.
-  virtual void give_up() noexcept = 0;
+  /// Waits for them no longer, and drops any part of an answer. What comes of them is marked ArmAnswer::given_up.
+  virtual void give_up(Stamp now) noexcept = 0;
+  /// Likewise, but nothing more will come, neither of them nor of those given up before.
+  virtual void forget() noexcept = 0;
 
   /// After kDisconnected, from a thread that may wait.  Errors: kNotReady while the device is away.
   virtual Status reopen() noexcept = 0;

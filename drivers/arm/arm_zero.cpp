@@ -1,21 +1,22 @@
 #include "drivers/arm/arm_zero.hpp"
 
-#include <fcntl.h>
-#include <stdlib.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
-#include <cerrno>
-#include <cstring>
-
+#include "core/atomic_file.hpp"
 #include "core/config_node.hpp"
-#include "core/input_error.hpp"
 
 namespace tankrig {
 namespace {
 
-[[noreturn]] void fail(const std::filesystem::path& file, const char* what) {
-  throw InputError(file, std::string(what) + ": " + std::strerror(errno));
+std::array<std::uint16_t, kJoints> raw_from(const ConfigNode& node) {
+  std::array<std::uint16_t, kJoints> raw;
+  for (std::size_t j = 0; j < kJoints; ++j)
+    raw[j] = static_cast<std::uint16_t>(node.integer(kJointNames[j], {0, 65535}));
+  return raw;
+}
+
+std::string yaml_of(const std::array<std::uint16_t, kJoints>& raw, const std::string& indent) {
+  std::string text;
+  for (std::size_t j = 0; j < kJoints; ++j) text += indent + kJointNames[j] + ": " + std::to_string(raw[j]) + "\n";
+  return text;
 }
 
 }  // namespace
@@ -24,9 +25,10 @@ ArmZero load_arm_zero(const std::filesystem::path& file) {
   const ConfigNode node = ConfigNode::load(file);
   ArmZero zero;
   zero.taken = node.text("taken");
-  const ConfigNode raw = node.child("raw_ticks_at_zero");
-  for (std::size_t j = 0; j < kJoints; ++j)
-    zero.raw[j] = static_cast<std::uint16_t>(raw.integer(kJointNames[j], {0, 65535}));
+  zero.raw = raw_from(node.child("raw_ticks_at_zero"));
+  if (const auto exit = node.optional_child("orderly_exit"))
+    zero.exit = {raw_from(exit->child("raw_ticks")), exit->text("at")};
+  zero.voided = node.text_or("voided", "");
   node.finish();
   return zero;
 }
@@ -35,20 +37,13 @@ void save_arm_zero(const std::filesystem::path& file, const ArmZero& zero) {
   std::string text =
       "# Raw encoder readings at the actuators' tick 0. Void as soon as the arm has been without supply: home again.\n"
       "taken: \"" +
-      zero.taken + "\"\nraw_ticks_at_zero:\n";
-  for (std::size_t j = 0; j < kJoints; ++j)
-    text += std::string("  ") + kJointNames[j] + ": " + std::to_string(zero.raw[j]) + "\n";
-  std::string beside = file.string() + ".XXXXXX";
-  const int fd = ::mkostemp(beside.data(), O_CLOEXEC);
-  if (fd < 0) fail(file, "cannot write");
-  const bool written = ::write(fd, text.data(), text.size()) == static_cast<ssize_t>(text.size()) &&
-                       ::fchmod(fd, 0644) == 0 && ::fsync(fd) == 0;
-  ::close(fd);
-  if (written && ::rename(beside.c_str(), file.c_str()) == 0) return;
-  const int error = errno;
-  ::unlink(beside.c_str());
-  errno = error;
-  fail(file, "cannot write");
+      zero.taken + "\"\nraw_ticks_at_zero:\n" + yaml_of(zero.raw, "  ");
+  if (zero.exit)
+    text += "# Where the program that moved the arm last left it, at rest. Without it the zero is not believed.\n"
+            "orderly_exit:\n  at: \"" +
+            zero.exit->at + "\"\n  raw_ticks:\n" + yaml_of(zero.exit->raw, "    ");
+  if (!zero.voided.empty()) text += "voided: \"" + zero.voided + "\"\n";
+  write_file_durably(file, text);
 }
 
 }  // namespace tankrig

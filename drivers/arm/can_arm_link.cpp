@@ -134,7 +134,7 @@ const ArmExchange& CanArmLink::asked() const noexcept {
   return outstanding_ > 0 ? asked_[0] : kWhole;
 }
 
-Result<std::optional<ArmAnswer>> CanArmLink::try_receive(Stamp) noexcept {
+Result<std::optional<ArmAnswer>> CanArmLink::try_receive(Stamp now) noexcept {
   for (;;) {
     const auto received = bus_->try_receive();
     if (!received.ok()) return received.error();
@@ -151,8 +151,11 @@ Result<std::optional<ArmAnswer>> CanArmLink::try_receive(Stamp) noexcept {
     }
     if (!take(frame, meaning)) continue;
     ++counters_.answers;
-    std::shift_left(asked_.begin(), asked_.end(), 1);
-    outstanding_ = std::max(0, outstanding_ - 1);
+    answer_.given_up = given_up_.answered(now);
+    if (!answer_.given_up && outstanding_ > 0) {
+      std::shift_left(asked_.begin(), asked_.end(), 1);
+      --outstanding_;
+    }
     return std::optional<ArmAnswer>(answer_);
   }
 }
@@ -201,14 +204,21 @@ bool CanArmLink::take(const CanFrame& frame, Meaning meaning) noexcept {
   return true;
 }
 
-void CanArmLink::give_up() noexcept {
+void CanArmLink::give_up(Stamp now) noexcept {
+  given_up_.add(outstanding_, now);
+  outstanding_ = 0;
+  forget_partial_answer();
+}
+
+void CanArmLink::forget() noexcept {
+  given_up_.forget();
   outstanding_ = 0;
   forget_partial_answer();
 }
 
 Status CanArmLink::reopen() noexcept {
   const Status opened = bus_->reopen();
-  if (opened.ok()) give_up();
+  if (opened.ok()) forget();
   return opened;
 }
 

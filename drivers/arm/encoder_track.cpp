@@ -16,28 +16,40 @@ int way(std::uint16_t a, std::uint16_t b) noexcept {
 
 EncoderTrack::Reading EncoderTrack::take(std::uint16_t raw, Stamp when) noexcept {
   const double since = started_ ? seconds(when - newest().when) : 0;
-  const double believable = std::max<double>(settings_.jump_ticks, settings_.max_ticks_per_s * since);
-  if (started_ && std::abs(way(raw, raw_)) <= believable) {
+  const auto moved = std::llround(speed() * since);
+  const int off = std::abs(way(raw, static_cast<std::uint16_t>(raw_ + moved)));
+  const bool reachable = started_ && off <= settings_.jump_ticks + settings_.max_ticks_per_s * since;
+  if (reachable && (raw != 0 || std::min(off, std::abs(way(raw, raw_))) <= kFalseZero)) {
     accept(raw, when);
     return Reading::kGood;
   }
-  const bool agrees = agreeing_ > 0 && std::abs(way(raw, candidate_)) <= settings_.jump_ticks;
+  if (!agrees(raw, when)) {
+    agreeing_ = 0;
+    reachable_ = reachable;
+  }
+  ++agreeing_;
   candidate_ = raw;
-  agreeing_ = agrees ? agreeing_ + 1 : 1;
+  candidate_when_ = when;
   if (agreeing_ >= settings_.persists_samples) {
+    if (reachable_) {
+      accept(raw, when);
+      return Reading::kGood;
+    }
     const bool jumped = started_;
     anchor(raw, when);
     return jumped ? Reading::kJumped : Reading::kGood;
   }
-  if (!started_) return Reading::kStarting;
-  ticks_ = newest().ticks + static_cast<std::int32_t>(std::lround(speed() * since));
-  return Reading::kRejected;
+  return started_ ? Reading::kRejected : Reading::kStarting;
+}
+
+bool EncoderTrack::agrees(std::uint16_t raw, Stamp when) const noexcept {
+  return agreeing_ > 0 && std::abs(way(raw, candidate_)) <=
+                              settings_.jump_ticks + settings_.max_ticks_per_s * seconds(when - candidate_when_);
 }
 
 void EncoderTrack::accept(std::uint16_t raw, Stamp when) noexcept {
   const std::int32_t believed = newest().ticks + way(raw, raw_);
   raw_ = raw;
-  ticks_ = believed;
   agreeing_ = 0;
   const std::int32_t settled = std::clamp(newest().settled, believed - kWaver, believed + kWaver);
   past_[static_cast<std::size_t>(count_++ % kPast)] = {believed, settled, when};
@@ -46,9 +58,9 @@ void EncoderTrack::accept(std::uint16_t raw, Stamp when) noexcept {
 void EncoderTrack::anchor(std::uint16_t raw, Stamp when) noexcept {
   started_ = true;
   raw_ = raw;
-  ticks_ = way(raw, zero_);
   agreeing_ = 0;
-  past_[0] = {ticks_, ticks_, when};
+  const std::int32_t ticks = way(raw, zero_);
+  past_[0] = {ticks, ticks, when};
   count_ = 1;
 }
 

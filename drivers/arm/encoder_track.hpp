@@ -9,19 +9,20 @@
 namespace tankrig {
 
 struct EncoderTrackSettings {
-  int jump_ticks = 800;           ///< a larger change between two readings is taken for false
-  int persists_samples = 3;       ///< until this many readings in a row agree with it
-  double max_ticks_per_s = 4095;  ///< what may be believed after a pause: no axis is faster
+  int jump_ticks = 40;            ///< how well a reading's time is known: 20 ms at the laboratory's 2000 ticks/s
+  int persists_samples = 3;       ///< a reading that is not believed is, once so many in a row agree with it
+  double max_ticks_per_s = 4095;  ///< no axis is faster, nor its speed known better
 };
 
-/// Threads: one.  RT: safe.
+/// A reading is believed where the speed before it takes the encoder, within `jump_ticks` and what the fastest axis does
+/// meanwhile; exactly 0, which is what a false one reads, only within kFalseZero of there or of where it was.  Threads: one.  RT: safe.
 class EncoderTrack {
  public:
   enum class Reading : std::uint8_t {
     kStarting,  ///< too few readings agree yet
     kGood,
-    kRejected,  ///< a jump: the position is carried on with the speed before it
-    kJumped,    ///< the new place persisted: the encoder has lost its reference, or the arm its supply
+    kRejected,  ///< nothing is known by it
+    kJumped,    ///< a place that no axis reaches persisted: the encoder has lost its reference, or the arm its supply
   };
 
   explicit EncoderTrack(const EncoderTrackSettings& settings = {}) : settings_(settings) {}
@@ -35,15 +36,18 @@ class EncoderTrack {
   /// The raw reading that is tick 0 of the actuator. It outlives a restart of this program, not one of the arm.
   void set_zero(std::uint16_t raw) noexcept;
 
-  /// Since power-up, or since the zero where there is one; unwrapped.
-  std::int32_t ticks() const noexcept { return ticks_; }
+  /// As last believed: since power-up, or since the zero where there is one; unwrapped.
+  std::int32_t ticks() const noexcept { return started_ ? newest().ticks : 0; }
   std::uint16_t raw() const noexcept { return raw_; }
+  /// When that was read.
+  Stamp when() const noexcept { return started_ ? newest().when : Stamp{}; }
   /// Over about the last 40 ms or five readings, whichever is longer [ticks/s]. An encoder that wavers by a tick about
   /// its place is at rest.
   double speed() const noexcept;
 
  private:
   static constexpr std::int32_t kWaver = 1;
+  static constexpr int kFalseZero = 3;
   static constexpr int kPast = 64;  // kSpan at 1 kHz
   static constexpr Duration kSpan = std::chrono::milliseconds(40);
   struct Past {
@@ -52,6 +56,7 @@ class EncoderTrack {
     Stamp when{};
   };
 
+  bool agrees(std::uint16_t raw, Stamp when) const noexcept;
   void accept(std::uint16_t raw, Stamp when) noexcept;
   void anchor(std::uint16_t raw, Stamp when) noexcept;
   const Past& newest() const noexcept { return past_[static_cast<std::size_t>((count_ - 1) % kPast)]; }
@@ -60,9 +65,10 @@ class EncoderTrack {
   std::uint16_t zero_ = 0;
   bool started_ = false;
   std::uint16_t raw_ = 0;  // last believed
-  std::int32_t ticks_ = 0;
   std::uint16_t candidate_ = 0;  // last one not believed
-  int agreeing_ = 0;             // readings in a row that agree with it
+  Stamp candidate_when_{};
+  bool reachable_ = false;  // for an axis, when the first of them came
+  int agreeing_ = 0;        // readings in a row that agree with it
   Past past_[kPast]{};
   std::int64_t count_ = 0;
 };

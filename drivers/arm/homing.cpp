@@ -14,6 +14,7 @@ constexpr Duration kStandstill = std::chrono::milliseconds(100);  ///< at a stop
 constexpr Duration kFirstAnswer = std::chrono::seconds(2);
 constexpr Duration kShown = std::chrono::milliseconds(100);
 constexpr int kStandstillTicks = 3;
+constexpr int kClearOfPowerUp = kPowerUpTicks + 2 * ZeroProof::kSettled;
 constexpr std::array<int, kJoints> kRest{};
 
 /// One homing run: the arm exchanged with every few milliseconds, and the reasons to end it.
@@ -52,7 +53,7 @@ class Run {
   }
 
   /// Until the axis stands; one that is driven, with more current than its stop current. `direction` 0: not driven.
-  /// One reading will not do: near zero the encoder's track does not see through a false one.
+  /// One reading will not do: a false one may lie where the joint could be.
   Result<HomedAxis> drive(Joint joint, int direction) {
     const HomingSettings& homing = arm_.settings().homing;
     std::array<int, kJoints> demand{};
@@ -66,8 +67,8 @@ class Run {
       if (!news.ok()) return news.error();
       show(joint, direction == 0 ? HomingProgress::Phase::kPausing : HomingProgress::Phase::kDriving);
       const ArmReadings& now = arm_.readings();
-      if (!news.value() || now.read[joint] == read) continue;
-      read = now.read[joint];
+      if (!news.value() || arm_.believed_at(joint) == read) continue;
+      read = arm_.believed_at(joint);
       const std::uint16_t raw = arm_.believed_raw(joint);
       const bool moved =
           std::abs(static_cast<std::int16_t>(static_cast<std::uint16_t>(raw - place))) > kStandstillTicks;
@@ -82,6 +83,20 @@ class Run {
     }
     return Error{ErrorCode::kTimeout, 0, clock_.now(),
                  direction == 0 ? "arm: does not come to rest" : "arm: no stop found in its time"};
+  }
+
+  /// A stop at which the joint stood at power-up proves nothing to the next program (ZeroProof): a little out of it.
+  Status leave_power_up(Joint joint, int direction) {
+    std::array<int, kJoints> demand{};
+    demand[joint] = -direction * arm_.settings().homing.speed_ticks_per_s;
+    const Stamp begin = clock_.now();
+    while (std::abs(static_cast<std::int16_t>(arm_.believed_raw(joint))) < kClearOfPowerUp) {
+      const auto news = step(demand);
+      if (!news.ok()) return news.error();
+      if (clock_.now() - begin > arm_.settings().homing.longest)
+        return Error{ErrorCode::kTimeout, 0, clock_.now(), "arm: does not leave its stop"};
+    }
+    return {};
   }
 
   void show(Joint joint, HomingProgress::Phase phase) {
@@ -129,6 +144,8 @@ Result<HomedAxis> home_axis(Run& run, Arm5e& arm, Joint joint) {
     axis.angle_at_stop = angle_at_stop(arm.model(), joint, direction);
     const Status paused = run.pause(joint, homing.pause);
     if (!paused.ok()) return paused.error();
+    const Status left = run.leave_power_up(joint, direction);
+    if (!left.ok()) return left.error();
   }
   run.show(joint, HomingProgress::Phase::kDone);
   return with_zero(axis, arm.model().actuators[joint]);

@@ -73,7 +73,7 @@ Result<std::optional<ArmAnswer>> SerialArmLink::try_receive(Stamp now) noexcept 
     }
     const auto read = port_.try_read(buffer_);
     if (!read.ok()) {
-      if (read.error().code == ErrorCode::kDisconnected) give_up();
+      if (read.error().code == ErrorCode::kDisconnected) forget();
       return read.error();
     }
     read_ = read.value();
@@ -93,7 +93,8 @@ ArmAnswer SerialArmLink::answer(Stamp now) noexcept {
   const Stamp earliest = std::min(looked_, now) - answering, latest = now - answering;
   ArmAnswer answer;
   answer.read = earliest + (latest - earliest) / 2;
-  if (outstanding_ > 0) {
+  answer.given_up = given_up_.answered(now);
+  if (!answer.given_up && outstanding_ > 0) {
     const Stamp asked = sent_[0] + frame_time_;
     if (earliest <= asked && asked <= latest) answer.read = asked;
     std::copy(sent_.begin() + 1, sent_.end(), sent_.begin());
@@ -113,7 +114,14 @@ ArmAnswer SerialArmLink::answer(Stamp now) noexcept {
   return answer;
 }
 
-void SerialArmLink::give_up() noexcept {
+void SerialArmLink::give_up(Stamp now) noexcept {
+  given_up_.add(outstanding_, now);
+  outstanding_ = 0;
+  decoder_.give_up();
+}
+
+void SerialArmLink::forget() noexcept {
+  given_up_.forget();
   outstanding_ = 0;
   decoder_.give_up();
 }
@@ -121,7 +129,7 @@ void SerialArmLink::give_up() noexcept {
 Status SerialArmLink::reopen() noexcept {
   const Status opened = port_.reopen();
   if (!opened.ok()) return opened;
-  give_up();
+  forget();
   unsent_ = read_ = taken_ = 0;
   ++counters_.reopened;
   return {};

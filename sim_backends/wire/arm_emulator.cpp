@@ -1,5 +1,6 @@
 #include "sim_backends/wire/arm_emulator.hpp"
 
+#include "core/utc.hpp"
 #include "sim_backends/wire/arm_wire.hpp"
 
 namespace tankrig::sim {
@@ -25,6 +26,12 @@ void ArmEmulator::unplug() {
 
 void ArmEmulator::plug() {
   for (const auto& wire : wires_) wire->set_plugged(true);
+}
+
+ArmZero zero_as_homed(const ArmEmulator& arm, const ArmEmulatorParameters& parameters) {
+  ArmZero::OrderlyExit left{{}, utc_now()};
+  for (std::size_t j = 0; j < kJoints; ++j) left.raw[j] = static_cast<std::uint16_t>(parameters.power_up_ticks[j]);
+  return {arm.true_zero(), utc_now(), left};
 }
 
 }  // namespace tankrig::sim

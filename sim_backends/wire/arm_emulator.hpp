@@ -5,6 +5,7 @@
 #include <memory>
 #include <vector>
 
+#include "drivers/arm/arm_zero.hpp"
 #include "drivers/can/can_bus.hpp"
 #include "sim_backends/wire/arm_electronics.hpp"
 
@@ -50,5 +51,8 @@ class ArmEmulator {
   ArmElectronics electronics_;
   std::vector<std::unique_ptr<ArmWire>> wires_;  // last: their threads use what is above
 };
+
+/// What `tankrig arm home` would have left of an arm that has not moved since its power came on.
+ArmZero zero_as_homed(const ArmEmulator& arm, const ArmEmulatorParameters& parameters);
 
 }  // namespace tankrig::sim

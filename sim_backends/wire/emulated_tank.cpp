@@ -4,8 +4,6 @@
 #include <fstream>
 
 #include "core/input_error.hpp"
-#include "core/utc.hpp"
-#include "drivers/arm/arm_zero.hpp"
 #include "drivers/can/open_can.hpp"
 #include "sim_backends/faults/picture_faults.hpp"
 #include "sim_backends/wire/wire_faults.hpp"
@@ -90,7 +88,7 @@ struct EmulatedTank::Impl {
       arm->serve(s.line);
       tell("arm", s.line.string());
     }
-    if (!s.zero_file.empty()) save_arm_zero(s.zero_file, {arm->true_zero(), utc_now()});
+    if (!s.zero_file.empty()) save_arm_zero(s.zero_file, zero_as_homed(*arm, s.parameters));
   }
 
   void serve_arm(const std::string& interface, const ArmEmulatorParameters& parameters) {

@@ -10,6 +10,7 @@
 namespace tankrig::sim {
 namespace {
 
+constexpr int kMovedSinceHomed = 1000;  // an encoder near 0 proves nothing to the driver
 constexpr char kRuntime[] = "runtime/", kBus[] = "unix:";
 
 /// Is it a line of ours to make?
@@ -34,6 +35,7 @@ EmulatedArm arm_from(const ConfigNode& node, const std::optional<ConfigNode>& be
   if (behaviour && behaviour->flag_or("homed", false)) {
     if (!is_emulated(node, "zero_file")) behaviour->fail("homed", "expected a zero_file that begins with runtime/");
     arm.zero_file = driver.zero_file;
+    if (!behaviour->has("power_up_ticks")) arm.parameters.power_up_ticks.fill(kMovedSinceHomed);
   }
   return arm;
 }

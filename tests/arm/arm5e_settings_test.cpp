@@ -186,6 +186,13 @@ TEST(ArmZero, ComesBackFromItsFile) {
   const ArmZero zero = load_arm_zero(file);
   EXPECT_EQ(zero.raw, (std::array<std::uint16_t, kJoints>{1, 65535, 3, 0, 40001}));
   EXPECT_EQ(zero.taken, "2026-01-31T12:00:01Z");
+  EXPECT_FALSE(zero.exit);
+  for (const ArmZero& whole :
+       {ArmZero{zero.raw, zero.taken, ArmZero::OrderlyExit{{9, 8, 7, 65535, 5}, "2026-01-31T13:00:00Z"}, ""},
+        ArmZero{zero.raw, zero.taken, {}, "an encoder lost its reference"}}) {
+    save_arm_zero(file, whole);
+    EXPECT_EQ(load_arm_zero(file), whole);
+  }
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 1) << "something is left behind";
 }
 

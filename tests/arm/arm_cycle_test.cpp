@@ -270,7 +270,7 @@ TEST_P(ArmCycleOn, AHoldEndsWhenAJointCreeps) {
 
 TEST_P(ArmCycleOn, CountsOnAcrossTheEncodersWrap) {
   ArmBench bench(GetParam());
-  bench.parameters.power_up_ticks.fill(20);  // the elbow's ticks get fewer as its angle grows
+  bench.parameters.power_up_ticks.fill(300);  // the elbow's ticks get fewer as its angle grows; its speed is steady at 0
   bench.make();
   bench.state();
   double last = bench.parameters.power_up[kElbow], backwards = 0;
@@ -282,10 +282,9 @@ TEST_P(ArmCycleOn, CountsOnAcrossTheEncodersWrap) {
       backwards = std::max(backwards, last - news.value()->q[kElbow]);
       last = news.value()->q[kElbow];
     }
-    return last > bench.parameters.power_up[kElbow] + 0.05;
+    return last > bench.parameters.power_up[kElbow] + 0.05 && bench.arm->readings().raw[kElbow] > 32'768;
   }));
   EXPECT_LT(backwards, 1e-3);
-  EXPECT_GT(bench.arm->readings().raw[kElbow], 65'000);
   EXPECT_EQ(bench.statistic("jumps_rejected"), 0);
 }
 

@@ -37,9 +37,14 @@ struct StillArm {
   }
   /// A whole answer is on the bus, every encoder at `raw`.
   void answer(std::uint16_t raw) {
+    std::array<std::uint16_t, kJoints> all;
+    all.fill(raw);
+    answer(all);
+  }
+  void answer(const std::array<std::uint16_t, kJoints>& raw) {
     bus->waiting.push_back({settings.can_ids.master, 3, {}, clock.now()});
-    for (const std::uint16_t id : settings.can_ids.sensors)
-      bus->waiting.push_back({id, 8, encode(SensorSlot{.position = raw}), clock.now()});
+    for (std::size_t j = 0; j < kJoints; ++j)
+      bus->waiting.push_back({settings.can_ids.sensors[j], 8, encode(SensorSlot{.position = raw[j]}), clock.now()});
   }
 
   /// The newest demand of each joint on the bus.

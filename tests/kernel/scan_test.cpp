@@ -8,7 +8,6 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "drivers/arm/arm_zero.hpp"
 #include "drivers/can/can_log.hpp"
 #include "rig/session/session.hpp"
 #include "sim_backends/mock/mock_laser.hpp"
@@ -28,6 +27,7 @@ constexpr int kSweepFrames = 36;  // 0.3 rad at 0.08 rad/s and 10 frames/s are 3
 sim::ArmEmulatorParameters arm_parameters() {
   sim::ArmEmulatorParameters parameters;
   parameters.power_up << 0, 0.13, 1.5, 0, 0.1;
+  parameters.power_up_ticks.fill(1000);
   parameters.can_bitrate = 1'000'000;
   parameters.watchdog = std::chrono::seconds(3);
   return parameters;
@@ -49,7 +49,7 @@ class RestOfTheRig {
     can.bitrate = arm_parameters().can_bitrate;
     can.filters = arm_parameters().can_ids.host_filters();
     arm_.serve(open_can(can, clock_));
-    save_arm_zero(runtime / "arm-zero.yaml", {arm_.true_zero(), {}});
+    save_arm_zero(runtime / "arm-zero.yaml", sim::zero_as_homed(arm_, arm_parameters()));
     sim::V4l2OutputSettings output;
     output.width = 320;
     output.height = 240;

@@ -1,0 +1,112 @@
+#include "drivers/arm/zero_proof.hpp"
+
+#include <fcntl.h>
+#include <sys/file.h>
+
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <utility>
+
+#include "core/input_error.hpp"
+#include "core/utc.hpp"
+
+namespace tankrig {
+
+ZeroProof::ZeroProof(std::filesystem::path file, JointSet driven) : file_(std::move(file)), driven_(driven) {
+  if (!std::filesystem::exists(file_)) return;
+  zero_ = load_arm_zero(file_);
+  doubt_ = !zero_->voided.empty() ? Doubt::kVoided : zero_->exit ? Doubt::kUndecided : Doubt::kNoExit;
+  moved_by_another_ = doubt_ == Doubt::kNoExit && !lock(false) && errno == EWOULDBLOCK;
+}
+
+bool ZeroProof::judge(const std::array<std::uint16_t, kJoints>& raw) noexcept {
+  doubt_ = Doubt::kNone;
+  for (std::size_t j = 0; j < kJoints && doubt_ == Doubt::kNone; ++j) {
+    const int off = static_cast<std::int16_t>(static_cast<std::uint16_t>(raw[j] - zero_->exit->raw[j]));
+    if (holds(driven_, j) && near_power_up(raw[j]))
+      doubt_ = Doubt::kPowerUp;
+    else if (std::abs(off) > kSettled)
+      doubt_ = Doubt::kElsewhere;
+    joint_ = j;
+    read_ = raw[j];
+  }
+  return doubt_ == Doubt::kNone;
+}
+
+std::string ZeroProof::why_not() const {
+  const auto reads = [this] { return std::string(kJointNames[joint_]) + " reads " + std::to_string(read_); };
+  switch (doubt_) {
+    case Doubt::kNone:
+      return {};
+    case Doubt::kUndecided:
+      return "its encoders have not been read yet";
+    case Doubt::kNoFile:
+      return "there is no zero file " + file_.string();
+    case Doubt::kVoided:
+      return "its zero of " + zero_->taken + " holds no longer: " + zero_->voided;
+    case Doubt::kNoExit:
+      return moved_by_another_ ? "another program moves it"
+                               : "the program that moved it last left no record of an orderly end in " + file_.string();
+    case Doubt::kElsewhere:
+      return reads() + ", but " + std::to_string(zero_->exit->raw[joint_]) + " where it was left at " +
+             zero_->exit->at + ": it was without supply, or moved by somebody else";
+    case Doubt::kPowerUp:
+      return reads() + ", as after power-up; it was left at " + zero_->exit->at;
+  }
+  return "its zero is in doubt";
+}
+
+/// errno is EWOULDBLOCK where another program has it.
+OwnedDescriptor ZeroProof::lock(bool create) const {
+  const std::string name = file_.string() + ".lock";
+  OwnedDescriptor fd(::open(name.c_str(), O_RDONLY | O_CLOEXEC | (create ? O_CREAT : 0), 0666));
+  if (fd && ::flock(fd.get(), LOCK_EX | LOCK_NB) != 0) {
+    const int error = errno;
+    fd.reset();
+    errno = error;
+  }
+  return fd;
+}
+
+void ZeroProof::begin_motion() {
+  lock_ = lock(true);
+  if (!lock_)
+    throw InputError(file_, errno == EWOULDBLOCK
+                                ? std::string("another program moves the arm, expected it to have ended")
+                                : std::string("cannot be locked: ") + std::strerror(errno));
+  if (!zero_) return;
+  const bool believed = doubt_ == Doubt::kNone || doubt_ == Doubt::kUndecided;
+  if (believed && (!std::filesystem::exists(file_) || load_arm_zero(file_) != *zero_)) {
+    lock_.reset();
+    throw InputError(file_, "has been written since this program began: begin anew");
+  }
+  ArmZero unproven = *zero_;
+  unproven.exit.reset();
+  save_arm_zero(file_, unproven);
+}
+
+void ZeroProof::replace(const ArmZero& zero) {
+  zero_ = zero;
+  doubt_ = Doubt::kNone;
+}
+
+void ZeroProof::void_it(const std::string& why) {
+  if (!zero_ || doubt_ == Doubt::kVoided) return;
+  zero_->voided = why + ", noticed at " + utc_now();
+  zero_->exit.reset();
+  doubt_ = Doubt::kVoided;
+  if (lock_) return save_arm_zero(file_, *zero_);
+  if (const OwnedDescriptor mine = lock(true)) return save_arm_zero(file_, *zero_);
+  if (errno != EWOULDBLOCK) throw InputError(file_, std::string("cannot be locked: ") + std::strerror(errno));
+}
+
+void ZeroProof::end_motion(const std::optional<std::array<std::uint16_t, kJoints>>& at_rest) {
+  if (doubt_ == Doubt::kNone && zero_ && at_rest) {
+    zero_->exit = {*at_rest, utc_now()};
+    save_arm_zero(file_, *zero_);
+  }
+  lock_.reset();
+}
+
+}  // namespace tankrig
