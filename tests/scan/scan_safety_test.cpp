@@ -142,7 +142,10 @@ class MuteCamera final : public Camera {
  public:
   MuteCamera(Camera& camera, Clock& clock) : camera_(camera), clock_(clock) {}
   CameraInfo info() const override { return camera_.info(); }
-  Status start() override { return camera_.start(); }
+  Status start() override {
+    clock_.sleep_until(clock_.now() + std::exchange(starting, Duration{0}));
+    return camera_.start();
+  }
   Result<std::optional<Frame>> try_grab() override {
     if (slow.count() > 0) clock_.sleep_until(clock_.now() + slow);
     if (broken) return Error{ErrorCode::kInternal, 0, clock_.now(), "camera: its thread is dead or stuck"};
@@ -159,6 +162,7 @@ class MuteCamera final : public Camera {
 
   bool mute = false, broken = false, breaks_triggered = false;
   Duration slow{0};
+  Duration starting{0};  ///< the first time
 
  private:
   Camera& camera_;
@@ -170,6 +174,7 @@ struct MuteRig : MockRig {
   std::unique_ptr<MuteCamera> camera;
   TriggerSettings trigger;
   bool mute_from_start = false;
+  Duration starting{0};
   Stamp happened;
 
   ScanResult run(const std::function<void(MuteCamera&)>& happens) {
@@ -177,6 +182,7 @@ struct MuteRig : MockRig {
     power_on();
     camera = std::make_unique<MuteCamera>(*cameras[0], clock);
     camera->mute = mute_from_start;
+    camera->starting = starting;
     progress = [this, &happens](const ScanProgress& p) {
       if (happened.ns != 0 || p.phase != Phase::kSweep || sink.of("mono", Phase::kSweep).size() < 5) return;
       happened = clock.now();
@@ -215,6 +221,13 @@ TEST(ScanSafety, EndsWhereACameraGivesNoFrameToSetTheFrameGridByAndNamesIt) {
   const ScanResult result = rig.run([](MuteCamera&) {});
   EXPECT_EQ(result.status, "stopped: camera mono: no frame for 3.0 s");
   EXPECT_TRUE(result.left.safe());
+}
+
+/// A machine that is slow to lock its memory and to start a camera is not one whose camera gives no frames.
+TEST(ScanSafety, CountsTheTimeToTheFirstFrameFromTheCamerasStart) {
+  MuteRig rig;
+  rig.starting = 4s;
+  EXPECT_EQ(rig.run([](MuteCamera&) {}).status, "complete");
 }
 
 TEST(ScanSafety, EndsWhereATriggeredCameraAnswersNoTriggerAndNamesIt) {
