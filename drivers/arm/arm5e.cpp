@@ -158,8 +158,12 @@ bool Arm5e::is_late(const ArmAnswer& answer, bool asked, Stamp now) noexcept {
   if (answer.given_up) return true;
   const bool surplus = !asked && now < quiet_until_;
   const bool slow = surplus || answer.read > asked_at_ + answer_time();
-  if (std::exchange(probes_, false) || surplus || (slow && now < slow_until_))
-    quiet_until_ = sent_at_ + kPatience * answer_time();
+  const bool probe = probes_ && now >= probe_again_;
+  if (probe || surplus || (slow && now < slow_until_)) quiet_until_ = sent_at_ + kPatience * answer_time();
+  if (probe) {
+    probes_ = false;
+    probe_again_ = now + kSlowFor * answer_time();
+  }
   if (slow) slow_until_ = now + kSlowFor * answer_time();
   return slow;
 }
@@ -332,8 +336,8 @@ void Arm5e::set_demand(const std::array<double, kJoints>& ticks_per_s, Stamp now
   written_ns_ = now.ns;
 }
 
-/// The request is altered where that means nothing, for an arm that went mute. If nobody has listened since it was sent,
-/// its answer may well lie there unread: that is not a time-out.
+/// The request is altered where that means nothing, for an arm that went mute. If nobody has listened since it was
+/// sent, its answer may well lie there unread: that is not a time-out.
 void Arm5e::give_up(Stamp now) noexcept {
   link_->give_up(now);
   if (listened_ <= sent_at_) return;
@@ -345,14 +349,15 @@ void Arm5e::give_up(Stamp now) noexcept {
 
 /// Sends what is due: the gains first, then the newest demands, at the exchange rate; `at_once` only rest may be sent.
 /// Where an answer came that was counted to a request given up, and none after it, it was to this one after all; unless
-/// the arm is slow: so after the next answer nothing is asked for as long as one too many may take.
+/// the arm is slow: so after an answer to come nothing is asked for as long as one too many may take.
 Status Arm5e::pump(Stamp now, bool at_once) noexcept {
   if (link_->outstanding() > 0 && now >= deadline_) {
-    probes_ = in_doubt_ && listened_ >= deadline_;
-    if (probes_)
+    if (in_doubt_ && listened_ >= deadline_) {
       link_->forget();
-    else
+      probes_ = true;
+    } else {
       give_up(now);
+    }
     next_send_ = now;
   }
   if (!at_once) {

@@ -26,8 +26,8 @@ namespace tankrig {
 /// first request after a silence are whole all the same. An arm of which anything has not been heard of is silent.
 ///
 /// The encoders were read at some time between a request and its answer. An answer that comes later than a request is
-/// waited for does not tell when, nor do as many answers as requests were given up (GivenUp): they are counted and left.
-/// An arm that is slow is asked nothing until no answer can be on its way, and waited for longer.
+/// waited for does not tell when, nor do as many answers as requests were given up (GivenUp): they are counted and
+/// left. An arm that is slow is asked nothing until no answer can be on its way, and waited for longer.
 ///
 /// Faults, each told once by try_read and then kept until clear_faults(): over-current, water, encoders that lost their
 /// reference, an axis beyond its limits, a machine that was suspended. The arm is stopped, set-points are refused,
@@ -144,8 +144,9 @@ class Arm5e final : public Arm {
   bool probes_ = false;     ///< whether that was decided rightly is to be seen after the next answer
   bool connected_ = true, was_silent_ = false;
   Stamp next_send_{}, sent_at_{}, deadline_{}, listened_{};
-  Stamp asked_at_{};                      ///< the oldest request that is not answered
-  Stamp slow_until_{}, quiet_until_{};  ///< answers are waited for longer; nothing is asked
+  Stamp asked_at_{};                    ///< the oldest request that is not answered
+  Stamp slow_until_{}, probe_again_{};  ///< answers are waited for longer; the next probe may be made
+  Stamp quiet_until_{};                 ///< nothing is asked
   ArmFaults faults_;
   SuspendWatch suspend_watch_;
 
@@ -169,8 +170,8 @@ class Arm5e final : public Arm {
   std::thread keeper_;
 };
 
-/// Opens the carrier, checks its load, loads the zero file if it is there; with one in the settings the arm is only read
-/// until begin_motion().  Errors: InputError that says what to do.
+/// Opens the carrier, checks its load, loads the zero file if it is there; with one in the settings the arm is only
+/// read until begin_motion().  Errors: InputError that says what to do.
 std::unique_ptr<Arm5e> open_arm5e(const Arm5eSettings& settings, const ArmModel& model, const Clock& clock);
 
 }  // namespace tankrig

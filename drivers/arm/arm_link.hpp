@@ -17,10 +17,10 @@ using ArmDemands = std::array<DemandSlot, kJoints>;  ///< in the order of `Joint
 
 /// What the arm answered to one request.
 struct ArmAnswer {
-  Stamp read{};          ///< when the encoders were read
-  bool sensors = false;  ///< else an echo or an acknowledgement
+  Stamp read{};           ///< when the encoders were read
+  bool sensors = false;   ///< else an echo or an acknowledgement
   bool given_up = false;  ///< to a request that was given up: the one that is outstanding may still be answered
-  ArmExchange has{};     ///< what has come with it; the rest of what follows is older
+  ArmExchange has{};      ///< what has come with it; the rest of what follows is older
   std::array<SensorSlot, kJoints> joints{};
   MasterBytes master;
 };

@@ -39,9 +39,10 @@ void save_arm_zero(const std::filesystem::path& file, const ArmZero& zero) {
       "taken: \"" +
       zero.taken + "\"\nraw_ticks_at_zero:\n" + yaml_of(zero.raw, "  ");
   if (zero.exit)
-    text += "# Where the program that moved the arm last left it, at rest. Without it the zero is not believed.\n"
-            "orderly_exit:\n  at: \"" +
-            zero.exit->at + "\"\n  raw_ticks:\n" + yaml_of(zero.exit->raw, "    ");
+    text +=
+        "# Where the program that moved the arm last left it, at rest. Without it the zero is not believed.\n"
+        "orderly_exit:\n  at: \"" +
+        zero.exit->at + "\"\n  raw_ticks:\n" + yaml_of(zero.exit->raw, "    ");
   if (!zero.voided.empty()) text += "voided: \"" + zero.voided + "\"\n";
   write_file_durably(file, text);
 }

@@ -14,8 +14,9 @@ struct EncoderTrackSettings {
   double max_ticks_per_s = 4095;  ///< no axis is faster, nor its speed known better
 };
 
-/// A reading is believed where the speed before it takes the encoder, within `jump_ticks` and what the fastest axis does
-/// meanwhile; exactly 0, which is what a false one reads, only within kFalseZero of there or of where it was.  Threads: one.  RT: safe.
+/// A reading is believed where the speed before it takes the encoder, within `jump_ticks` and what the fastest axis
+/// does meanwhile; exactly 0, which is what a false one reads, only within kFalseZero of there or of where it was.
+/// Threads: one.  RT: safe.
 class EncoderTrack {
  public:
   enum class Reading : std::uint8_t {
@@ -64,7 +65,7 @@ class EncoderTrack {
   EncoderTrackSettings settings_;
   std::uint16_t zero_ = 0;
   bool started_ = false;
-  std::uint16_t raw_ = 0;  // last believed
+  std::uint16_t raw_ = 0;        // last believed
   std::uint16_t candidate_ = 0;  // last one not believed
   Stamp candidate_when_{};
   bool reachable_ = false;  // for an axis, when the first of them came

@@ -270,7 +270,8 @@ TEST_P(ArmCycleOn, AHoldEndsWhenAJointCreeps) {
 
 TEST_P(ArmCycleOn, CountsOnAcrossTheEncodersWrap) {
   ArmBench bench(GetParam());
-  bench.parameters.power_up_ticks.fill(300);  // the elbow's ticks get fewer as its angle grows; its speed is steady at 0
+  bench.parameters.power_up_ticks.fill(
+      300);  // the elbow's ticks get fewer as its angle grows; its speed is steady at 0
   bench.make();
   bench.state();
   double last = bench.parameters.power_up[kElbow], backwards = 0;

@@ -38,7 +38,8 @@ void expect_count(ArmBench& bench, const std::string& name, double wanted) {
   EXPECT_TRUE(bench.until([&] {
     (void)bench.arm->try_read();
     return bench.statistic(name) >= wanted;
-  })) << name << " " << bench.statistic(name);
+  })) << name
+      << " " << bench.statistic(name);
 }
 
 TEST_P(ArmFaultsOn, ASilentArmIsATimeoutAndComesBack) {
@@ -244,7 +245,8 @@ TEST_P(ArmFaultsOn, AnArmThatGoesMuteAnswersTheAlteredFrame) {
     EXPECT_TRUE(news.ok()) << news.error().where;
     states += news.ok() && news.value();
     return (states >= 10 && bench.statistic("mute_retries") >= 1) || !news.ok();
-  })) << states << " states, seed " << bench.parameters.seed;
+  })) << states
+      << " states, seed " << bench.parameters.seed;
 }
 
 TEST_P(ArmFaultsOn, ZeroPeaksAreRejectedAndCounted) {

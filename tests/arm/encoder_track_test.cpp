@@ -71,7 +71,8 @@ TEST(EncoderTrack, RejectsZeroPeaksAndStaysAtWhatItLastBelieved) {
 TEST(EncoderTrack, RejectsFalseZerosAtAnyDistanceFromZeroThatMatters) {
   for (const int step : {-13, -7, 0, 5, 11}) {
     for (int place = -900; place <= 900; place += 3) {
-      if (std::abs(place + step) <= 3 || std::abs(place) <= 3) continue;  // what is believed there is 3 ticks wrong at most
+      if (std::abs(place + step) <= 3 || std::abs(place) <= 3)
+        continue;  // what is believed there is 3 ticks wrong at most
       Started sut(static_cast<std::uint16_t>(place - 40 * step));
       for (int i = 39; i >= 0; --i) sut.take(place - i * step);
       ASSERT_EQ(sut.track.ticks(), place);
@@ -91,7 +92,8 @@ TEST(EncoderTrack, BelievesAnAxisThatComesToStandAtZero) {
   }
 }
 
-/// At 100 readings a second from rest, against the stop and back: the emulated arm's lag of 30 ms and one that has none.
+/// At 100 readings a second from rest, against the stop and back: the emulated arm's lag of 30 ms and one that has
+/// none.
 TEST(EncoderTrack, BelievesEveryAxisThatCanBe) {
   for (const double lag : {0.03, 1e-6}) {
     Started sut(5000);

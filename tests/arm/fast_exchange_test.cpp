@@ -123,8 +123,8 @@ TEST(FastExchange, TakesThreeFramesOnTheBus) {
   bench.run(300, elbow(0.1));
   const double late = bench.statistic("timeouts") - timeouts, exchanges = bench.statistic("exchanges") - before;
   if (late > 0)
-    GTEST_SKIP() << "this machine was starved: " << late << " answers later than "
-                 << bench.settings.reply_timeout / 1ms << " ms";
+    GTEST_SKIP() << "this machine was starved: " << late << " answers later than " << bench.settings.reply_timeout / 1ms
+                 << " ms";
   ASSERT_GT(exchanges, 0);
   std::int64_t bits = 0;
   for (const CanFrame& frame : bench.heard) {

@@ -30,8 +30,8 @@ struct ZeroFile {
     JointVector q;
     q << 0.1, 0.2, 1.0, 0, 0.1;
     for (std::size_t j = 0; j < kJoints; ++j)
-      zero.raw[j] = static_cast<std::uint16_t>(
-          kLeft[j] - std::lround(model.actuators[j].ticks(q[static_cast<Eigen::Index>(j)])));
+      zero.raw[j] =
+          static_cast<std::uint16_t>(kLeft[j] - std::lround(model.actuators[j].ticks(q[static_cast<Eigen::Index>(j)])));
     save_arm_zero(path, zero);
   }
   ArmZero now() const { return load_arm_zero(path); }
