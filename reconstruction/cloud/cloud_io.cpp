@@ -21,8 +21,6 @@ std::string lower_extension(const fs::path& file) {
   return extension;
 }
 
-}
-
 }  // namespace
 
 PointCloud read_cloud(const fs::path& file) {
