@@ -21,6 +21,7 @@ using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::Not;
 using testing::StartsWith;
 
 constexpr int kFrames = 6, kJointSamples = 8 * kFrames;
@@ -114,6 +115,23 @@ TEST(SessionCheck, FindsAFinishedSessionWhole) {
   const Recovery done = recover_session(folder.path() / "s", {.out = {}, .describe = describe, .pictures = {}});
   EXPECT_TRUE(done.finished);
   EXPECT_FALSE(fs::exists(folder.path() / "s/lost+found")) << "nothing to do";
+}
+
+TEST(SessionCheck, FindsASessionWholeBesideFilesThatWereNeverFinished) {
+  const InMemory in_memory;
+  const TemporaryFolder folder;
+  const fs::path path = finished(folder);
+  for (const bool sealed_since : {false, true}) {
+    for (const char* file : {"x.yaml", "session.yaml", "clouds/laser.ply", "frames/mono/000001.png"})
+      folder.write("s/" + std::string(file) + kUnfinished, "a part of");
+    if (sealed_since) write_checksums(path);
+    EXPECT_THAT(folder.read("s/SHA256SUMS"), Not(HasSubstr(kUnfinished)));
+    const SessionFindings found = examine_session(path, describe);
+    EXPECT_THAT(found.losses, IsEmpty());
+    EXPECT_THAT(found.undone, IsEmpty());
+    EXPECT_THAT(found.extra, IsEmpty());
+    EXPECT_EQ(found.frames.records.size(), static_cast<std::size_t>(kFrames));
+  }
 }
 
 TEST(SessionCheck, IsRightAboutAFinishedSessionCutDeletedOrFlippedAnywhere) {
@@ -246,7 +264,7 @@ TEST(SessionCheck, CallsNothingLostThatIsMadeOfARecordingAndCanBeMadeAgain) {
   folder.write("s/report.html", "its report");
   const SessionFindings found = examine_session(path, describe);
   EXPECT_THAT(found.losses, IsEmpty());
-  EXPECT_THAT(found.undone, ElementsAre("clouds/stereo.ply: made of the recording after it was sealed, not sealed yet",
+  EXPECT_THAT(found.undone, ElementsAre("clouds/stereo.ply: made from the recording after sealing; not sealed yet",
                                         StartsWith("report.html: made of the recording"),
                                         StartsWith("clouds/laser.ply: not as sealed")));
   EXPECT_TRUE(recover_session(path, {.out = {}, .describe = describe, .pictures = {}}).finished);

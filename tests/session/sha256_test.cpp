@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "core/atomic_file.hpp"
 #include "core/input_error.hpp"
 #include "rig/session/checksums.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -46,6 +47,16 @@ TEST(Checksums, ListEveryFileOnceInOrderAndFindWhatChanged) {
   std::filesystem::remove(folder.path() / "a.txt");
   const std::vector<std::string> expected{"b.txt: changed", "new.txt: not listed", "a.txt: missing"};
   EXPECT_EQ(check_checksums(folder.path()), expected);
+}
+
+TEST(Checksums, KnowNoFileThatIsNotFinished) {
+  const TemporaryFolder folder;
+  folder.write("a.txt", "x");
+  folder.write("x.yaml" + std::string(kUnfinished), "half of it");
+  write_checksums(folder.path());
+  EXPECT_EQ(folder.read("SHA256SUMS"), sha256_of_text("x") + "  a.txt\n");
+  folder.write("a/y.ply" + std::string(kUnfinished), "made since");
+  EXPECT_THAT(check_checksums(folder.path()), testing::IsEmpty());
 }
 
 TEST(Checksums, RefuseAMalformedListWithItsLine) {
