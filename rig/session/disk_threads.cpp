@@ -238,8 +238,19 @@ void DiskThreads::write_lines() {
     waiting_text_ = 0;
   }
   room_.notify_all();
-  for (std::size_t i = 0; i < kTables; ++i) tables_[i]->append(lines[i]);
-  for (const auto& table : tables_) table->flush();
+  std::exception_ptr failure;
+  for (std::size_t i = 0; i < kTables; ++i) {
+    tables_[i]->append(lines[i]);
+    const bool frames = i == static_cast<std::size_t>(RecordedTable::kFrameLines);
+    try {
+      tables_[i]->flush();
+      frame_lines_written_ = frame_lines_written_ || frames;
+    } catch (...) {  // the others' lines are written all the same
+      frame_lines_written_ = frame_lines_written_ && !frames;
+      if (!failure) failure = std::current_exception();
+    }
+  }
+  if (failure) std::rethrow_exception(failure);
 }
 
 void DiskThreads::sync_loop() {

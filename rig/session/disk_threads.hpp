@@ -69,6 +69,8 @@ class DiskThreads {
   /// After finish, unless the disk hangs: frames on disk, and frames the disk refused, by camera.
   const std::map<std::string, std::uint64_t>& written() const { return written_; }
   const std::map<std::string, std::uint64_t>& refused() const { return refused_; }
+  /// Likewise: every frame on disk has its line in frames.csv. Else only the spool knows them.
+  bool frame_lines_written() const { return frame_lines_written_; }
 
  private:
   static constexpr std::size_t kTables = 3;
@@ -115,6 +117,7 @@ class DiskThreads {
   int next_segment_ = 0;
   std::shared_ptr<SpoolWriter> segment_;
   std::map<std::string, std::uint64_t> written_, refused_;
+  bool frame_lines_written_ = true;
   std::atomic<std::uint64_t> writer_rounds_{0}, syncer_rounds_{0};  // signs of life
   WatchedSilence writer_silence_;                                   // of add_*
   std::thread writer_, syncer_;                                     // each holds this object

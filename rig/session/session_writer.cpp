@@ -135,7 +135,7 @@ void SessionWriter::close(const std::string& status, const PictureOptions& pictu
   attempt([&] { disk_->finish(); });
   take_counts();
   attempt(tell);
-  if (on_disk) attempt([&] { write_spooled_pictures(path_, pictures); });
+  if (on_disk && disk_->frame_lines_written()) attempt([&] { write_spooled_pictures(path_, pictures); });
   if (told != info_.status) attempt(tell);
   if (failure) std::rethrow_exception(failure);
 }
