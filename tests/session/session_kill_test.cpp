@@ -119,6 +119,12 @@ void check_what_is_left(const fs::path& path, const Journal& journal, int frames
     ASSERT_EQ(cv::norm(session.image(frame), test_image(frame.index), cv::NORM_INF), 0);
 }
 
+/// The machine, over all rounds.
+struct Lateness {
+  Duration most{};
+  Duration latest() const { return most; }
+};
+
 /// Ten recorders at once, each killed at a moment of its own between `from` and `to` after its start. What is left is
 /// consistent on every machine; how much it is, on one that kept time.
 void kill_and_check(std::chrono::milliseconds from, std::chrono::milliseconds to, unsigned seed) {
@@ -126,7 +132,7 @@ void kill_and_check(std::chrono::milliseconds from, std::chrono::milliseconds to
   std::uniform_int_distribution<std::int64_t> moments(std::chrono::nanoseconds(from).count(),
                                                       std::chrono::nanoseconds(to).count());
   int recording = 0, with_something = 0;
-  Duration machine_late{};
+  Lateness machine;
   for (int round = 0; round < kRounds && !testing::Test::HasFailure(); ++round) {
     const InMemory in_memory;
     const TemporaryFolder folder;
@@ -154,7 +160,7 @@ void kill_and_check(std::chrono::milliseconds from, std::chrono::milliseconds to
     }
     const Duration late = witness.latest();
     (void)witness.lateness();  // ends its threads: children are made of this process
-    machine_late = std::max(machine_late, late);
+    machine.most = std::max(machine.most, late);
     const bool in_time = late <= kBearable;
     const auto frames = [&](const auto& kill) {
       const Journal& journal = journals[kill.second];
@@ -174,8 +180,8 @@ void kill_and_check(std::chrono::milliseconds from, std::chrono::milliseconds to
     });
   }
   std::printf("%d of %d kills met a recording, %d had frames to lose; machine late by %.1f ms at most; seed %u\n",
-              recording, kRounds * kRecorders, with_something, 1e3 * seconds(machine_late), seed);
-  if (machine_late > kBearable) GTEST_SKIP() << testing_support::machine_was_late(machine_late, kBearable);
+              recording, kRounds * kRecorders, with_something, 1e3 * seconds(machine.most), seed);
+  TANKRIG_SKIP_IF_LATE(machine, kBearable);
   EXPECT_GT(2 * recording, kRounds * kRecorders) << "seed " << seed;
 }
 
