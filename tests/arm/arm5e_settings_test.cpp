@@ -206,9 +206,10 @@ TEST(ArmZero, RefusesAFileThatIsNone) {
                     "jaw_opening: 0}\n")
                 .find("zero.yaml:2: raw_ticks_at_zero.slew: found '70000'"),
             std::string::npos);
-  EXPECT_NE(
-      message_of<InputError>([&] { save_arm_zero(folder.path() / "none" / "zero.yaml", {}); }).find("cannot write"),
-      std::string::npos);
+  EXPECT_NE(message_of<InputError>([&] {
+              save_arm_zero(folder.path() / "none" / "zero.yaml", {});
+            }).find("cannot be written"),
+            std::string::npos);
 }
 
 }  // namespace
