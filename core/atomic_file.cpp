@@ -30,36 +30,6 @@ int open_folder(const fs::path& folder) {
   return descriptor;
 }
 
-/// A new file that is gone again unless it is put in place.
-class Unfinished {
- public:
-  explicit Unfinished(const fs::path& file) : file_(file), temporary_(file.string() + kUnfinished) {
-    ::unlink(temporary_.c_str());  // of a run that was killed
-    descriptor_ = ::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-    if (descriptor_ < 0) throw CannotWrite(file_, errno);
-  }
-  ~Unfinished() {
-    if (descriptor_ >= 0) ::close(descriptor_);
-    if (!in_place_) ::unlink(temporary_.c_str());
-  }
-  Unfinished(const Unfinished&) = delete;
-  Unfinished& operator=(const Unfinished&) = delete;
-
-  int descriptor() const { return descriptor_; }
-  void put_in_place() {
-    const int closed = ::close(descriptor_);
-    descriptor_ = -1;
-    in_place_ = closed == 0 && ::rename(temporary_.c_str(), file_.c_str()) == 0;
-    if (!in_place_) throw CannotWrite(file_, errno);
-  }
-
- private:
-  const fs::path& file_;
-  const fs::path temporary_;
-  int descriptor_ = -1;
-  bool in_place_ = false;
-};
-
 }  // namespace
 
 CannotWrite::CannotWrite(const fs::path& file, int error)
@@ -85,28 +55,69 @@ void write_all(const fs::path& file, int descriptor, std::string_view& bytes) {
 }
 
 void write_whole_file(const fs::path& file, std::string_view bytes) {
-  Unfinished fresh(file);
+  UnfinishedFile fresh(file);
   write_all(file, fresh.descriptor(), bytes);
   fresh.put_in_place();
 }
 
 void write_file_durably(const fs::path& file, std::string_view bytes) {
-  {
-    Unfinished fresh(file);
-    write_all(file, fresh.descriptor(), bytes);
-    sync_file(file, fresh.descriptor());
-    fresh.put_in_place();
-  }
-  sync_folder(file.parent_path());
+  UnfinishedFile fresh(file);
+  write_all(file, fresh.descriptor(), bytes);
+  fresh.put_in_place_durably();
 }
 
-void put_in_place_durably(const fs::path& unfinished, const fs::path& file) {
-  const int descriptor = ::open(unfinished.c_str(), O_RDONLY | O_CLOEXEC);
-  const int error = descriptor < 0 ? errno : error_of(::fdatasync, descriptor);
-  if (descriptor >= 0) ::close(descriptor);
-  if (error) throw NotOnDisk(file, error);
-  if (::rename(unfinished.c_str(), file.c_str()) != 0) throw CannotWrite(file, errno);
-  sync_folder(file.parent_path());
+UnfinishedFile::UnfinishedFile(const fs::path& file) : file_(file), path_(file.string() + kUnfinished) {
+  for (int n = 1; descriptor_ < 0; ++n) {
+    descriptor_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (descriptor_ >= 0) break;
+    if (errno != EEXIST) throw CannotWrite(file_, errno);
+    path_ = file.string() + "." + std::to_string(n) + kUnfinished;
+  }
+}
+
+UnfinishedFile::~UnfinishedFile() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+  if (!in_place_) ::unlink(path_.c_str());
+}
+
+void UnfinishedFile::put_in_place() {
+  const int closed = ::close(descriptor_);
+  descriptor_ = -1;
+  in_place_ = closed == 0 && ::rename(path_.c_str(), file_.c_str()) == 0;
+  if (!in_place_) throw CannotWrite(file_, errno);
+}
+
+void UnfinishedFile::put_in_place_durably() {
+  sync_file(file_, descriptor_);
+  put_in_place();
+  sync_folder(file_.parent_path());
+}
+
+UnfinishedFolder::UnfinishedFolder(const fs::path& target) : target_(fs::absolute(target).lexically_normal()) {
+  if (!target_.has_filename()) target_ = target_.parent_path();
+  std::error_code failed;
+  fs::create_directories(target_.parent_path(), failed);
+  for (int n = 1; path_.empty(); ++n) {
+    const fs::path folder =
+        target_.parent_path() / ("." + target_.filename().string() + "." + std::to_string(n) + kUnfinished);
+    if (fs::create_directory(folder, failed))
+      path_ = folder;
+    else if (failed && failed != std::errc::file_exists)
+      throw InputError(target_, "cannot be created: " + failed.message());
+  }
+}
+
+UnfinishedFolder::~UnfinishedFolder() {
+  std::error_code ignored;
+  if (!path_.empty()) fs::remove_all(path_, ignored);
+}
+
+void UnfinishedFolder::put_in_place() {
+  if (::rename(path_.c_str(), target_.c_str()) != 0)
+    throw InputError(target_, std::string("cannot be created: ") + std::strerror(errno));
+  path_ = target_;  // gone again if its name does not get there
+  sync_folder(target_.parent_path());
+  path_.clear();
 }
 
 void sync_file(const fs::path& file, int descriptor) {

@@ -41,8 +41,48 @@ void write_file_durably(const std::filesystem::path& file, std::string_view byte
 /// cut.
 void write_whole_file(const std::filesystem::path& file, std::string_view bytes);
 
-/// Gives a file that others have written whole its name, both on the disk when this returns.  Errors: CannotWrite.
-void put_in_place_durably(const std::filesystem::path& unfinished, const std::filesystem::path& file);
+/// A new file beside `file`, under a name that nothing had: gone again unless it is put in place.
+class UnfinishedFile {
+ public:
+  /// Errors: CannotWrite naming `file`.
+  explicit UnfinishedFile(const std::filesystem::path& file);
+  ~UnfinishedFile();
+  UnfinishedFile(const UnfinishedFile&) = delete;
+  UnfinishedFile& operator=(const UnfinishedFile&) = delete;
+
+  const std::filesystem::path& path() const { return path_; }
+  int descriptor() const { return descriptor_; }
+  /// Gives it its name. Durably: file and name are on the disk when this returns.  Errors: CannotWrite.
+  void put_in_place();
+  void put_in_place_durably();
+
+ private:
+  const std::filesystem::path file_;
+  std::filesystem::path path_;
+  int descriptor_ = -1;
+  bool in_place_ = false;
+};
+
+/// The same of a folder: made beside `target`, under a name that nothing had, and gone again, with all that is in it,
+/// unless it is put in place.
+class UnfinishedFolder {
+ public:
+  /// Makes the folders above it where they are missing.  Errors: InputError naming `target`.
+  explicit UnfinishedFolder(const std::filesystem::path& target);
+  ~UnfinishedFolder();
+  UnfinishedFolder(const UnfinishedFolder&) = delete;
+  UnfinishedFolder& operator=(const UnfinishedFolder&) = delete;
+
+  const std::filesystem::path& path() const { return path_; }
+  /// Absolute, without a slash at its end.
+  const std::filesystem::path& target() const { return target_; }
+  /// Its name is on the disk when this returns; what is in it is the caller's to sync. Errors: InputError if something
+  /// else has the name by now; NotOnDisk.
+  void put_in_place();
+
+ private:
+  std::filesystem::path target_, path_;
+};
 
 /// Takes from `bytes` what is written.  Errors: CannotWrite naming `file`.
 void write_all(const std::filesystem::path& file, int descriptor, std::string_view& bytes);

@@ -156,6 +156,10 @@ int calibrate_time(const CalibrateTimeOptions& options) {
   std::vector<OpenedSession> sessions;
   std::deque<SessionLock> at_rest;
   for (const fs::path& path : options.sessions) {
+    std::error_code unknown;
+    for (const OpenedSession& other : sessions)
+      if (fs::equivalent(other.session.path, path, unknown))
+        throw InputError(path, "is given twice, expected each session once");
     at_rest.emplace_back(path);
     sessions.push_back(open_session(path, progress));
   }

@@ -156,17 +156,12 @@ class BagContent {
 void write_session_bag(const OpenedSession& opened, bool raw_images, const fs::path& file) {
   if (!BagFile::available()) BagFile says_so(file.string());
   const BagContent content(opened, raw_images);
-  const fs::path temporary = file.string() + kUnfinished;
-  try {
-    BagFile bag(temporary.string());
-    content.write(bag);
-    bag.close();
-    put_in_place_durably(temporary, file);
-  } catch (...) {
-    std::error_code ignored;
-    fs::remove(temporary, ignored);
-    throw;
-  }
+  fs::create_directories(file.parent_path());
+  UnfinishedFile fresh(file);
+  BagFile bag(fresh.path().string());
+  content.write(bag);
+  bag.close();
+  fresh.put_in_place_durably();
 }
 
 }  // namespace tankrig::app

@@ -28,10 +28,8 @@ int init(const InitOptions& options) {
   const ConfigNode root = rig_file(file);
   if (!root.has("scene")) root.fail("scene", "found nothing, expected a scene to start from");
   const fs::path scene = root.path("scene"), mesh = root.child("object").path("mesh");
-  fs::path building = options.directory;
-  building += kUnfinished;
-  fs::remove_all(building);
-  fs::create_directories(building);
+  UnfinishedFolder made(options.directory);
+  const fs::path& building = made.path();
   const auto rig_text = [&](const fs::path& of) {
     return without_folder(without_folder(read_whole_file(of), scene.filename()), mesh.filename());
   };
@@ -44,8 +42,7 @@ int init(const InitOptions& options) {
   }
   write_file_durably(building / scene.filename(), without_folder(read_whole_file(scene), mesh.filename()));
   write_file_durably(building / mesh.filename(), read_whole_file(mesh));
-  fs::rename(building, options.directory);
-  sync_folder(fs::absolute(options.directory).parent_path());
+  made.put_in_place();
   std::printf("%s: edit rig.yaml, then  tankrig scan --rig %s\n", options.directory.c_str(), options.directory.c_str());
   return kOk;
 }

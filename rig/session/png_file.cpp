@@ -18,7 +18,7 @@ std::uint32_t big_endian(std::string_view bytes) {
 
 }  // namespace
 
-void write_png(const std::filesystem::path& file, const cv::Mat& image) {
+std::string png_of(const cv::Mat& image, const std::filesystem::path& file) {
   std::vector<unsigned char> bytes;
   bool encoded = false;
   try {
@@ -26,8 +26,10 @@ void write_png(const std::filesystem::path& file, const cv::Mat& image) {
   } catch (const cv::Exception&) {
   }
   if (!encoded) throw InputError(file, "cannot be encoded, expected an image of 8 bits and 1 or 3 channels");
-  write_whole_file(file, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  return {bytes.begin(), bytes.end()};
 }
+
+void write_png(const std::filesystem::path& file, const cv::Mat& image) { write_whole_file(file, png_of(image, file)); }
 
 bool is_whole_png(std::string_view bytes) {
   constexpr std::string_view kSignature("\x89PNG\r\n\x1a\n", 8);

@@ -3,12 +3,16 @@
 
 #include <filesystem>
 #include <opencv2/core.hpp>
+#include <string>
 #include <string_view>
 
 namespace tankrig {
 
-/// Compresses `image` for speed (Huffman codes only: noise does not repeat) and writes it whole or not at all.
+/// `image` compressed for speed (Huffman codes only: noise does not repeat): always the same bytes.
 /// Errors: InputError naming the file.
+std::string png_of(const cv::Mat& image, const std::filesystem::path& file);
+
+/// Writes it whole or not at all.  Errors: InputError naming the file.
 void write_png(const std::filesystem::path& file, const cv::Mat& image);
 
 /// Whether `bytes` are a PNG from its signature to its end, every chunk's CRC right. Nothing is decoded.

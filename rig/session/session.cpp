@@ -17,13 +17,10 @@ namespace {
 namespace fs = std::filesystem;
 
 void check_cameras(const Session& session) {
-  for (const FrameRecord& frame : session.frames) {
-    bool known = false;
-    for (const SessionCamera& camera : session.info.cameras) known = known || camera.name == frame.camera;
-    if (!known)
+  for (const FrameRecord& frame : session.frames)
+    if (!session.info.has_camera(frame.camera))
       throw InputError(session.path / "frames.csv",
                        "camera: found '" + frame.camera + "', expected a camera of session.yaml");
-  }
 }
 
 void lose(Session& session, const std::string& what) {
@@ -41,6 +38,10 @@ void drop_frames_without_image(Session& session) {
 }
 
 }  // namespace
+
+bool SessionInfo::has_camera(const std::string& camera) const {
+  return std::any_of(cameras.begin(), cameras.end(), [&](const SessionCamera& known) { return known.name == camera; });
+}
 
 std::string lines_missing(const SessionInfo& info, const std::string& table, std::size_t found) {
   const auto span = info.tables.find(table);

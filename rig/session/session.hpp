@@ -108,6 +108,8 @@ struct SessionInfo {
   std::vector<SessionCamera> cameras;
   SessionCalibration calibration;
   std::optional<SessionObject> object;
+
+  bool has_camera(const std::string& camera) const;
 };
 
 /// "TABLE.csv: N of M lines there" if fewer lines were found than session.yaml says; empty otherwise.

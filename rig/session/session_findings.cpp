@@ -41,10 +41,10 @@ bool has_check_sums(const fs::path& picture) { return picture.extension() == ".p
 bool is_whole_picture(const fs::path& file) {
   std::error_code ignored;
   if (!fs::is_regular_file(file, ignored)) return false;
-  if (has_check_sums(file)) return is_whole_png(read_whole_file(file));
   try {
-    decode_picture(read_regular_file(file, kMostPictureBytes, "an image"), file, nullptr,
-                   cv::IMREAD_ANYCOLOR | cv::IMREAD_IGNORE_ORIENTATION);
+    const std::string bytes = read_regular_file(file, kMostPictureBytes, "an image");
+    if (has_check_sums(file)) return is_whole_png(bytes);
+    decode_picture(bytes, file, nullptr, cv::IMREAD_ANYCOLOR | cv::IMREAD_IGNORE_ORIENTATION);
     return true;
   } catch (const InputError&) {
     return false;
@@ -73,9 +73,7 @@ class Examination {
 
  private:
   bool of_this_session(const FrameRecord& frame) const {
-    const auto& cameras = out_.info.cameras;
-    return cameras.empty() || std::any_of(cameras.begin(), cameras.end(),
-                                          [&](const SessionCamera& camera) { return camera.name == frame.camera; });
+    return out_.info.cameras.empty() || out_.info.has_camera(frame.camera);
   }
 
   std::optional<FrameRecord> frame_from(const std::string& line) const {
@@ -134,30 +132,35 @@ class Examination {
   void read_spool() {
     std::set<std::string> known;
     for (const FrameRecord& frame : out_.frames.records) known.insert(frame.file);
-    for (const fs::path& file : spool_segments(session_)) {
-      const SpoolSegment segment(file);
-      std::size_t strange = 0;
-      for (const SpooledFrame& spooled : segment.frames()) {
-        auto frame = frame_from(spooled.line);
-        if (!frame) {
-          ++strange;
-          continue;
-        }
-        in_spool_.insert(frame->file);
-        if (!known.insert(frame->file).second) continue;
-        const bool as_written_now = out_.frames.text.starts_with(frames_header());
-        out_.frames.text += as_written_now ? frames_line(*frame) : spooled.line;
-        out_.frames.records.push_back(std::move(*frame));
-        out_.frames.damaged = true;
+    for (const fs::path& file : spool_segments(session_)) try {
+        read_segment(file, known);
+      } catch (const InputError& e) {
+        out_.set_aside.insert(file.lexically_relative(session_).generic_string());
+        lose(fs::path("spool") / file.filename(), "cannot be read (" + within(session_, e.what()) + ")");
       }
-      if (segment.stray_bytes() > 0)
-        lose(fs::path("spool") / file.filename(),
-             std::to_string(segment.stray_bytes()) + " bytes are of no whole frame");
-      if (strange > 0) lose(fs::path("spool") / file.filename(), plural(strange, "frame") + " without a proper line");
-    }
     out_.spooled = in_spool_.size();
     if (out_.spooled > 0)
       out_.undone.push_back("spool: " + plural(out_.spooled, "frame") + " not made into pictures yet");
+  }
+
+  void read_segment(const fs::path& file, std::set<std::string>& known) {
+    const SpoolSegment segment(file);
+    std::size_t strange = 0;
+    for (const SpooledFrame& spooled : segment.frames()) {
+      auto frame = frame_from(spooled.line);
+      if (!frame || !in_spool_.insert(frame->file).second) {
+        ++strange;
+        continue;
+      }
+      if (!known.insert(frame->file).second) continue;
+      const bool as_written_now = out_.frames.text.starts_with(frames_header());
+      out_.frames.text += as_written_now ? frames_line(*frame) : spooled.line;
+      out_.frames.records.push_back(std::move(*frame));
+      out_.frames.damaged = true;
+    }
+    const fs::path name = fs::path("spool") / file.filename();
+    if (segment.stray_bytes() > 0) lose(name, std::to_string(segment.stray_bytes()) + " bytes are of no whole frame");
+    if (strange > 0) lose(name, plural(strange, "frame") + " without a proper line of its own");
   }
 
   void keep_frames_with_pictures() {
@@ -277,7 +280,7 @@ class Examination {
         lose(file, kind == Kind::kMissing ? "missing" : "changed since it was sealed");
       }
     }
-    tell_files(made_since, "made of the recording after it was sealed, not sealed yet", out_.undone);
+    tell_files(made_since, "made from the recording after sealing; not sealed yet", out_.undone);
     tell_files(other, "not as sealed, can be made again from the recording", out_.undone);
     tell_files(foreign, "not listed in SHA256SUMS", out_.extra);
     compare_with_session_yaml();

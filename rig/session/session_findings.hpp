@@ -38,7 +38,7 @@ struct SessionFindings {
   bool usable() const { return missing().empty(); }
 };
 
-/// Looks at every byte of a session and changes none.  Errors: InputError if it is no folder or a file cannot be read.
+/// Looks at every byte of a session and changes none.  Errors: InputError if it is no folder, or has a link in it.
 SessionFindings examine_session(const std::filesystem::path& session, const DescribeRig& describe);
 
 }  // namespace tankrig

@@ -109,26 +109,6 @@ std::string copy_images(const ImportRequest& request, const std::vector<fs::path
   return lines;
 }
 
-/// A folder that nobody had before.
-fs::path new_folder_beside(const fs::path& target) {
-  for (int n = 1;; ++n) {
-    const fs::path folder =
-        target.parent_path() / ("." + target.filename().string() + "." + std::to_string(n) + kUnfinished);
-    std::error_code failed;
-    if (fs::create_directory(folder, failed)) return folder;
-    if (failed && failed != std::errc::file_exists) throw InputError(target, "cannot be created: " + failed.message());
-  }
-}
-
-/// Removes the half-built session unless it was handed over.
-struct Scaffold {
-  fs::path path;
-  ~Scaffold() {
-    std::error_code ignored;
-    fs::remove_all(path, ignored);
-  }
-};
-
 }  // namespace
 
 bool natural_less(std::string_view a, std::string_view b) {
@@ -162,15 +142,11 @@ void write_import_session(const ImportRequest& request) {
   if (request.dark) check_out_is_outside(request.out, *request.dark, "dark images");
   check_dark_images(dark, images, request.camera);
 
-  fs::path target = fs::absolute(request.out).lexically_normal();
-  if (!target.has_filename()) target = target.parent_path();
-  std::error_code failed;
-  fs::create_directories(target.parent_path(), failed);
-  const Scaffold scaffold{new_folder_beside(target)};
-
-  FileSystemSync disk(scaffold.path);
+  UnfinishedFolder made(request.out);
+  const fs::path& session = made.path();
+  FileSystemSync disk(session);
   SessionInfo info;
-  info.name = target.filename().string();
+  info.name = made.target().filename().string();
   info.status = "complete";
   info.kind = "import";
   info.created_utc = utc_now();
@@ -180,17 +156,15 @@ void write_import_session(const ImportRequest& request) {
   info.noise = "device";
   info.cameras = {{kCamera, CameraRole::kMono, request.camera, Transform::Identity()}};
   std::string frames = frames_header();
-  frames += copy_images(request, images, false, 0, scaffold.path);
-  frames += copy_images(request, dark, true, static_cast<int>(images.size()), scaffold.path);
-  write_whole_file(scaffold.path / "frames.csv", frames);
-  write_whole_file(scaffold.path / "joints.csv", joints_header());
-  write_whole_file(scaffold.path / "events.csv", events_header());
-  write_whole_file(scaffold.path / "session.yaml", session_yaml(info));
+  frames += copy_images(request, images, false, 0, session);
+  frames += copy_images(request, dark, true, static_cast<int>(images.size()), session);
+  write_whole_file(session / "frames.csv", frames);
+  write_whole_file(session / "joints.csv", joints_header());
+  write_whole_file(session / "events.csv", events_header());
+  write_whole_file(session / "session.yaml", session_yaml(info));
   disk.sync();
-  write_checksums(scaffold.path);
-  fs::rename(scaffold.path, target, failed);
-  if (failed) throw InputError(request.out, "cannot be created: " + failed.message());
-  sync_folder(target.parent_path());
+  write_checksums(session);
+  made.put_in_place();
 }
 
 }  // namespace tankrig

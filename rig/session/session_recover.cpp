@@ -1,8 +1,7 @@
 #include "rig/session/session_recover.hpp"
 
-#include <unistd.h>
-
 #include <algorithm>
+#include <set>
 
 #include "rig/session/checksums.hpp"
 #include "rig/session/session_folder.hpp"
@@ -14,15 +13,6 @@ namespace tankrig {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// A folder that is gone again unless its path is taken back.
-struct Scaffold {
-  fs::path path;
-  ~Scaffold() {
-    std::error_code ignored;
-    if (!path.empty()) fs::remove_all(path, ignored);
-  }
-};
 
 /// Where replaced files go: lost+found/N, N the first that is free, made when needed.
 class LostAndFound {
@@ -54,23 +44,15 @@ class LostAndFound {
   fs::path session_, folder_;
 };
 
-/// Whole or not at all; on the disk, but for its name.
-void copy_session(const fs::path& from, const fs::path& to) {
-  if (fs::exists(to)) throw InputError(to, "exists already, expected a new session directory");
-  if (lies_within(to, from))
-    throw InputError(to, "lies in the session " + from.string() + ", expected a place outside");
-  const SessionLock at_rest(from);
-  if (to.has_parent_path()) fs::create_directories(to.parent_path());
-  Scaffold temporary{to.string() + "." + std::to_string(::getpid()) + kUnfinished};
+/// All of `from`, on the disk.
+void copy_session(const fs::path& from, const UnfinishedFolder& to) {
   try {
-    FileSystemSync disk(to.parent_path());
-    fs::copy(from, temporary.path, fs::copy_options::recursive);
+    FileSystemSync disk(to.path());
+    fs::copy(from, to.path(), fs::copy_options::recursive);
     disk.sync();
-    fs::rename(temporary.path, to);
   } catch (const fs::filesystem_error& e) {
-    throw InputError(e.path1(), "cannot be copied to " + to.string() + ": " + e.code().message());
+    throw InputError(e.path1(), "cannot be copied to " + to.target().string() + ": " + e.code().message());
   }
-  temporary.path.clear();
 }
 
 template <class Record>
@@ -102,12 +84,23 @@ SessionInfo mended_info(const SessionFindings& found) {
     const auto there =
         static_cast<std::uint64_t>(std::count_if(found.frames.records.begin(), found.frames.records.end(),
                                                  [&](const FrameRecord& f) { return f.camera == camera.name; }));
+    if (!info.counts.contains(camera.name + ".recorded")) info.account.erase(camera.name);  // nobody knows any more
     std::uint64_t& recorded = info.counts[camera.name + ".recorded"];
     if (info.account.contains(camera.name) && recorded > there)
       info.counts[camera.name + ".lost_from_session"] += recorded - there;
     recorded = there;
   }
   return info;
+}
+
+/// How frames of a spool that others may have written become pictures: one of a name, of a camera there is, and none
+/// takes the place of a file that is not kept.
+PictureOptions careful(PictureOptions pictures, const SessionInfo& info, const LostAndFound& lost) {
+  pictures.accept = [&info, names = std::set<std::string>{}](const FrameRecord& frame) mutable {
+    return info.has_camera(frame.camera) && names.insert(frame.file).second;
+  };
+  pictures.set_aside = [&lost](const std::string& file) { lost.move(file); };
+  return pictures;
 }
 
 /// What of the spool could not become pictures is kept as it is.
@@ -137,7 +130,7 @@ Recovery mend_session(const fs::path& session, const RecoverOptions& options) {
   mend_table(session, "events.csv", found.events, lost);
   mend_table(session, "frames.csv", found.frames, lost);
   for (const std::string& file : found.set_aside) lost.move(file);
-  if (!write_spooled_pictures(session, options.pictures)) return result;
+  if (!write_spooled_pictures(session, careful(options.pictures, found.info, lost))) return result;
   empty_spool(session, lost);
   Session::open(session);  // what cannot be opened is not sealed
   disk.sync();
@@ -151,15 +144,15 @@ Recovery mend_session(const fs::path& session, const RecoverOptions& options) {
 Recovery recover_session(const fs::path& source, const RecoverOptions& options) {
   if (fs::is_directory(source)) refuse_links(source);
   if (options.out.empty()) return mend_session(source, options);
-  const fs::path out = options.out.has_filename() ? options.out : options.out.parent_path();
-  copy_session(source, out);
-  Scaffold copy{out};
-  sync_folder(out.parent_path());
-  Recovery result = mend_session(out, options);
-  if (result.finished)
-    copy.path.clear();
-  else
-    result.session = source;
+  if (fs::exists(options.out)) throw InputError(options.out, "exists already, expected a new session directory");
+  if (lies_within(options.out, source))
+    throw InputError(options.out, "lies in the session " + source.string() + ", expected a place outside");
+  const SessionLock at_rest(source);
+  UnfinishedFolder copy(options.out);
+  copy_session(source, copy);
+  Recovery result = mend_session(copy.path(), options);
+  if (result.finished) copy.put_in_place();
+  result.session = result.finished ? copy.target() : source;
   return result;
 }
 

@@ -6,6 +6,8 @@
 #include <atomic>
 #include <exception>
 #include <mutex>
+#include <utility>
+#include <vector>
 
 #include "core/atomic_file.hpp"
 #include "rig/session/png_file.hpp"
@@ -21,25 +23,34 @@ namespace fs = std::filesystem;
 
 constexpr std::uint64_t kBatchBytes = 256 << 20;  // written to the disk together
 
+bool holds(const fs::path& file, std::string_view bytes) {
+  std::error_code unknown;
+  return fs::is_regular_file(file, unknown) && fs::file_size(file, unknown) == bytes.size() &&
+         read_whole_file(file) == bytes;
+}
+
 /// The pictures of one segment. True if it holds nothing else, and nobody asked to stop. A picture that cannot be
 /// written keeps no other from it.
-bool write_segment(const fs::path& session, const SpoolSegment& segment, const std::function<bool()>& stop) {
-  std::atomic<bool> done = segment.stray_bytes() == 0;
+bool write_segment(const fs::path& session, const SpoolSegment& segment, const PictureOptions& options) {
+  std::vector<std::pair<std::string, const cv::Mat*>> pictures;
+  for (const SpooledFrame& frame : segment.frames())
+    if (auto record = parse_frames_line(frame.line); record && (!options.accept || options.accept(*record)))
+      pictures.emplace_back(std::move(record->file), &frame.image);
+  std::atomic<bool> done = segment.stray_bytes() == 0 && pictures.size() == segment.frames().size();
   std::mutex mutex;
   std::exception_ptr failure;
-  tbb::parallel_for(std::size_t{0}, segment.frames().size(), [&](std::size_t i) {
-    if (stop && stop()) {
+  tbb::parallel_for(std::size_t{0}, pictures.size(), [&](std::size_t i) {
+    if (options.stop && options.stop()) {
       done = false;
       return;
     }
-    const SpooledFrame& frame = segment.frames()[i];
-    const auto record = parse_frames_line(frame.line);
-    if (!record) {
-      done = false;
-      return;
-    }
+    const auto& [name, image] = pictures[i];
     try {
-      write_png(place_below(session, record->file), frame.image);
+      const fs::path file = place_below(session, name);
+      const std::string png = png_of(*image, file);
+      if (holds(file, png)) return;  // of a run that was killed
+      if (options.set_aside) options.set_aside(name);
+      write_whole_file(file, png);
     } catch (const InputError&) {
       const std::lock_guard lock(mutex);
       if (!failure) failure = std::current_exception();
@@ -69,7 +80,7 @@ bool write_spooled_pictures(const fs::path& session, const PictureOptions& optio
     if (options.stop && options.stop()) return remove_done(), false;
     if (options.progress) options.progress(static_cast<double>(i) / static_cast<double>(segments.size()));
     batch += fs::file_size(segments[i]);
-    if (write_segment(session, SpoolSegment(segments[i]), options.stop)) done.push_back(segments[i]);
+    if (write_segment(session, SpoolSegment(segments[i]), options)) done.push_back(segments[i]);
     if (batch >= kBatchBytes) remove_done();
   }
   remove_done();

@@ -55,5 +55,31 @@ TEST(DurableFile, FollowsNoLinkThatLiesInItsWay) {
   EXPECT_EQ(folder.read("a.txt"), "new");
 }
 
+TEST(DurableFile, TakesNoFileThatLiesInItsWay) {
+  const TemporaryFolder folder;
+  for (const char* mine : {"a.txt.tmp", "a.txt.1.tmp"}) folder.write(mine, "mine");
+  write_file_durably(folder.path() / "a.txt", "new");
+  EXPECT_EQ(folder.read("a.txt"), "new");
+  for (const char* mine : {"a.txt.tmp", "a.txt.1.tmp"}) EXPECT_EQ(folder.read(mine), "mine");
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), fs::directory_iterator{}), 3);
+}
+
+TEST(UnfinishedFolder, IsPutInPlaceOrGoneAndTakesNothingInItsWay) {
+  const TemporaryFolder folder;
+  folder.write("deep/.a.1.tmp/diary", "mine");
+  {
+    const UnfinishedFolder left(folder.path() / "deep/a");
+    write_whole_file(left.path() / "b.txt", "half");
+  }
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder.path() / "deep"), fs::directory_iterator{}), 1);
+  UnfinishedFolder made(folder.path() / "deep/x/../a/");
+  EXPECT_EQ(made.target(), folder.path() / "deep/a");
+  write_whole_file(made.path() / "b.txt", "whole");
+  EXPECT_FALSE(fs::exists(folder.path() / "deep/a"));
+  made.put_in_place();
+  EXPECT_EQ(folder.read("deep/a/b.txt"), "whole");
+  EXPECT_EQ(folder.read("deep/.a.1.tmp/diary"), "mine");
+}
+
 }  // namespace
 }  // namespace tankrig

@@ -5,10 +5,13 @@
 #include <sys/stat.h>
 
 #include <opencv2/imgcodecs.hpp>
+#include <optional>
+#include <thread>
 
 #include "core/input_error.hpp"
 #include "rig/session/checksums.hpp"
 #include "rig/session/session_folder.hpp"
+#include "rig/session/session_lock.hpp"
 #include "rig/session/session_names.hpp"
 #include "rig/session/session_recover.hpp"
 #include "rig/session/spool.hpp"
@@ -100,6 +103,47 @@ TEST(HostileSession, WhoseSpoolNamesOtherFilesOverwritesNone) {
   }
 }
 
+TEST(HostileSession, WhoseSpoolHasFramesOfAnotherCameraIsWholeWithoutThem) {
+  const InMemory in_memory;
+  const TemporaryFolder folder;
+  const fs::path path = recorded(folder, 3);
+  fs::create_directory(path / "spool");
+  {
+    FrameRecord crafted = some_frame(4);
+    crafted.camera = "ghost";
+    crafted.file = "frames/ghost/000004.png";
+    SpoolWriter spool(path / "spool/000000.raw");
+    spool.append(3, frames_line(filed_frame(3)), test_image(3));
+    spool.append(4, frames_line(crafted), test_image(4));
+  }
+  recover_session(path, {});
+  EXPECT_EQ(Session::open(path).frames.size(), 4u);
+  EXPECT_FALSE(fs::exists(path / "frames/ghost"));
+  EXPECT_TRUE(fs::exists(path / "lost+found/1/spool/000000.raw")) << "kept as it is";
+  EXPECT_TRUE(examine_session(path, {}).whole());
+}
+
+TEST(HostileSession, WhoseSpoolNamesAPictureThatIsThereKeepsIt) {
+  const InMemory in_memory;
+  const TemporaryFolder folder;
+  const fs::path path = sealed(folder);
+  const std::string picture = read_whole_file(path / "frames/mono/000001.png"),
+                    same = read_whole_file(path / "frames/mono/000000.png");
+  fs::create_directory(path / "spool");
+  {
+    SpoolWriter spool(path / "spool/000000.raw");
+    spool.append(0, frames_line(filed_frame(0)), test_image(0));
+    spool.append(1, frames_line(filed_frame(1)), test_image(7));
+    spool.append(2, frames_line(filed_frame(1)), test_image(8));
+  }
+  const Recovery done = recover_session(path, {});
+  EXPECT_THAT(done.found.losses, testing::Contains("spool/000000.raw: 1 frame without a proper line of its own"));
+  EXPECT_EQ(read_whole_file(path / "lost+found/1/frames/mono/000001.png"), picture);
+  EXPECT_FALSE(fs::exists(path / "lost+found/1/frames/mono/000000.png")) << "it is what the spool has";
+  EXPECT_EQ(read_whole_file(path / "frames/mono/000000.png"), same);
+  EXPECT_TRUE(examine_session(path, {}).whole());
+}
+
 TEST(HostileSession, WithALinkInItIsRefusedAndNothingBehindTheLinkIsTouched) {
   for (const char* link : {"clouds", "results", "pictures", "lost+found", "frames/mono", "frames", "spool",
                            "joints.csv", "frames/mono/000001.png", "report.html"}) {
@@ -177,6 +221,33 @@ TEST(HostileSession, WithAPipeInPlaceOfAFileIsToldAtOnce) {
   }
 }
 
+TEST(HostileSession, WhoseFilesCannotBeReadIsMendedWithoutThem) {
+  const InMemory in_memory;
+  const TemporaryFolder folder;
+  const fs::path path = sealed(folder), picture = path / "frames/mono/000001.png";
+  fs::create_directory(path / "spool");
+  ASSERT_EQ(::mkfifo((path / "spool/x.raw").c_str(), 0600), 0);
+  fs::remove(picture);
+  fs::create_directory(picture);
+  const Recovery done = recover_session(path, {});
+  EXPECT_TRUE(done.finished);
+  EXPECT_THAT(done.found.losses, testing::Contains(HasSubstr("spool/x.raw: cannot be read (spool/x.raw: is a pipe")));
+  EXPECT_THAT(done.found.losses, testing::Contains(HasSubstr("camera mono: 1 frame without a whole picture")));
+  EXPECT_EQ(Session::open(path).frames.size(), 2u);
+  EXPECT_TRUE(fs::exists(path / "lost+found/1/spool/x.raw"));
+  EXPECT_TRUE(fs::is_directory(path / "lost+found/1/frames/mono/000001.png"));
+  EXPECT_TRUE(examine_session(path, {}).whole());
+}
+
+TEST(HostileSession, WithAPictureOfAnySizeIsExamined) {
+  const InMemory in_memory;
+  const TemporaryFolder folder;
+  const fs::path path = recorded(folder, 3);
+  fs::resize_file(path / "frames/mono/000001.png", (std::uint64_t{64} << 30) + 1);  // takes no room
+  EXPECT_THAT(examine_session(path, {}).losses,
+              testing::Contains(HasSubstr("camera mono: 1 frame without a whole picture")));
+}
+
 TEST(HostileSession, WithAPictureOfAnotherSizeIsRefusedBeforeItIsDecoded) {
   const InMemory in_memory;
   const TemporaryFolder folder;
@@ -186,6 +257,20 @@ TEST(HostileSession, WithAPictureOfAnotherSizeIsRefusedBeforeItIsDecoded) {
   const Session session = Session::open(path);
   EXPECT_THAT(message_of<InputError>([&] { session.image(session.frames[1]); }),
               HasSubstr("000001.png: found 100000 x 100000 px, expected 8 x 6 as calibrated"));
+}
+
+TEST(SessionLock, WaitsForWhoOnlyHasALook) {
+  const InMemory in_memory;
+  const TemporaryFolder folder;
+  std::optional<SessionLock> look(std::in_place, folder.path(), SessionUse::kRead);
+  EXPECT_THAT(message_of<InputError>([&] { SessionLock(folder.path(), SessionUse::kWrite, Duration{}); }),
+              HasSubstr("is being written or read by another process"));
+  std::thread leaves([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    look.reset();
+  });
+  EXPECT_NO_THROW(SessionLock(folder.path(), SessionUse::kWrite, std::chrono::minutes(1)));
+  leaves.join();
 }
 
 }  // namespace

@@ -265,7 +265,7 @@ TEST(SessionCheck, CallsNothingLostThatIsMadeOfARecordingAndCanBeMadeAgain) {
   const SessionFindings found = examine_session(path, describe);
   EXPECT_THAT(found.losses, IsEmpty());
   EXPECT_THAT(found.undone, ElementsAre("clouds/stereo.ply: made from the recording after sealing; not sealed yet",
-                                        StartsWith("report.html: made of the recording"),
+                                        StartsWith("report.html: made from the recording"),
                                         StartsWith("clouds/laser.ply: not as sealed")));
   EXPECT_TRUE(recover_session(path, {.out = {}, .describe = describe, .pictures = {}}).finished);
   expect_mended(path);
