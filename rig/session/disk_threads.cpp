@@ -261,7 +261,7 @@ void DiskThreads::sync_loop() {
     lock.unlock();
     std::exception_ptr failure;
     try {
-      sync_now();
+      sync_now(last);
     } catch (...) {
       failure = std::current_exception();
     }
@@ -275,7 +275,7 @@ void DiskThreads::sync_loop() {
   ended_.notify_all();
 }
 
-void DiskThreads::sync_now() {
+void DiskThreads::sync_now(bool last) {
   std::vector<std::shared_ptr<SpoolWriter>> segments;
   {
     const std::lock_guard lock(mutex_);
@@ -286,7 +286,8 @@ void DiskThreads::sync_now() {
   for (std::size_t i = 0; i < kTables; ++i)
     ++syncer_rounds_, sync_file(session_ / kTableNames[i], tables_[i]->descriptor());
   ++syncer_rounds_;
-  if (std::exchange(first_sync_, false)) file_system_.sync();  // what was put into the session at its start
+  // What others put into the session: at its start, and beside what is recorded, as the wire's log.
+  if (std::exchange(first_sync_, false) || last) file_system_.sync();
   ++syncer_rounds_;
   sync_folder(spool_folder(session_));
 }

@@ -86,7 +86,7 @@ class DiskThreads {
   void sync_loop();
   void write_frame(const Job& job);
   void write_lines();
-  void sync_now();
+  void sync_now(bool last);
   template <class Room>
   bool wait_for_room(std::unique_lock<std::mutex>& lock, Room room);
   bool wait_for_end(const bool& ended, const std::atomic<std::uint64_t>& rounds, Duration patience);

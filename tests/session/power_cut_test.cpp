@@ -94,5 +94,18 @@ TEST(PowerCut, LosesNothingOlderThanASecond) {
   EXPECT_GT(with_frames, 0u);
 }
 
+/// As the wire's log, which others write beside the recording.
+TEST(PowerCut, AfterTheEndLosesNothingThatOthersWroteIntoTheSession) {
+  const InMemory in_memory;
+  const TemporaryFolder folder;
+  const DiskDoor door(folder.path());
+  SessionWriter writer(folder.path() / "s", some_info());
+  record(writer, 3);
+  while (!door.on_disk(folder.path() / "s").contains("joints.csv")) std::this_thread::sleep_for(1ms);  // the first sync
+  folder.write("s/can.log", "the wire\n");
+  writer.close("complete", {{}, [] { return true; }});  // no pictures, whose sync would bring it there too
+  EXPECT_EQ(door.on_disk(folder.path() / "s")["can.log"], "the wire\n");
+}
+
 }  // namespace
 }  // namespace tankrig
