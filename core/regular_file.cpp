@@ -38,6 +38,12 @@ int checked(int descriptor, const std::filesystem::path& file, std::uint64_t mos
 
 const int kReadWithoutWaiting = O_RDONLY | O_NONBLOCK | O_NOCTTY | O_CLOEXEC;
 
+std::uint64_t most_table_bytes() {
+  const auto memory =
+      static_cast<std::uint64_t>(::sysconf(_SC_PHYS_PAGES)) * static_cast<std::uint64_t>(::getpagesize());
+  return std::max(memory / 2, std::uint64_t{2} << 30);
+}
+
 int open_regular_file(const std::filesystem::path& file, std::uint64_t most, const std::string& expected) {
   return checked(::open(file.c_str(), kReadWithoutWaiting), file, most, expected);
 }

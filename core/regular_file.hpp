@@ -9,12 +9,15 @@
 namespace tankrig {
 
 // The most bytes of a file of each kind that are read: far above any good one, far below a machine's memory.
-inline constexpr std::uint64_t kMostYamlBytes = 4U << 20;        ///< thousands are usual; parsed they take a hundredfold
+inline constexpr std::uint64_t kMostYamlBytes = 4U << 20;       ///< thousands are usual; parsed they take a hundredfold
 inline constexpr std::uint64_t kMostSceneBytes = 16 << 20;      ///< thousands are usual
-inline constexpr std::uint64_t kMostTableBytes = 2ULL << 30;    ///< an hour of joints at 1 kHz is half of it
 inline constexpr std::uint64_t kMostPictureBytes = 512U << 20;  ///< 80 megapixels of 3 x 16 bits, uncompressed
 inline constexpr std::uint64_t kMostMeshBytes = 1ULL << 30;     ///< twenty million triangles
 inline constexpr std::uint64_t kMostCloudBytes = 4ULL << 30;    ///< a hundred million points
+
+/// The same of a table or a log, which grows with the scan: what fits into half of this machine's memory, and 2 GiB on
+/// any. An hour of joints at 1 kHz is 1 GiB.
+std::uint64_t most_table_bytes();
 
 /// `file` opened for reading; its end is the caller's: close().
 /// Errors: InputError if it cannot be read, is no regular file, or has more than `most` bytes; `expected` is what the

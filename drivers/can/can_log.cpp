@@ -250,7 +250,7 @@ CanLog parse_can_log(std::string_view text, const std::filesystem::path& file) {
 }
 
 CanLog read_can_log(const std::filesystem::path& file) {
-  return parse_can_log(read_regular_file(file, kMostTableBytes, "a CAN log"), file);
+  return parse_can_log(read_regular_file(file, most_table_bytes(), "a CAN log"), file);
 }
 
 }  // namespace tankrig

@@ -1,5 +1,7 @@
 #include "rig/session/frame_account.hpp"
 
+#include <algorithm>
+
 namespace tankrig {
 namespace {
 
@@ -26,7 +28,9 @@ std::vector<std::pair<std::string, std::uint64_t>> frame_reasons(const FrameCoun
 std::int64_t unaccounted(const FrameCounts& counts, const std::string& camera, std::uint64_t expected) {
   std::uint64_t known = count_of(counts, camera, kRecorded);
   for (const auto& [reason, count] : frame_reasons(counts, camera)) known += count;
-  return static_cast<std::int64_t>(expected - known);
+  const std::uint64_t apart = expected > known ? expected - known : known - expected;
+  const auto bounded = static_cast<std::int64_t>(std::min(apart, std::uint64_t{INT64_MAX}));
+  return expected > known ? bounded : -bounded;
 }
 
 bool lost_nothing(const FrameCounts& counts, const std::string& camera, const CameraAccount& account) {
@@ -36,7 +40,7 @@ bool lost_nothing(const FrameCounts& counts, const std::string& camera, const Ca
 }
 
 std::string account_line(const FrameCounts& counts, const std::string& camera, const CameraAccount& account) {
-  const std::uint64_t wanted = account.expected - count_of(counts, camera, kNotRecorded);
+  const std::uint64_t wanted = account.expected - std::min(account.expected, count_of(counts, camera, kNotRecorded));
   std::string line =
       std::to_string(count_of(counts, camera, kRecorded)) + " of " + std::to_string(wanted) + " frames recorded";
   const char* before = ": ";

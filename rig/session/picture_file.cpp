@@ -54,17 +54,20 @@ Sides bmp_sides(std::string_view bmp) {
   return {static_cast<std::int32_t>(bytes.u32(18)), std::abs(static_cast<std::int64_t>(rows))};
 }
 
-/// Of its first picture.
+/// Of its first picture; none where a side is given twice, or as no number that a picture has: whoever decodes it may
+/// read another one.
 Sides tiff_sides(std::string_view tiff) {
-  constexpr std::uint32_t kWidth = 256, kHeight = 257, kShort = 3;
+  constexpr std::uint32_t kWidth = 256, kHeight = 257, kShort = 3, kLong = 4;
   const Bytes bytes{tiff, tiff.starts_with('I')};
   const std::size_t directory = bytes.u32(4);
   Sides sides;
   for (std::size_t i = 0, entries = bytes.u16(directory); i < entries; ++i) {
     const std::size_t entry = directory + 2 + 12 * i;
-    const std::uint32_t value = bytes.u16(entry + 2) == kShort ? bytes.u16(entry + 8) : bytes.u32(entry + 8);
-    if (bytes.u16(entry) == kWidth) sides.first = value;
-    if (bytes.u16(entry) == kHeight) sides.second = value;
+    const std::uint32_t tag = bytes.u16(entry), type = bytes.u16(entry + 2);
+    if (tag != kWidth && tag != kHeight) continue;
+    std::int64_t& side = tag == kWidth ? sides.first : sides.second;
+    if (side != 0 || (type != kShort && type != kLong)) return {};
+    side = type == kShort ? bytes.u16(entry + 8) : bytes.u32(entry + 8);
   }
   return sides;
 }

@@ -30,11 +30,13 @@ TableSpan read_span(const ConfigNode& node) {
   return {read_count(node, "lines"), stamp("first_ns"), stamp("last_ns")};
 }
 
-CameraAccount read_account(const ConfigNode& node) {
+/// What is unaccounted for follows from the counts, where they are there.
+CameraAccount read_account(const ConfigNode& node, const std::string& camera, const FrameCounts& counts) {
   CameraAccount account{read_count(node, "expected"), 0};
   const std::string text = node.text("unaccounted");
   if (!parse_number(text, account.unaccounted))
     node.fail("unaccounted", "found '" + shown_text(text) + "', expected a whole number");
+  if (counts.contains(camera + ".recorded")) account.unaccounted = unaccounted(counts, camera, account.expected);
   return account;
 }
 
@@ -211,7 +213,8 @@ const std::vector<SessionSection>& session_sections() {
       {"account", false,
        [](Node n, Info i) {
          const ConfigNode account = n.child("account");
-         for (const std::string& camera : account.keys()) i.account[camera] = read_account(account.child(camera));
+         for (const std::string& camera : account.keys())
+           i.account[camera] = read_account(account.child(camera), camera, i.counts);
        }},
       {"devices", false,
        [](Node n, Info i) {

@@ -36,7 +36,7 @@ std::string yaml_quoted(std::string_view text) {
   return out + '"';
 }
 
-std::string read_whole_file(const fs::path& file) { return read_regular_file(file, kMostTableBytes, "a file"); }
+std::string read_whole_file(const fs::path& file) { return read_regular_file(file, most_table_bytes(), "a file"); }
 
 bool stays_inside(const fs::path& name) {
   if (name.empty() || name.is_absolute()) return false;

@@ -16,7 +16,7 @@ std::string exact_text(double value);
 /// A YAML double-quoted scalar.
 std::string yaml_quoted(std::string_view text);
 
-/// Errors: InputError if it cannot be read, is no regular file or has more than kMostTableBytes.
+/// Errors: InputError if it cannot be read, is no regular file or has more than most_table_bytes().
 std::string read_whole_file(const std::filesystem::path& file);
 
 /// Whether a relative file name leads to no place outside the folder it is relative to.

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include "core/camera_model.hpp"
 #include "core/config_node.hpp"
@@ -39,6 +40,13 @@ TEST(RegularFile, IsNoPipeNoDeviceAndNoFolder) {
   EXPECT_EQ(refusal("/dev/zero"), "/dev/zero: is a pipe, a socket or a device, expected a text");
   EXPECT_THAT(refusal(folder.path()), EndsWith(": is a folder, expected a text"));
   EXPECT_THAT(refusal(folder.path() / "none"), EndsWith("none: cannot be read, expected a text"));
+}
+
+TEST(RegularFile, OfATableMayBeWhatALongScanRecords) {
+  const auto memory =
+      static_cast<std::uint64_t>(::sysconf(_SC_PHYS_PAGES)) * static_cast<std::uint64_t>(::getpagesize());
+  EXPECT_GE(most_table_bytes(), memory / 2);
+  EXPECT_GE(most_table_bytes(), std::uint64_t{2} << 30);
 }
 
 TEST(RegularFile, IsAskedForByEveryReaderOfOtherPeoplesText) {

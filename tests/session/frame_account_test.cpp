@@ -8,6 +8,7 @@
 #include "rig/session/session_findings.hpp"
 #include "rig/session/session_recover.hpp"
 #include "rig/session/session_summary.hpp"
+#include "rig/session/text_files.hpp"
 #include "tests/session/some_session.hpp"
 
 namespace tankrig {
@@ -85,6 +86,31 @@ TEST(FrameAccount, TakesForReasonsWhatTheCameraHasCountsOf) {
   EXPECT_EQ(account_line(counts, "mono", {100, 0}), "90 of 93 frames recorded: lost 3");
   EXPECT_FALSE(lost_nothing(counts, "mono", {100, 0}));
   EXPECT_TRUE(lost_nothing({{"mono.recorded", 9}, {"mono.not_recorded", 1}}, "mono", {10, 0}));
+}
+
+TEST(FrameAccount, OfACraftedSessionIsBelievedNoFurtherThanItsCounts) {
+  const TemporaryFolder folder;
+  const auto path = session_with(folder, 11);
+  std::string yaml = read_whole_file(path / "session.yaml");
+  yaml.replace(yaml.find("unaccounted: 3"), 14, "unaccounted: 0");
+  write_whole_file(path / "session.yaml", yaml);
+  EXPECT_EQ(Session::open(path).info.account.at("mono").unaccounted, 3);
+  EXPECT_EQ(account_line({{"mono.not_recorded", 7}}, "mono", {5, 0}), "0 of 0 frames recorded");
+  EXPECT_EQ(unaccounted({}, "mono", std::uint64_t{1} << 63), INT64_MAX);
+  EXPECT_EQ(unaccounted({{"mono.recorded", std::uint64_t{1} << 63}}, "mono", 0), -INT64_MAX);
+}
+
+TEST(FrameAccount, WhoseCountsAreLostIsGivenUp) {
+  const TemporaryFolder folder;
+  const auto path = session_with(folder, 8);
+  std::string yaml = read_whole_file(path / "session.yaml");
+  yaml.replace(yaml.find("\ncounts:"), 8, "\ncovnts:");
+  write_whole_file(path / "session.yaml", yaml);
+  RecoverOptions how;
+  how.describe = describe;
+  recover_session(path, how);
+  EXPECT_FALSE(Session::open(path).info.account.contains("mono"));
+  EXPECT_TRUE(examine_session(path, describe).whole());
 }
 
 }  // namespace

@@ -43,6 +43,23 @@ TEST(PictureSize, IsThatOfTheDecodedPictureForEveryKindThatIsImported) {
   EXPECT_EQ(picture_size("P5 # 9 9\n300\n# 5\n37 255\n"), cv::Size(300, 37));
 }
 
+TEST(PictureSize, OfATiffIsNotGuessedFromASideThatIsGivenTwiceOrAsAnOffset) {
+  const std::string tiff = encoded(".tif", CV_8UC1);
+  ASSERT_TRUE(tiff.starts_with("II"));
+  const auto u16 = [&](std::size_t at) {
+    return static_cast<unsigned char>(tiff[at]) + 256U * static_cast<unsigned char>(tiff[at + 1]);
+  };
+  const std::size_t directory = u16(4) + 65536U * u16(6), last = directory + 2 + 12 * (u16(directory) - 1U);
+  std::size_t width = directory + 2;
+  while (u16(width) != 256) width += 12;
+  std::string twice = tiff, offset = tiff;
+  twice.replace(last, 12, std::string("\0\1\3\0\1\0\0\0\2\0\0\0", 12));
+  offset[width + 2] = 16;  // eight bytes, which lie where the entry says
+  EXPECT_EQ(picture_size(tiff), cv::Size(300, 37));
+  EXPECT_EQ(picture_size(twice), std::nullopt);
+  EXPECT_EQ(picture_size(offset), std::nullopt);
+}
+
 TEST(DecodePicture, RefusesMoreThanWasExpectedOrAnyCameraHasBeforeItDecodes) {
   const std::string png =
       "\x89PNG\r\n\x1a\n" + std::string("\0\0\0\rIHDR\0\0\x75\x30\0\0\x75\x30", 16);  // 30000 x 30000, and nothing
