@@ -176,7 +176,8 @@ Finding room_finding(const fs::path& folder, std::optional<std::uint64_t> free, 
   constexpr std::uint64_t kMega = 1'000'000;
   Finding f{"disk space", Verdict::kGood,
             "a scan needs up to " + std::to_string((needed + kMega - 1) / kMega) + " MB, the disk of " +
-                folder.string() + " has " + (free ? std::to_string(*free / kMega) + " MB free" : "an unknown rest")};
+                folder.string() +
+                (free ? " has " + std::to_string(*free / kMega) + " MB free" : " does not say how much is free")};
   if (!free || *free >= needed) return f;
   f.verdict = Verdict::kBad;
   f.cure = "make room there, or record onto another disk: tankrig scan --out";
