@@ -25,10 +25,11 @@ TriggerSchedule::TriggerSchedule(const ScanPlan& plan, const ScanSettings& setti
       passes_(settings.passes),
       delay_ns_(trigger.delay.value_or(Duration{0}).count()) {}
 
-bool TriggerSchedule::recorded_at(double plan_time) const noexcept {
+bool TriggerSchedule::exposed_at_time(double plan_time) const noexcept {
   const Segment& s = plan_.segments()[plan_.segment_at(plan_time)];
   if (s.phase == Phase::kMove || plan_time < s.record_begin || plan_time > s.record_end) return false;
-  return record_ == RecordWhen::kAll || (s.phase == Phase::kSweep) == (record_ == RecordWhen::kSweep);
+  if (s.phase != Phase::kSweep) return record_ != RecordWhen::kSweep;
+  return record_ != RecordWhen::kDark && trigger_.mode != TriggerMode::kPosition;
 }
 
 std::optional<TriggerRequest> TriggerSchedule::next(const CycleRecord& record) noexcept {
@@ -37,6 +38,7 @@ std::optional<TriggerRequest> TriggerSchedule::next(const CycleRecord& record) n
   const Segment& segment = plan_.segments()[plan_.segment_at(record.plan_time + delay())];
   const auto number = static_cast<std::uint32_t>(&segment - plan_.segments().data());
   if (number != sweep_) leave_sweep();
+  pass_times(record.plan_time + delay());
   if (trigger_.mode == TriggerMode::kPosition && segment.phase == Phase::kSweep) return next_angle(record, segment);
   return next_time(record);
 }
@@ -48,17 +50,19 @@ void TriggerSchedule::leave_sweep() noexcept {
   next_angle_ = last_angle_ + 1;
 }
 
-std::optional<TriggerRequest> TriggerSchedule::next_time(const CycleRecord& record) noexcept {
-  const double soonest = record.plan_time + delay();
+/// Whole periods before `soonest` that nobody asked for.
+void TriggerSchedule::pass_times(double soonest) noexcept {
   const auto due = static_cast<std::int64_t>(std::ceil(soonest / period_ - 1e-9));
-  const std::int64_t n = std::max(due, last_period_ + 1);
-  const double middle = static_cast<double>(n) * period_;
+  for (; last_period_ + 1 < due; ++last_period_)
+    if (exposed_at_time(static_cast<double>(last_period_ + 1) * period_))
+      skipped_.fetch_add(1, std::memory_order_relaxed);
+}
+
+std::optional<TriggerRequest> TriggerSchedule::next_time(const CycleRecord& record) noexcept {
+  const double middle = static_cast<double>(last_period_ + 1) * period_;
   if (middle - delay() >= record.plan_time + cycle_period_) return std::nullopt;
-  const bool follows = recorded_at(static_cast<double>(last_period_) * period_);
-  if (follows && n > last_period_ + 1)
-    skipped_.fetch_add(static_cast<std::uint64_t>(n - last_period_ - 1), std::memory_order_relaxed);
-  last_period_ = n;
-  if (!recorded_at(middle)) return std::nullopt;
+  ++last_period_;
+  if (!exposed_at_time(middle)) return std::nullopt;
   const Stamp when = record.stamp + from_seconds(middle - record.plan_time);
   return TriggerRequest{when - from_seconds(delay()), when, std::numeric_limits<double>::quiet_NaN()};
 }

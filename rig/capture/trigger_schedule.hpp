@@ -43,7 +43,8 @@ class TriggerSchedule {
   std::optional<TriggerRequest> next_time(const CycleRecord& record) noexcept;
   std::optional<TriggerRequest> next_angle(const CycleRecord& record, const Segment& sweep) noexcept;
   void leave_sweep() noexcept;
-  bool recorded_at(double plan_time) const noexcept;
+  void pass_times(double soonest) noexcept;
+  bool exposed_at_time(double plan_time) const noexcept;
   double delay() const noexcept { return seconds(Duration{delay_ns_.load(std::memory_order_relaxed)}); }
 
   const ScanPlan& plan_;
@@ -56,8 +57,8 @@ class TriggerSchedule {
   std::atomic<std::uint64_t> skipped_{0};
 
   // The cycle's own.
-  std::optional<JointState> joints_;  // newest
-  std::int64_t last_period_ = std::numeric_limits<std::int64_t>::min();
+  std::optional<JointState> joints_;                                 // newest
+  std::int64_t last_period_ = -1;                                    // of those asked for or passed
   std::uint32_t sweep_ = std::numeric_limits<std::uint32_t>::max();  // segment of next_angle_
   std::int64_t next_angle_ = 0, last_angle_ = -1;                    // of that segment
 };

@@ -9,12 +9,15 @@
 #include "rig/session/event_kinds.hpp"
 #include "rig/session/frame_account.hpp"
 #include "tests/camera/gige_rig.hpp"
+#include "tests/support/machine_witness.hpp"
 #include "tests/support/mock_rig.hpp"
+#include "tests/trigger/planned_exposures.hpp"
 
 namespace tankrig {
 namespace {
 
 using namespace std::chrono_literals;
+using testing_support::kStarved;
 
 constexpr int kWidth = 160, kHeight = 120;
 constexpr double kSpacing = 4e-3;  // rad: 25 a second
@@ -50,7 +53,7 @@ struct WireRig : testing_support::MockRigUnder<MonotonicClock> {
     power_on();
   }
 
-  /// One scan with this trigger, in which every trigger has its fate.
+  /// One scan with this trigger, in which every exposure of the plan has its fate.
   ScanResult run(const TriggerSettings& trigger) {
     sim::GigeCameraSettings device;
     device.width = kWidth;
@@ -75,8 +78,26 @@ struct WireRig : testing_support::MockRigUnder<MonotonicClock> {
         *plan,   s, clock, *arm, *laser, {{&camera, RecordWhen::kAll, {}, trigger}}, sink, stop, interlock_closed,
         progress};
     const ScanResult result = run_scan(job);
+    const bool at_angles = trigger.mode == TriggerMode::kPosition;
+    planned_ = testing_support::planned_times(*plan, kPeriod, !at_angles) +
+               (at_angles ? testing_support::planned_angles(s, kSpacing) : 0);
     expect_every_trigger_has_its_fate(result, emulator, camera);
+    exposed_ = emulator.exposures();
+    sent_ = emulator.sent();
+    ignored_ = emulator.triggers_ignored();
     return result;
+  }
+
+  /// On a machine that keeps time: a trigger is late for its angle or time, or comes while the camera still exposes;
+  /// for no other reason is a frame of the plan missing.
+  void expect_nothing_else_lost(const ScanResult& result) const {
+    EXPECT_EQ(sent_, exposed_);
+    const std::uint64_t skipped = count(result, "trigger_skipped"), lost = count(result, "trigger_lost");
+    EXPECT_EQ(lost, ignored_);
+    EXPECT_EQ(sink.frames.size() + count(result, "not_recorded") + skipped + lost, planned_);
+    for (const auto& [reason, frames] : frame_reasons(result.counts, "mono"))
+      EXPECT_TRUE(reason == "not_recorded" || reason == "trigger_skipped" || reason == "trigger_lost")
+          << reason << " " << frames;
   }
 
   /// What was really exposed in that frame.
@@ -85,6 +106,8 @@ struct WireRig : testing_support::MockRigUnder<MonotonicClock> {
     return *std::min_element(truth_.begin(), truth_.end(),
                              [&](const Truth& a, const Truth& b) { return off(a) < off(b); });
   }
+
+  const testing_support::MachineWitness witness;
 
   static std::uint64_t count(const ScanResult& result, const char* reason) {
     const auto found = result.counts.find(std::string("mono.") + reason);
@@ -111,14 +134,16 @@ struct WireRig : testing_support::MockRigUnder<MonotonicClock> {
     EXPECT_EQ(count(result, "trigger_dropped") + count(result, "trigger_refused"), 0u);
     EXPECT_EQ(fired, emulator.exposures() + emulator.triggers_ignored()) << "each came to the camera";
     EXPECT_EQ(received.delivered + received.left_out(), emulator.sent()) << "each came back, or the driver counts it";
-    EXPECT_EQ(result.account.at("mono").expected,
-              fired + count(result, "trigger_skipped") + count(result, "trigger_unfired"));
+    EXPECT_EQ(fired + count(result, "trigger_skipped") + count(result, "trigger_unfired"), planned_)
+        << "each of the plan was given, or is counted";
+    EXPECT_EQ(result.account.at("mono").expected, planned_);
     EXPECT_EQ(result.account.at("mono").unaccounted, 0) << "each is recorded, or left out for a reason";
     for (const FrameRecord& f : sink.frames) EXPECT_NEAR(seconds(truth(f).middle - f.stamp), 0, 2e-3);
   }
 
   std::mutex mutex_;
   std::vector<Truth> truth_;
+  std::uint64_t planned_ = 0, exposed_ = 0, sent_ = 0, ignored_ = 0;
 };
 
 class GigeTrigger : public testing::GigeTest {};
@@ -126,10 +151,14 @@ class GigeTrigger : public testing::GigeTest {};
 TEST_F(GigeTrigger, ExposesAtEqualElbowAngles) {
   constexpr std::size_t kAngles = 31;
   WireRig rig;
+  ASSERT_EQ(testing_support::planned_angles(rig.s, kSpacing), kAngles);
   const ScanResult result = rig.run({TriggerMode::kPosition, kSpacing, std::nullopt});
   ASSERT_EQ(result.status, "complete");
   const auto frames = rig.sink.of("mono", Phase::kSweep);
   EXPECT_LE(frames.size(), kAngles);
+  TANKRIG_SKIP_IF_LATE(rig.witness, kStarved);
+  rig.expect_nothing_else_lost(result);
+  EXPECT_GE(frames.size() + rig.count(result, "trigger_skipped") + rig.count(result, "trigger_lost"), kAngles);
   ASSERT_GT(frames.size(), kAngles / 2);
   std::vector<double> off;
   for (const FrameRecord& f : frames) {
@@ -146,6 +175,8 @@ TEST_F(GigeTrigger, ExposesAtWholePeriodsOfThePlan) {
   WireRig rig;
   const ScanResult result = rig.run({TriggerMode::kSoftware, 0, std::nullopt});
   ASSERT_EQ(result.status, "complete");
+  TANKRIG_SKIP_IF_LATE(rig.witness, kStarved);
+  rig.expect_nothing_else_lost(result);
   Stamp zero;
   for (const auto& e : rig.sink.events)
     if (e.kind == event_kind::kPlan) zero = e.when;
