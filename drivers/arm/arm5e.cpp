@@ -11,8 +11,7 @@ namespace tankrig {
 namespace {
 
 constexpr double kNoAngle = std::numeric_limits<double>::quiet_NaN();
-constexpr int kPatience = 3;  // answer times that an arm which has been slow is waited for
-constexpr int kSlowFor = 10;  // answer times after which that is over
+constexpr int kPatience = 3;  // answer times after which no answer comes any more
 constexpr char kReadOnly[] = "arm: opened to be read only";
 constexpr auto kKeeperPeriod = std::chrono::milliseconds(50);
 constexpr int kKeeperPriority = 77;  // below the cycle's and the laser's: the light goes off first
@@ -145,33 +144,25 @@ Duration Arm5e::answer_time() const noexcept { return link_->exchange_time() + s
 
 void Arm5e::lose() noexcept {
   if (connected_) add(disconnects_);
-  connected_ = stop_sent_ = false;
+  connected_ = stop_sent_ = in_time_ = false;
+  stop_awaits_ = 0;
   gains_answered_ = false;
   gains_next_ = true;
   line_lost_ = link_->needs_reopen();
 }
 
-/// Nothing in an answer says to which request it is. An answer too many, or one that comes too late once more, shows an
-/// arm that is slow. `asked`: a request was outstanding.
-bool Arm5e::is_late(const ArmAnswer& answer, bool asked, Stamp now) noexcept {
-  in_doubt_ = answer.given_up && link_->outstanding() > 0;  // it may be to that one
-  if (answer.given_up) return true;
-  const bool surplus = !asked && now < quiet_until_;
-  const bool slow = surplus || answer.read > asked_at_ + answer_time();
-  const bool probe = probes_ && now >= probe_again_;
-  if (probe || surplus || (slow && now < slow_until_)) quiet_until_ = sent_at_ + kPatience * answer_time();
-  if (probe) {
-    probes_ = false;
-    probe_again_ = now + kSlowFor * answer_time();
-  }
-  if (slow) slow_until_ = now + kSlowFor * answer_time();
-  return slow;
+/// Nothing in an answer says to which request it is: one that is later than any may be comes in the next one's time, so
+/// the first after a gap is not believed. `asked`: a request was outstanding.
+bool Arm5e::is_late(const ArmAnswer& answer, bool asked) noexcept {
+  const bool in_time = asked && answer.read <= asked_at_ + answer_time();
+  return !std::exchange(in_time_, in_time) || !in_time;
 }
 
 /// The answer to the gains, or readings, which become a state once the encoders are believed.
 std::optional<JointState> Arm5e::take(const ArmAnswer& answer, bool asked, Stamp now) noexcept {
   add(exchanges_);
-  const bool late = is_late(answer, asked, now);
+  if (stop_awaits_ > 0) --stop_awaits_;
+  const bool late = is_late(answer, asked);
   if (late) add(late_answers_);
   const bool sensors = answer.sensors && !late;
   if (sensors) heard_.of(answer.has, now);
@@ -338,8 +329,12 @@ void Arm5e::set_demand(const std::array<double, kJoints>& ticks_per_s, Stamp now
 
 /// The request is altered where that means nothing, for an arm that went mute. If nobody has listened since it was
 /// sent, its answer may well lie there unread: that is not a time-out.
-void Arm5e::give_up(Stamp now) noexcept {
-  link_->give_up(now);
+void Arm5e::repeat(Stamp now) noexcept {
+  next_send_ = now;
+  if (listened_ >= sent_at_ + kPatience * answer_time()) {
+    link_->forget();
+    in_time_ = false;
+  }
   if (listened_ <= sent_at_) return;
   add(timeouts_);
   add(mute_retries_);
@@ -348,20 +343,12 @@ void Arm5e::give_up(Stamp now) noexcept {
 }
 
 /// Sends what is due: the gains first, then the newest demands, at the exchange rate; `at_once` only rest may be sent.
-/// Where an answer came that was counted to a request given up, and none after it, it was to this one after all; unless
-/// the arm is slow: so after an answer to come nothing is asked for as long as one too many may take.
 Status Arm5e::pump(Stamp now, bool at_once) noexcept {
-  if (link_->outstanding() > 0 && now >= deadline_) {
-    if (in_doubt_ && listened_ >= deadline_) {
-      link_->forget();
-      probes_ = true;
-    } else {
-      give_up(now);
-    }
-    next_send_ = now;
-  }
+  const int patience = stop_awaits_ > 0 && !driven_ ? 1 : kPatience;
+  const bool unanswered = link_->outstanding() > 0 && now >= sent_at_ + patience * answer_time();
+  if (unanswered) repeat(now);
   if (!at_once) {
-    if (link_->outstanding() > 0 || now < quiet_until_) return {};
+    if (link_->outstanding() > 0 && !unanswered) return {};
     const Duration slack = std::min<Duration>(period_ / 8, std::chrono::milliseconds(1));
     if (now + slack < next_send_) return {};
   }
@@ -381,11 +368,12 @@ Status Arm5e::pump(Stamp now, bool at_once) noexcept {
   if (gains) {
     gains_next_ = false;
   } else {
-    stop_sent_ = rest && (exchange.whole() || stop_sent_);
+    const bool stopped = std::exchange(stop_sent_, rest && (exchange.whole() || stop_sent_));
+    if (!stopped || !stop_sent_) stop_awaits_ = stop_sent_ ? link_->outstanding() : 0;
     if (!at_once) schedule_.advance();
   }
   sent_at_ = now;
-  deadline_ = now + (now < slow_until_ ? kPatience : 1) * answer_time();
+  stop_awaits_ = std::min(stop_awaits_, link_->outstanding());
   next_send_ = next_send_ + period_;
   if (next_send_ <= now) next_send_ = now + period_;
   return {};

@@ -25,9 +25,9 @@ namespace tankrig {
 /// With a fast joint, set-points and readings of the others take kFastRound exchanges to come round; stop() and the
 /// first request after a silence are whole all the same. An arm of which anything has not been heard of is silent.
 ///
-/// The encoders were read at some time between a request and its answer. An answer that comes later than a request is
-/// waited for does not tell when, nor do as many answers as requests were given up (GivenUp): they are counted and
-/// left. An arm that is slow is asked nothing until no answer can be on its way, and waited for longer.
+/// The encoders were read at some time between a request and its answer, and nothing in an answer says to which request
+/// it is. So nothing but a stop is sent while an answer may still come, and one that comes too late, unasked, or first
+/// after such a one or after none, is counted and left.
 ///
 /// Faults, each told once by try_read and then kept until clear_faults(): over-current, water, encoders that lost their
 /// reference, an axis beyond its limits, a machine that was suspended. The arm is stopped, set-points are refused,
@@ -103,7 +103,7 @@ class Arm5e final : public Arm {
   Status refusal(Stamp now, bool by_ticks) const noexcept;
   Result<std::optional<JointState>> drain(Stamp now) noexcept;
   std::optional<JointState> take(const ArmAnswer& answer, bool asked, Stamp now) noexcept;
-  bool is_late(const ArmAnswer& answer, bool asked, Stamp now) noexcept;
+  bool is_late(const ArmAnswer& answer, bool asked) noexcept;
   void note(const ArmAnswer& answer) noexcept;
   JointState state() const noexcept;
   void watch(const JointState& state) noexcept;
@@ -111,7 +111,7 @@ class Arm5e final : public Arm {
   bool silent(Stamp now) const noexcept;
   Duration answer_time() const noexcept;
   void lose() noexcept;
-  void give_up(Stamp now) noexcept;
+  void repeat(Stamp now) noexcept;
   Status pump(Stamp now, bool at_once) noexcept;
   Status send(const ArmExchange& exchange, Stamp now) noexcept;
   ArmDemands limited(ArmDemands demands) const noexcept;
@@ -140,13 +140,11 @@ class Arm5e final : public Arm {
   bool gains_next_ = true, gains_answered_ = false, gains_last_ = false;
   bool wobble_ = false;     ///< which of two equivalent frames is sent
   bool stop_sent_ = false;  ///< every joint's newest demand on the wire is rest
-  bool in_doubt_ = false;   ///< the newest answer was counted to a request given up, and one is outstanding
-  bool probes_ = false;     ///< whether that was decided rightly is to be seen after the next answer
+  bool in_time_ = false;    ///< the newest answer was
+  int stop_awaits_ = 0;     ///< answers up to the one to a stop
   bool connected_ = true, was_silent_ = false;
-  Stamp next_send_{}, sent_at_{}, deadline_{}, listened_{};
-  Stamp asked_at_{};                    ///< the oldest request that is not answered
-  Stamp slow_until_{}, probe_again_{};  ///< answers are waited for longer; the next probe may be made
-  Stamp quiet_until_{};                 ///< nothing is asked
+  Stamp next_send_{}, sent_at_{}, listened_{};
+  Stamp asked_at_{};  ///< the oldest request that is not answered, or an older one
   ArmFaults faults_;
   SuspendWatch suspend_watch_;
 
@@ -171,7 +169,8 @@ class Arm5e final : public Arm {
 };
 
 /// Opens the carrier, checks its load, loads the zero file if it is there; with one in the settings the arm is only
-/// read until begin_motion().  Errors: InputError that says what to do.
+/// read until begin_motion(). Says nothing to an arm that another program moves.
+/// Errors: InputError that says what to do.
 std::unique_ptr<Arm5e> open_arm5e(const Arm5eSettings& settings, const ArmModel& model, const Clock& clock);
 
 }  // namespace tankrig

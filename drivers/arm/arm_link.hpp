@@ -17,10 +17,9 @@ using ArmDemands = std::array<DemandSlot, kJoints>;  ///< in the order of `Joint
 
 /// What the arm answered to one request.
 struct ArmAnswer {
-  Stamp read{};           ///< when the encoders were read
-  bool sensors = false;   ///< else an echo or an acknowledgement
-  bool given_up = false;  ///< to a request that was given up: the one that is outstanding may still be answered
-  ArmExchange has{};      ///< what has come with it; the rest of what follows is older
+  Stamp read{};          ///< when the encoders were read
+  bool sensors = false;  ///< else an echo or an acknowledgement
+  ArmExchange has{};     ///< what has come with it; the rest of what follows is older
   std::array<SensorSlot, kJoints> joints{};
   MasterBytes master;
 };
@@ -34,32 +33,7 @@ struct ArmLinkCounters {
   std::uint64_t reopened = 0;
 };
 
-/// Requests that were given up: as many of the next answers are theirs, until kLatest after the last was given up.
-/// RT: safe.
-class GivenUp {
- public:
-  static constexpr Duration kLatest = std::chrono::milliseconds(100);
-
-  void add(int requests, Stamp now) noexcept {
-    if (requests == 0) return;
-    count_ = (now > until_ ? 0 : count_) + requests;
-    until_ = now + kLatest;
-  }
-  /// An answer has come: is it to one of them?
-  bool answered(Stamp now) noexcept {
-    if (now > until_) count_ = 0;
-    if (count_ == 0) return false;
-    --count_;
-    return true;
-  }
-  void forget() noexcept { count_ = 0; }
-
- private:
-  int count_ = 0;
-  Stamp until_{};
-};
-
-/// One request is on its way at a time; a stop may overtake.
+/// One request is on its way at a time; a stop may overtake. An answer is to the oldest that is outstanding.
 /// Threads: one at a time, except where said.  RT: all but reopen().
 class ArmLink {
  public:
@@ -78,11 +52,9 @@ class ArmLink {
   /// Next whole answer that has come; nothing if none.  Errors: kDisconnected and what the carrier says.
   virtual Result<std::optional<ArmAnswer>> try_receive(Stamp now) noexcept = 0;
 
-  /// Requests sent, not answered and not given up.
+  /// Requests sent, not answered and not forgotten.
   virtual int outstanding() const noexcept = 0;
-  /// Waits for them no longer, and drops any part of an answer. What comes of them is marked ArmAnswer::given_up.
-  virtual void give_up(Stamp now) noexcept = 0;
-  /// Likewise, but nothing more will come, neither of them nor of those given up before.
+  /// Nothing will come of them any more; drops any part of an answer.
   virtual void forget() noexcept = 0;
 
   /// After kDisconnected, from a thread that may wait.  Errors: kNotReady while the device is away.

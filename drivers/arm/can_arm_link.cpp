@@ -134,7 +134,7 @@ const ArmExchange& CanArmLink::asked() const noexcept {
   return outstanding_ > 0 ? asked_[0] : kWhole;
 }
 
-Result<std::optional<ArmAnswer>> CanArmLink::try_receive(Stamp now) noexcept {
+Result<std::optional<ArmAnswer>> CanArmLink::try_receive(Stamp) noexcept {
   for (;;) {
     const auto received = bus_->try_receive();
     if (!received.ok()) return received.error();
@@ -151,8 +151,7 @@ Result<std::optional<ArmAnswer>> CanArmLink::try_receive(Stamp now) noexcept {
     }
     if (!take(frame, meaning)) continue;
     ++counters_.answers;
-    answer_.given_up = given_up_.answered(now);
-    if (!answer_.given_up && outstanding_ > 0) {
+    if (outstanding_ > 0) {
       std::shift_left(asked_.begin(), asked_.end(), 1);
       --outstanding_;
     }
@@ -204,14 +203,7 @@ bool CanArmLink::take(const CanFrame& frame, Meaning meaning) noexcept {
   return true;
 }
 
-void CanArmLink::give_up(Stamp now) noexcept {
-  given_up_.add(outstanding_, now);
-  outstanding_ = 0;
-  forget_partial_answer();
-}
-
 void CanArmLink::forget() noexcept {
-  given_up_.forget();
   outstanding_ = 0;
   forget_partial_answer();
 }

@@ -50,7 +50,6 @@ class CanArmLink final : public ArmLink {
   void send_regardless(const ArmDemands& demands) const noexcept override;
   Result<std::optional<ArmAnswer>> try_receive(Stamp now) noexcept override;
   int outstanding() const noexcept override { return outstanding_; }
-  void give_up(Stamp now) noexcept override;
   void forget() noexcept override;
   Status reopen() noexcept override;
   bool needs_reopen() const noexcept override;
@@ -80,7 +79,6 @@ class CanArmLink final : public ArmLink {
   Duration encoder_latency_;
   std::array<Meaning, 0x800> meanings_{};
   int outstanding_ = 0;
-  GivenUp given_up_;
   std::array<ArmExchange, kInFlight> asked_{};  ///< by the requests that are outstanding, oldest first
   JointSet arrived_ = 0;                        ///< sensors of the answer that is coming in
   bool master_arrived_ = false;

@@ -87,14 +87,13 @@ Result<std::optional<ArmAnswer>> SerialArmLink::try_receive(Stamp now) noexcept 
 
 /// A line tells nobody when a byte came, only between which two looks; the encoders were read an answer's time before.
 /// An arm that answers at once reads them when the request has come: where that lies between the two, it is the moment,
-/// else the middle is. An answer that comes sooner than the wire allows belongs to a request given up before.
+/// else the middle is.
 ArmAnswer SerialArmLink::answer(Stamp now) noexcept {
   const Duration answering = frame_time_ + encoder_latency_;
   const Stamp earliest = std::min(looked_, now) - answering, latest = now - answering;
   ArmAnswer answer;
   answer.read = earliest + (latest - earliest) / 2;
-  answer.given_up = given_up_.answered(now);
-  if (!answer.given_up && outstanding_ > 0) {
+  if (outstanding_ > 0) {
     const Stamp asked = sent_[0] + frame_time_;
     if (earliest <= asked && asked <= latest) answer.read = asked;
     std::copy(sent_.begin() + 1, sent_.end(), sent_.begin());
@@ -114,14 +113,7 @@ ArmAnswer SerialArmLink::answer(Stamp now) noexcept {
   return answer;
 }
 
-void SerialArmLink::give_up(Stamp now) noexcept {
-  given_up_.add(outstanding_, now);
-  outstanding_ = 0;
-  decoder_.give_up();
-}
-
 void SerialArmLink::forget() noexcept {
-  given_up_.forget();
   outstanding_ = 0;
   decoder_.give_up();
 }

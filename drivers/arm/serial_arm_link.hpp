@@ -22,7 +22,6 @@ class SerialArmLink final : public ArmLink {
   void send_regardless(const ArmDemands& demands) const noexcept override;
   Result<std::optional<ArmAnswer>> try_receive(Stamp now) noexcept override;
   int outstanding() const noexcept override { return outstanding_; }
-  void give_up(Stamp now) noexcept override;
   void forget() noexcept override;
   Status reopen() noexcept override;
   bool needs_reopen() const noexcept override { return port_.descriptor() < 0; }
@@ -45,7 +44,6 @@ class SerialArmLink final : public ArmLink {
   std::size_t unsent_ = 0;  ///< bytes at the end of `sending_` that the line has not taken yet
   std::array<Stamp, kInFlight> sent_{};
   int outstanding_ = 0;
-  GivenUp given_up_;
   std::array<std::uint8_t, kReadAtOnce> buffer_{};
   std::size_t read_ = 0, taken_ = 0;  ///< of the buffer
   Stamp looked_{};                    ///< the last look before this one

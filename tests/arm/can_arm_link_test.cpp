@@ -167,12 +167,12 @@ TEST(CanArmLink, KeepsAWholeRequestThatOvertookAFastOneApart) {
   EXPECT_EQ(bench.link.counters().incomplete, 0U);
 }
 
-TEST(CanArmLink, DoesNotStampAnAnswerWithTheLeftoversOfOneGivenUp) {
+TEST(CanArmLink, DoesNotStampAnAnswerWithTheLeftoversOfOneForgotten) {
   Bench bench;
   ASSERT_TRUE(bench.link.try_send(ArmDemands{}, {only(kElbow), only(kElbow) | only(kSlew), false}, {}).ok());
   bench.receive(0x183, std::vector<std::uint8_t>(8), Stamp{1'000'000});
   EXPECT_FALSE(bench.answer());
-  bench.link.give_up({});
+  bench.link.forget();
   bench.receive(0x181, std::vector<std::uint8_t>(8), Stamp{2'000'000});  // late
   EXPECT_FALSE(bench.answer());
   ASSERT_TRUE(bench.link.try_send(ArmDemands{}, {only(kElbow), only(kElbow) | only(kSlew), false}, {}).ok());
@@ -201,7 +201,7 @@ TEST(CanArmLink, AccountsForEveryFrameOfRandomTraffic) {
     wrong_lengths += ours && bytes.size() != (master ? 3U : 8U);
     bench.receive(id, bytes, Stamp{i * 100'000LL});
     while (bench.answer()) ++whole;
-    if (random() % 100 == 0) bench.link.give_up({});
+    if (random() % 100 == 0) bench.link.forget();
   }
   const ArmLinkCounters c = bench.link.counters();
   EXPECT_EQ(c.wrong_ids, wrong_ids) << "seed " << kSeed;

@@ -41,10 +41,11 @@ struct StillArm {
     all.fill(raw);
     answer(all);
   }
-  void answer(const std::array<std::uint16_t, kJoints>& raw) {
+  void answer(const std::array<std::uint16_t, kJoints>& raw, std::uint8_t temperature = 0) {
     bus->waiting.push_back({settings.can_ids.master, 3, {}, clock.now()});
     for (std::size_t j = 0; j < kJoints; ++j)
-      bus->waiting.push_back({settings.can_ids.sensors[j], 8, encode(SensorSlot{.position = raw[j]}), clock.now()});
+      bus->waiting.push_back({settings.can_ids.sensors[j], 8,
+                              encode(SensorSlot{.position = raw[j], .temperature = temperature}), clock.now()});
   }
 
   /// The newest demand of each joint on the bus.

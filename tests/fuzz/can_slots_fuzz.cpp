@@ -57,7 +57,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
       schedule.advance();
     }
     if (wish == 2) (void)link.try_send(PidSlot{}, now);
-    if (wish == 3) link.give_up(now);
+    if (wish == 3) link.forget();
     waiting.push_back(frame_of(bytes + at, now));
     const auto answer = link.try_receive(now);
     if (!answer.ok()) std::abort();  // the bus never fails

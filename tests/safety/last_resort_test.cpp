@@ -70,7 +70,6 @@ class DoomedLink final : public ArmLink {
   void send_regardless(const ArmDemands& demands) const noexcept override { link_->send_regardless(demands); }
   Result<std::optional<ArmAnswer>> try_receive(Stamp now) noexcept override { return link_->try_receive(now); }
   int outstanding() const noexcept override { return link_->outstanding(); }
-  void give_up(Stamp now) noexcept override { link_->give_up(now); }
   void forget() noexcept override { link_->forget(); }
   Status reopen() noexcept override { return link_->reopen(); }
   bool needs_reopen() const noexcept override { return link_->needs_reopen(); }
