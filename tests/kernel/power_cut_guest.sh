@@ -1,5 +1,5 @@
 #!/bin/bash
-# What power_cut.sh runs in its guests:  end TEST | check TEST | record TEST MOMENT | verify TEST HANDED_OVER
+# What power_cut.sh runs in its guests:  end TEST | check TEST | record TEST MOMENT | verify TEST HANDED_OVER WAS_LATE
 set -euo pipefail
 here=$(cd -- "$(dirname -- "$(readlink -f -- "${BASH_SOURCE[0]}")")" && pwd)
 what=$1 program=$2
@@ -16,7 +16,7 @@ case $what in
   check) exec "$here/guest_test.sh" "$program" 'CutRecording.IsWholeIfItHadEnded' ;;
   record) CUT_AFTER_S=$3 "$program" --gtest_filter='CutRecording.RunsUntilTheSupplyGoes' ;;
   verify)
-    export CUT_HANDED_OVER=$3
+    export CUT_HANDED_OVER=$3 CUT_WAS_LATE=$4
     exec "$here/guest_test.sh" "$program" 'CutRecording.LostAtMostItsLastSecond'
     ;;
 esac

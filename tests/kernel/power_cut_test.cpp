@@ -11,6 +11,7 @@
 #include "rig/session/checksums.hpp"
 #include "rig/session/session_recover.hpp"
 #include "tests/session/some_session.hpp"
+#include "tests/support/machine_witness.hpp"
 
 namespace tankrig::test {
 namespace {
@@ -20,6 +21,8 @@ using SteadyClock = std::chrono::steady_clock;
 
 constexpr auto kFramePeriod = 20ms;
 constexpr int kJointsPerFrame = 4, kEndedFrames = 50;
+constexpr Duration kBearable = 100ms;  // each thread on the way to the disk as late: a second is still enough
+constexpr int kMostHeld_ms = 250;      // of a caller, by a recorder that waits for no disk
 
 std::string from_script(const char* name) {
   const char* value = std::getenv(name);
@@ -60,52 +63,65 @@ TEST(CutRecording, IsWholeIfItHadEnded) {
   expect_pictures(session, kEndedFrames);
 }
 
-/// Says what was handed over, and when: what was said is known to the host, whatever becomes of the guest.
+/// Says what was handed over, when, and how long that held it at most: what was said is known to the host, whatever
+/// becomes of the guest. Says too if the machine was late, whoever it was that waited.
 TEST(CutRecording, RunsUntilTheSupplyGoes) {
   const auto cut = std::chrono::duration<double>(std::stod(from_script("CUT_AFTER_S")));
   SessionWriter writer(from_script("CUT_SESSION"), info(), {.wait_when_full = false});
+  const testing_support::MachineWitness witness;
   const auto begin = SteadyClock::now();
-  SteadyClock::duration latest{};
+  SteadyClock::duration held{};
   bool told = false;
   for (int i = 0; SteadyClock::now() - begin < 60s; ++i) {
+    const auto before = SteadyClock::now();
     for (int j = 0; j < kJointsPerFrame; ++j) writer.joints(some_joints(i * kJointsPerFrame + j));
     writer.frame(some_frame(i), test_image(i));
     const auto now = SteadyClock::now();
-    std::printf("handed over frames=%d at_ms=%d late_ms=%d\n", i + 1, milliseconds(now - begin), milliseconds(latest));
+    held = std::max(held, now - before);
+    std::printf("handed over frames=%d at_ms=%d held_ms=%d\n", i + 1, milliseconds(now - begin), milliseconds(held));
+    if (const Duration late = witness.latest(); late > kBearable)
+      std::printf("%s\n", testing_support::machine_was_late(late, kBearable).c_str());
     if (!told && now - begin > cut) told = std::printf("now\n") > 0;
     std::fflush(stdout);
-    const auto due = begin + (i + 1) * kFramePeriod;
-    std::this_thread::sleep_until(due);
-    latest = std::max(latest, SteadyClock::now() - due);
+    std::this_thread::sleep_until(begin + (i + 1) * kFramePeriod);
   }
   FAIL() << "the supply did not go";
 }
 
 TEST(CutRecording, LostAtMostItsLastSecond) {
   struct Said {
-    int frames = 0, at_ms = 0;
+    int frames = 0, at_ms = 0, held_ms = 0;
   };
   std::vector<Said> said;
   std::istringstream lines(from_script("CUT_HANDED_OVER"));
   for (std::string line; std::getline(lines, line);) {
     Said s;
-    ASSERT_EQ(std::sscanf(line.c_str(), "handed over frames=%d at_ms=%d", &s.frames, &s.at_ms), 2) << line;
+    ASSERT_EQ(std::sscanf(line.c_str(), "handed over frames=%d at_ms=%d held_ms=%d", &s.frames, &s.at_ms, &s.held_ms),
+              3)
+        << line;
     said.push_back(s);
   }
   ASSERT_FALSE(said.empty());
   std::size_t needed = 0;
-  for (const Said& s : said)
-    if (s.at_ms <= said.back().at_ms - 1000) needed = static_cast<std::size_t>(s.frames);
-  ASSERT_GT(needed, 20u) << "cut too early to show anything";
+  if (from_script("CUT_WAS_LATE").empty()) {
+    EXPECT_LE(said.back().held_ms, kMostHeld_ms) << "the recorder held its caller";
+    for (const Said& s : said)
+      if (s.at_ms <= said.back().at_ms - 1000) needed = static_cast<std::size_t>(s.frames);
+    ASSERT_GT(needed, 20u) << "cut too early to show anything";
+  }
 
   const std::filesystem::path session = from_script("CUT_SESSION");
   const SessionFindings found = examine_session(session, {});
-  std::printf("%d frames handed over, %zu there, %zu needed\n", said.back().frames, found.frames.records.size(),
-              needed);
+  std::printf("%d frames handed over, %zu there, %zu needed; a caller held for %d ms at most\n", said.back().frames,
+              found.frames.records.size(), needed, said.back().held_ms);
   EXPECT_GE(found.frames.records.size(), needed);
   EXPECT_GE(found.joints.records.size(), needed * kJointsPerFrame);
   EXPECT_FALSE(found.whole());
-  EXPECT_TRUE(recover_session(session, {}).finished);
+  EXPECT_EQ(recover_session(session, {}).finished, found.usable());
+  if (!found.usable()) {
+    EXPECT_EQ(needed, 0u);
+    return;
+  }
   EXPECT_TRUE(examine_session(session, {}).whole());
   expect_pictures(session, found.frames.records.size());
 }
