@@ -129,8 +129,12 @@ int arm_status(const ArmCommandOptions& options) {
   if (!backend->laser_unknown().empty()) progress.warn(backend->laser_unknown());
   ArmReport report = listen(backend->arm(), backend->clock());
   if (Arm5e* const arm = backend->homed_arm()) {
-    arm->keep_loss();
     report.why_not_homed = arm->why_not_homed();
+    try {
+      arm->keep_loss();
+    } catch (const InputError& e) {
+      progress.warn(std::string("the loss of the arm's zero is not kept: ") + e.what());
+    }
   }
   if (options.json)
     print_json(json_of(report, rig, backend->arm()));

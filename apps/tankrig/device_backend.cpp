@@ -97,7 +97,7 @@ std::unique_ptr<Camera> open_camera(const RigCamera& camera, const ConfigNode& n
   return opened;
 }
 
-/// The laser first: it is off from here on, whatever else cannot be opened.
+/// Unless another program is at it, the laser first: it is off from here on, whatever else cannot be opened.
 class DeviceBackend final : public Backend {
  public:
   DeviceBackend(const RigConfig& rig, const BackendOptions& options)
@@ -112,6 +112,12 @@ class DeviceBackend final : public Backend {
     };
     const std::filesystem::path& runtime = emulation_.runtime();
     const Need& need = options.need;
+    if (need.arm) {
+      const ConfigNode arm = devices_.child("arm");
+      arm.choice("driver", {"arm5e"});
+      arm_settings_ = arm5e_settings_from(arm, runtime, options.carrier);
+      check_nobody_moves(arm_settings_.zero_file);  // the laser is that program's too
+    }
     std::optional<RelayLaserSettings> laser_settings;
     if (need.laser || devices_.has("laser")) {
       const ConfigNode laser = devices_.child("laser");
@@ -128,9 +134,6 @@ class DeviceBackend final : public Backend {
       }
     }
     if (need.arm) {
-      const ConfigNode arm = devices_.child("arm");
-      arm.choice("driver", {"arm5e"});
-      arm_settings_ = arm5e_settings_from(arm, runtime, options.carrier);
       if (laser_settings) check_goes_off_first(devices_.child("laser"), *laser_settings, arm_settings_.watchdog);
       arm_ = open("arm", [&] { return open_arm5e(arm_settings_, rig.arm, clock_); });
       links_.emplace(*arm_, rig.arm, rig.backlash_ticks);

@@ -12,12 +12,28 @@
 #include "core/utc.hpp"
 
 namespace tankrig {
+namespace {
+
+/// The lock that whoever moves the arm holds; none if there is no such file and it is not to be made.
+OwnedDescriptor lock(const std::filesystem::path& zero_file, int kind, bool make) {
+  const std::string name = zero_file.string() + ".lock";
+  OwnedDescriptor fd(::open(name.c_str(), O_RDONLY | O_CLOEXEC | (make ? O_CREAT : 0), 0666));
+  if (fd ? ::flock(fd.get(), kind | LOCK_NB) == 0 : !make) return fd;
+  if (errno == EWOULDBLOCK) throw InputError(zero_file, "another program is moving the arm; wait for it to end");
+  throw InputError(zero_file, std::string("cannot be locked: ") + std::strerror(errno));
+}
+
+}  // namespace
+
+void check_nobody_moves(const std::filesystem::path& zero_file) {
+  if (!zero_file.empty()) (void)lock(zero_file, LOCK_SH, false);
+}
 
 ZeroProof::ZeroProof(std::filesystem::path file, JointSet driven) : file_(std::move(file)), driven_(driven) {
+  check_nobody_moves(file_);
   if (!std::filesystem::exists(file_)) return;
   zero_ = load_arm_zero(file_);
   doubt_ = !zero_->voided.empty() ? Doubt::kVoided : zero_->exit ? Doubt::kUndecided : Doubt::kNoExit;
-  moved_by_another_ = doubt_ == Doubt::kNoExit && !lock(false) && errno == EWOULDBLOCK;
 }
 
 bool ZeroProof::judge(const std::array<std::uint16_t, kJoints>& raw) noexcept {
@@ -44,42 +60,25 @@ std::string ZeroProof::why_not() const {
     case Doubt::kNoFile:
       return "there is no zero file " + file_.string();
     case Doubt::kVoided:
-      return "its zero of " + zero_->taken + " holds no longer: " + zero_->voided;
+      return "its zero of " + zero_->taken + " is no longer valid: " + zero_->voided;
     case Doubt::kNoExit:
-      return moved_by_another_ ? "another program moves it"
-                               : "the program that moved it last left no record of an orderly end in " + file_.string();
+      return "the program that moved it last left no record of an orderly end in " + file_.string();
     case Doubt::kElsewhere:
       return reads() + ", but " + std::to_string(zero_->exit->raw[joint_]) + " where it was left at " +
-             zero_->exit->at + ": it was without supply, or moved by somebody else";
+             zero_->exit->at + ": it lost power, or somebody else moved it";
     case Doubt::kPowerUp:
       return reads() + ", as after power-up; it was left at " + zero_->exit->at;
   }
   return "its zero is in doubt";
 }
 
-/// errno is EWOULDBLOCK where another program has it.
-OwnedDescriptor ZeroProof::lock(bool create) const {
-  const std::string name = file_.string() + ".lock";
-  OwnedDescriptor fd(::open(name.c_str(), O_RDONLY | O_CLOEXEC | (create ? O_CREAT : 0), 0666));
-  if (fd && ::flock(fd.get(), LOCK_EX | LOCK_NB) != 0) {
-    const int error = errno;
-    fd.reset();
-    errno = error;
-  }
-  return fd;
-}
-
 void ZeroProof::begin_motion() {
-  lock_ = lock(true);
-  if (!lock_)
-    throw InputError(file_, errno == EWOULDBLOCK
-                                ? std::string("another program moves the arm, expected it to have ended")
-                                : std::string("cannot be locked: ") + std::strerror(errno));
+  lock_ = lock(file_, LOCK_EX, true);
   if (!zero_) return;
   const bool believed = doubt_ == Doubt::kNone || doubt_ == Doubt::kUndecided;
   if (believed && (!std::filesystem::exists(file_) || load_arm_zero(file_) != *zero_)) {
     lock_.reset();
-    throw InputError(file_, "has been written since this program began: begin anew");
+    throw InputError(file_, "changed since this command started: run it again");
   }
   ArmZero unproven = *zero_;
   unproven.exit.reset();
@@ -93,12 +92,16 @@ void ZeroProof::replace(const ArmZero& zero) {
 
 void ZeroProof::void_it(const std::string& why) {
   if (!zero_ || doubt_ == Doubt::kVoided) return;
+  const ArmZero loaded = *zero_;
   zero_->voided = why + ", noticed at " + utc_now();
   zero_->exit.reset();
   doubt_ = Doubt::kVoided;
-  if (lock_) return save_arm_zero(file_, *zero_);
-  if (const OwnedDescriptor mine = lock(true)) return save_arm_zero(file_, *zero_);
-  if (errno != EWOULDBLOCK) throw InputError(file_, std::string("cannot be locked: ") + std::strerror(errno));
+  OwnedDescriptor mine;
+  if (!lock_) {
+    mine = lock(file_, LOCK_EX, true);
+    if (!std::filesystem::exists(file_) || load_arm_zero(file_) != loaded) return;
+  }
+  save_arm_zero(file_, *zero_);
 }
 
 void ZeroProof::end_motion(const std::optional<std::array<std::uint16_t, kJoints>>& at_rest) {

@@ -13,6 +13,10 @@
 
 namespace tankrig {
 
+/// Before anything is said to an arm or its laser.
+/// Errors: InputError where another program moves the arm whose zero is kept there.
+void check_nobody_moves(const std::filesystem::path& zero_file);
+
 /// A zero is believed if the program that moved the arm last saw it at rest at its end and kept that posture in the
 /// file, if the encoders read the same now, within kSettled, and if no joint that homing drives reads as at power-up.
 /// While a program may move the arm, the file holds no such posture, so that whoever is killed leaves no proof; that
@@ -22,7 +26,8 @@ class ZeroProof {
   /// An encoder at rest wavers by a tick, and an arm left to itself settles by a few: 5 ticks of the elbow are 2 mrad.
   static constexpr int kSettled = 5;
 
-  /// Loads the file if it is there. `driven`: the joints that homing drives.  Errors: InputError.
+  /// Loads the file if it is there. `driven`: the joints that homing drives.
+  /// Errors: InputError, also where another program moves the arm.
   ZeroProof(std::filesystem::path file, JointSet driven);
 
   const std::filesystem::path& file() const noexcept { return file_; }
@@ -39,8 +44,8 @@ class ZeroProof {
   void begin_motion();
   /// The zero that homing found, kept by whoever homed.
   void replace(const ArmZero& zero);
-  /// It holds no longer; on disk too, unless another program moves the arm: that one sees it as well.
-  /// Errors: InputError.
+  /// It holds no longer; on disk too, unless another program has written the file since: what that one left is its own.
+  /// Errors: InputError, also where another program moves the arm.
   void void_it(const std::string& why);
   /// At the end: the posture of an arm that is seen at rest; nothing of another. Gives the lock back.
   /// Errors: InputError.
@@ -49,13 +54,10 @@ class ZeroProof {
  private:
   enum class Doubt : std::uint8_t { kNone, kUndecided, kNoFile, kVoided, kNoExit, kElsewhere, kPowerUp };
 
-  OwnedDescriptor lock(bool create) const;
-
   std::filesystem::path file_;
   JointSet driven_;
   std::optional<ArmZero> zero_;
   Doubt doubt_ = Doubt::kNoFile;
-  bool moved_by_another_ = false;
   std::size_t joint_ = 0;   ///< the one in doubt
   std::uint16_t read_ = 0;  ///< what it reads
   OwnedDescriptor lock_;

@@ -1,11 +1,14 @@
 #include "drivers/arm/arm5e.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
 
+#include "core/input_error.hpp"
 #include "drivers/arm/homing.hpp"
+#include "sim_backends/wire/can_hub.hpp"
 #include "tests/arm/arm_bench.hpp"
 
 namespace tankrig::sim {
@@ -112,6 +115,32 @@ TEST_P(Arm5eOn, FindsItsZerosThoughEncodersReadZeroNowAndThen) {
       EXPECT_LE(std::abs(static_cast<std::int16_t>(homed.axes[j]->raw_at_zero - truth[j])), 2)
           << kJointNames[j] << ", time " << time << ", seed " << bench.parameters.seed;
   }
+}
+
+TEST(OpenArm5e, SaysNothingToAnArmThatAnotherProgramMoves) {
+  ArmBench bench;
+  const CanHubSettings bus{.path = bench.folder.path() / "bus"};
+  CanHub hub(bus);
+  CanSettings listener;
+  listener.interface = bench.settings.can.interface = "unix:" + bus.path.string();
+  const auto ear = open_can(listener, bench.clock);
+  std::size_t frames = 0;
+  const auto hears = [&](std::size_t wanted) {
+    return bench.until([&] {
+      for (auto news = ear->try_receive(); news.ok() && news.value(); news = ear->try_receive()) ++frames;
+      return frames >= wanted;
+    });
+  };
+  bench.settings.zero_file = bench.folder.path() / "zero.yaml";
+  const auto mover = open_arm5e(bench.settings, bench.model, bench.clock);
+  mover->begin_motion();
+  EXPECT_TRUE(hears(kJoints)) << "its stop";
+  EXPECT_THAT(message_of<InputError>([&] { open_arm5e(bench.settings, bench.model, bench.clock); }),
+              ::testing::HasSubstr("another program is moving the arm; wait for it to end"));
+  mover->end_motion(false);
+  const auto next = open_arm5e(bench.settings, bench.model, bench.clock);
+  EXPECT_TRUE(hears(2 * kJoints));
+  EXPECT_EQ(frames, 2 * kJoints) << "of the one that was refused too";
 }
 
 }  // namespace

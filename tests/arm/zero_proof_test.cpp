@@ -88,7 +88,8 @@ TEST(ZeroProof, DoesNotBelieveAnArmThatStandsElsewhereAndVoidsTheFile) {
     Program later(file);
     ASSERT_TRUE(later.reads(kLeft)) << "by chance it stands there again";
     EXPECT_FALSE(later.arm->homed());
-    EXPECT_THAT(later.arm->why_not_homed(), HasSubstr("its zero of 2026-01-31T12:00:00Z holds no longer: elbow reads"));
+    EXPECT_THAT(later.arm->why_not_homed(),
+                HasSubstr("its zero of 2026-01-31T12:00:00Z is no longer valid: elbow reads"));
   }
 }
 
@@ -179,13 +180,63 @@ TEST(ZeroProof, LetsOneProgramAtATimeMoveTheArm) {
   Program first(file), second(file);
   ASSERT_TRUE(first.reads(kLeft) && second.reads(kLeft));
   first.arm->begin_motion();
-  EXPECT_THAT(message_of<InputError>([&] { second.arm->begin_motion(); }), HasSubstr("another program moves the arm"));
-  Program reader(file);
-  ASSERT_TRUE(reader.reads(kLeft));
-  EXPECT_EQ(reader.arm->why_not_homed(), "another program moves it");
+  EXPECT_THAT(message_of<InputError>([&] { second.arm->begin_motion(); }),
+              HasSubstr("another program is moving the arm; wait for it to end"));
   ASSERT_TRUE(first.reads(with(kElbow, kLeft[kElbow] + 30)));
   first.arm->end_motion(true);
-  EXPECT_THAT(message_of<InputError>([&] { second.arm->begin_motion(); }), HasSubstr("begin anew"));
+  EXPECT_THAT(message_of<InputError>([&] { second.arm->begin_motion(); }), HasSubstr("run it again"));
+}
+
+TEST(ZeroProof, IsNotLookedForWhileAnotherProgramMovesTheArmWhateverTheFileSays) {
+  const ZeroFile file;
+  Program mover(file);
+  ASSERT_TRUE(mover.reads(kLeft));
+  mover.arm->begin_motion();
+  ArmZero zero = file.now();
+  const auto refused = [&] {
+    EXPECT_THAT(message_of<InputError>([&] { Program reader(file); }), HasSubstr("another program is moving the arm"));
+  };
+  refused();
+  zero.exit = {kLeft, "2026-01-31T13:00:00Z"};
+  save_arm_zero(file.path, zero);
+  refused();
+  zero.voided = "an encoder lost its reference";
+  save_arm_zero(file.path, zero);
+  refused();
+  std::filesystem::remove(file.path);
+  refused();
+  mover.arm.reset();
+  EXPECT_NO_THROW(Program reader(file));
+}
+
+/// What it noticed is of the zero that it knows, and of nothing else.
+TEST(ZeroProof, OfAnotherProgramIsNotVoidedByOneThatBeganBefore) {
+  const auto there = with(kElbow, kLeft[kElbow] + 40);
+  for (const bool judged : {true, false}) {
+    const ZeroFile file;
+    Program before(file), mover(file);
+    if (judged) {
+      ASSERT_TRUE(before.reads(kLeft));
+    }
+    ASSERT_TRUE(mover.reads(kLeft));
+    mover.arm->begin_motion();
+    ASSERT_TRUE(mover.reads(there));
+    mover.arm->end_motion(true);
+    const ArmZero left = file.now();
+    (void)before.reads(judged ? with(kElbow, 20'000) : there);
+    ASSERT_FALSE(before.arm->homed());
+    before.arm->keep_loss();
+    EXPECT_EQ(file.now(), left);
+  }
+}
+
+TEST(ZeroProof, TellsAlsoWhereItCannotBeVoidedWhyItDoesNotHold) {
+  const ZeroFile file;
+  std::filesystem::create_directory(file.path.string() + ".lock");
+  Program program(file);
+  ASSERT_TRUE(program.reads(with(kElbow, 20'000)));
+  EXPECT_THAT(message_of<InputError>([&] { program.arm->keep_loss(); }), HasSubstr("cannot be locked"));
+  EXPECT_THAT(program.arm->why_not_homed(), HasSubstr("elbow reads 20000"));
 }
 
 }  // namespace
