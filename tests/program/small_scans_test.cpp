@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cctype>
 #include <csignal>
 #include <regex>
+#include <thread>
 
 #include "rig/session/session.hpp"
 #include "tests/program/program.hpp"
@@ -147,6 +149,56 @@ TEST(Killed, InItsSweepAScanIsRecoveredWithItsLossesListed) {
   EXPECT_THAT(Session::open(copy).info.status, StartsWith("stopped: recovered"));
   EXPECT_EQ(check(scratch_folder() / "nothing"), 1);
 }
+
+/// A small scan that is killed as soon as there is `file` in its session.
+ProgramRun scan_killed_at_file(const std::string& file, const fs::path& session) {
+  std::jthread watcher;
+  return run_tankrig({"scan", "--rig", small_rig().string(), "--out", session.string()},
+                     [&](const std::string&, int pid) {
+                       if (watcher.joinable()) return;
+                       watcher = std::jthread([=](const std::stop_token& over) {
+                         MonotonicClock clock;
+                         while (!over.stop_requested() && !fs::exists(session / file))
+                           clock.sleep_until(clock.now() + std::chrono::milliseconds{1});
+                         if (!over.stop_requested()) kill(pid, SIGKILL);
+                       });
+                     });
+}
+
+class KilledAfterItsSeal : public testing::TestWithParam<const char*> {};
+
+/// What was made of the recording can be made again.
+TEST_P(KilledAfterItsSeal, AScanHasLostNothing) {
+  const fs::path session = scratch_folder() / "session";
+  const testing_support::MachineWitness witness;
+  const ProgramRun run = scan_killed_at_file(GetParam(), session);
+  if (run.exit_code != 128 + SIGKILL) {
+    TANKRIG_SKIP_IF_LATE(witness, kUntilSealed);
+    FAIL() << "ended before it was killed: " << run.err;
+  }
+  const ProgramRun checked = run_tankrig({"session", "check", session.string(), "--json"});
+  const nlohmann::json found = checked.json();
+  std::printf("killed at %s: %s, %s\n", GetParam(), found.at("verdict").dump().c_str(),
+              found.at("undone").dump().c_str());
+  EXPECT_EQ(found.at("status"), "complete");
+  for (const char* list : {"losses", "extra", "missing"}) EXPECT_TRUE(found.at(list).empty()) << list << checked.out;
+  EXPECT_EQ(found.at("verdict"), found.at("undone").empty() ? "whole" : "not finished");
+  EXPECT_EQ(checked.exit_code, found.at("undone").empty() ? 0 : 3);
+  for (const std::string undone : found.at("undone")) EXPECT_THAT(undone, HasSubstr("not sealed yet"));
+  EXPECT_EQ(run_tankrig({"session", "recover", session.string()}).exit_code, 0);
+  const ProgramRun mended = run_tankrig({"session", "check", session.string(), "--json"});
+  EXPECT_EQ(mended.exit_code, 0) << mended.out;
+  EXPECT_EQ(mended.json().at("frames"), found.at("frames"));
+  EXPECT_TRUE(mended.json().at("recovered").empty()) << mended.out;
+}
+
+INSTANTIATE_TEST_SUITE_P(AtAFile, KilledAfterItsSeal,
+                         testing::Values("SHA256SUMS", "clouds/laser.ply", "results/laser.json", "pictures/rig.png"),
+                         [](const auto& file) {
+                           std::string name = file.param;
+                           std::erase_if(name, [](char c) { return !std::isalnum(static_cast<unsigned char>(c)); });
+                           return name;
+                         });
 
 /// The table without that column.
 std::string without_column(const std::string& table, const std::string& name) {
