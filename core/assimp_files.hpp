@@ -3,25 +3,33 @@
 
 #include <assimp/DefaultIOSystem.h>
 
+#include <filesystem>
+
 #include "core/input_error.hpp"
 #include "core/mesh_file.hpp"
 
 namespace tankrig {
 
-/// Files that check_mesh_file() refuses are not there.
+/// Files that check_mesh_file() refuses are not there, nor any outside of `root`, where one is given.
 class AssimpFiles final : public Assimp::DefaultIOSystem {
  public:
+  explicit AssimpFiles(const std::filesystem::path& root = {})
+      : root_(root.empty() ? root : std::filesystem::canonical(root) / "") {}
   bool Exists(const char* file) const override {
     try {
+      const bool inside = root_.empty() || std::filesystem::weakly_canonical(file).string().starts_with(root_.string());
       check_mesh_file(file);
-      return true;
-    } catch (const InputError&) {
+      return inside;
+    } catch (const std::exception&) {
       return false;
     }
   }
   Assimp::IOStream* Open(const char* file, const char* mode) override {
     return Exists(file) ? DefaultIOSystem::Open(file, mode) : nullptr;
   }
+
+ private:
+  const std::filesystem::path root_;  ///< with a slash at its end
 };
 
 }  // namespace tankrig

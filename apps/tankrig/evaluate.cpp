@@ -10,6 +10,7 @@
 #include "bench/metrics/verdict_cloud.hpp"
 #include "core/config_node.hpp"
 #include "core/input_error.hpp"
+#include "core/shown_text.hpp"
 #include "reconstruction/cloud/cloud_io.hpp"
 #include "rig/session/planes_csv.hpp"
 
@@ -18,13 +19,15 @@ namespace {
 
 /// Says why a score is no score of the object.
 ExitCode no_score(const PointCloud& cloud, const EvaluateOptions& options) {
+  const std::string cloud_file = printable(options.cloud.string());
   if (cloud.points.empty())
-    std::fprintf(stderr, "tankrig: %s: the cloud has no point: nothing to score\n", options.cloud.c_str());
+    std::fprintf(stderr, "tankrig: %s: the cloud has no point: nothing to score\n", cloud_file.c_str());
   else
     std::fprintf(stderr,
                  "tankrig: %s: no point is near the object: wrong pose, frame or unit? Coordinates are taken as metres "
                  "in frame %s\n",
-                 options.cloud.c_str(), cloud.frame.empty() ? "of the pose: the file names none" : cloud.frame.c_str());
+                 cloud_file.c_str(),
+                 cloud.frame.empty() ? "of the pose: the file names none" : shown_text(cloud.frame).c_str());
   return kPartial;
 }
 

@@ -6,6 +6,7 @@
 #include "core/input_error.hpp"
 #include "drivers/camera/trigger_pairing.hpp"
 #include "reconstruction/cloud/cloud_io.hpp"
+#include "rig/config/rig_config.hpp"
 
 namespace fs = std::filesystem;
 
@@ -159,9 +160,8 @@ ReconstructionParameters reconstruction_parameters(const ConfigNode& rig_file) {
 }
 
 ReconstructionParameters reconstruction_parameters(const Session& session) {
-  const fs::path rig_file = session.path / "rig.yaml";
-  if (session.info.kind == "import" && !fs::exists(rig_file)) return {};
-  return reconstruction_parameters(ConfigNode::load(rig_file));
+  if (session.info.kind == "import" && !fs::exists(session.path / "rig.yaml")) return {};
+  return reconstruction_parameters(session_rig_file(session.path));
 }
 
 Reconstruction reconstruct_session(const Session& session, const ReconstructionParameters& parameters,

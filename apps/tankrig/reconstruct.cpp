@@ -11,6 +11,7 @@
 #include "apps/tankrig/stop.hpp"
 #include "apps/tankrig/summary.hpp"
 #include "core/input_error.hpp"
+#include "core/shown_text.hpp"
 #include "reconstruction/cloud/cloud_io.hpp"
 #include "rig/config/rig_config.hpp"
 #include "rig/session/checksums.hpp"
@@ -61,8 +62,8 @@ int reconstruct(const ReconstructOptions& options) {
     if (!reconstruction.reason.empty()) out["reason"] = reconstruction.reason;
     print_json(out);
   } else {
-    std::printf("%zu points in %s (frame %s), %.2f s\n", reconstruction.cloud.points.size(), written.c_str(),
-                reconstruction.cloud.frame.c_str(), reconstruction.seconds);
+    std::printf("%zu points in %s (frame %s), %.2f s\n", reconstruction.cloud.points.size(),
+                printable(written.string()).c_str(), reconstruction.cloud.frame.c_str(), reconstruction.seconds);
     if (!reconstruction.reason.empty()) std::printf("%s\n", reconstruction.reason.c_str());
   }
   return kOk;
@@ -82,7 +83,8 @@ int report(const ReportOptions& options) {
   if (options.json)
     print_json(scores_json(*scores));
   else
-    std::printf("%slook at %s\n", score_table(tabled(*scores)).c_str(), (session.path / "report.html").c_str());
+    std::printf("%slook at %s\n", score_table(tabled(*scores)).c_str(),
+                printable((session.path / "report.html").string()).c_str());
   return kOk;
 }
 

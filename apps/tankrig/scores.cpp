@@ -63,7 +63,7 @@ bool has_cameras(const Session& session, const std::string& method) {
 
 ObjectSurface object_of(const Session& session, const MetricThresholds& thresholds) {
   if (!session.info.object) throw InputError(session.path, "has no object to score against, expected a scan");
-  return ObjectSurface(read_mesh(session.path / session.info.object->mesh), thresholds.surface_samples);
+  return ObjectSurface(read_mesh(session.path / session.info.object->mesh, session.path), thresholds.surface_samples);
 }
 
 PointCloud cloud_in_object(const Session& session, const Reconstruction& reconstruction) {

@@ -17,7 +17,9 @@
 namespace tankrig::app {
 namespace {
 
-void describe_rig(const std::filesystem::path& rig_yaml, SessionInfo& info) { load_rig(rig_yaml).describe(info); }
+void describe_rig(const std::filesystem::path& rig_yaml, SessionInfo& info) {
+  read_rig(session_rig_file(rig_yaml.parent_path())).describe(info);
+}
 
 const char* verdict(const SessionFindings& found) {
   return found.whole()           ? "whole"

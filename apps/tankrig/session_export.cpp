@@ -10,6 +10,7 @@
 #include "apps/tankrig/progress.hpp"
 #include "core/input_error.hpp"
 #include "core/opencv_camera_file.hpp"
+#include "core/shown_text.hpp"
 #include "drivers/can/can_log.hpp"
 #include "reconstruction/stereo/rectifier.hpp"
 #include "rig/rosbag/bag_file.hpp"
@@ -109,7 +110,6 @@ class Export {
   }
 
   void bag() {
-    fs::create_directories(out_);
     const fs::path file = out_ / (session_.path.filename().string() + ".bag");
     write_session_bag(opened_, options_.raw_images, file);
     written_.push_back(file.string());
@@ -171,7 +171,7 @@ int export_session(const SessionExportOptions& options) {
   if (options.json)
     print_json({{"written", job.written()}, {"left_out", job.left_out()}});
   else
-    for (const std::string& file : job.written()) std::printf("%s\n", file.c_str());
+    for (const std::string& file : job.written()) std::printf("%s\n", printable(file).c_str());
   if (!job.all_there()) progress.warn("what was recorded is not all there, see above");
   return job.left_out().empty() && job.all_there() ? kOk : kPartial;
 }

@@ -14,6 +14,7 @@
 #include "apps/tankrig/stop.hpp"
 #include "core/clock.hpp"
 #include "core/input_error.hpp"
+#include "core/shown_text.hpp"
 #include "rig/config/rig_config.hpp"
 #include "rig/scan/replay.hpp"
 #include "rig/session/checksums.hpp"
@@ -116,7 +117,7 @@ class Pace {
 /// The recorded scan into a new session at `to`, by way of joiner and recorder.
 ReplayCounts feed(const Session& session, const SessionReplayOptions& options, const fs::path& to, Progress& progress) {
   const RecordedScan recorded = read_recorded_scan(session);
-  const ScanSettings settings = load_rig(session.path / "rig.yaml").scan;
+  const ScanSettings settings = read_rig(session_rig_file(session.path)).scan;
   SessionWriterOptions writer_options;
   writer_options.wait_when_full = options.speed <= 0;
   SessionInfo info = session.info;
@@ -225,11 +226,11 @@ void print(const Replayed& r, const Session& session) {
     std::printf("%zu cloud files and %zu scores identical\n", v.clouds, v.scores);
   else
     std::printf("clouds and scores: none in the session\n");
-  for (const std::string& difference : v.differences) std::printf("differs: %s\n", difference.c_str());
+  for (const std::string& difference : v.differences) std::printf("differs: %s\n", printable(difference).c_str());
   for (const auto& [reason, count] : r.counts.refused)
     std::printf("refused now: %s %llu\n", reason.c_str(), static_cast<unsigned long long>(count));
   if (!v.differences.empty() && session.info.software != TANKRIG_VERSION)
-    std::printf("recorded by tankrig %s, replayed by %s\n", session.info.software.c_str(), TANKRIG_VERSION);
+    std::printf("recorded by tankrig %s, replayed by %s\n", printable(session.info.software).c_str(), TANKRIG_VERSION);
   std::printf("%s\n", v.differences.empty() ? "identical" : "NOT identical");
 }
 

@@ -59,10 +59,10 @@ void check_size(const std::filesystem::path& file, const TriangleMesh& mesh) {
 
 }  // namespace
 
-TriangleMesh read_mesh(const std::filesystem::path& file) {
+TriangleMesh read_mesh(const std::filesystem::path& file, const std::filesystem::path& root) {
   check_mesh_file(file);
   Assimp::Importer importer;
-  importer.SetIOHandler(new AssimpFiles);  // the importer's own from here on
+  importer.SetIOHandler(new AssimpFiles(root));  // the importer's own from here on
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
   const aiScene* scene = importer.ReadFile(file.string(), aiProcess_Triangulate);
   if (scene == nullptr || scene->mRootNode == nullptr)

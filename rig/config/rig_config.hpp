@@ -78,6 +78,9 @@ struct RigConfig {
 /// A rig file as YAML; with `base: FILE`, all that rig says and this file does not.  Errors: InputError.
 ConfigNode rig_file(const std::filesystem::path& file);
 
+/// The rig file of a session, which is all in its own folder.  Errors: InputError, also if it has a `base`.
+ConfigNode session_rig_file(const std::filesystem::path& session);
+
 /// Reads a rig file and applies one of its presets to its scan ("" for none). Keys of section()s are not looked at
 /// here: whoever reads one calls finish() on it. Errors: InputError "FILE:LINE: key: found ..., expected ..."; an
 /// unknown key is one.

@@ -128,5 +128,12 @@ TEST(SessionExport, BagThatFindsNoRoomIsOneLineAndLeavesNothing) {
   }
 }
 
+TEST(SessionExport, MakesItsFolderOnlyWhereThisBuildCanWriteIntoIt) {
+  const fs::path out = scratch_folder() / "out";
+  const ProgramRun run =
+      run_tankrig({"session", "export", scanned().string(), "--format", "bag", "--out", out.string()});
+  EXPECT_EQ(fs::exists(out), run.exit_code == 0) << run.err;
+}
+
 }  // namespace
 }  // namespace tankrig::test

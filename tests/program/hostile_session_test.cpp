@@ -71,8 +71,42 @@ TEST(HostileSession, WithAPipeForItsDescriptionKeepsNobodyWaiting) {
   EXPECT_THAT(run.err, HasSubstr("session.yaml: is a pipe, a socket or a device, expected a YAML file"));
 }
 
-TEST(HostileSession, SendsNothingToTheTerminalButText) {
+TEST(HostileSession, WhoseRigFileStandsOnAnotherIsNotReadElsewhere) {
+  const fs::path session = copied(), elsewhere = scratch_folder() / "base.yaml";
+  fs::rename(session / "rig.yaml", elsewhere);
+  write_text(session / "rig.yaml", "base: ../base.yaml\n");
+  for (const Words& command : {Words{"session", "replay", session.string()}, {"reconstruct", session.string()}}) {
+    const ProgramRun run = run_tankrig(command);
+    EXPECT_EQ(run.exit_code, 1) << command[0];
+    EXPECT_THAT(run.err, HasSubstr("rig.yaml:1: base: found a base, expected the rig file of a session")) << command[0];
+  }
+  fs::remove(session / "session.yaml");
+  const ProgramRun run = run_tankrig({"session", "check", session.string()});
+  EXPECT_EQ(run.exit_code, 1) << run.out;
+  EXPECT_THAT(run.out, HasSubstr("missing: cameras and calibration"));
+}
+
+TEST(HostileSession, WhoseMeshNamesAFileElsewhereIsNotScored) {
   const fs::path session = copied();
+  write_text(session / "one.gltf", R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],
+    "nodes":[{"mesh":0}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
+    "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}],
+    "bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"byteLength":36,"uri":"../corners.bin"}]})");
+  const float corners[] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+  write_text(session / "../corners.bin", {reinterpret_cast<const char*>(corners), sizeof corners});
+  edit(session / "session.yaml", {{"mesh: \"black_box.obj\"", "mesh: \"one.gltf\""}});
+  ProgramRun run = run_tankrig({"report", session.string()});
+  EXPECT_EQ(run.exit_code, 1);
+  EXPECT_THAT(run.err, HasSubstr("one.gltf: not readable as a mesh"));
+  fs::rename(session / "../corners.bin", session / "corners.bin");
+  edit(session / "one.gltf", {{"../corners.bin", "corners.bin"}});
+  run = run_tankrig({"report", session.string()});
+  EXPECT_NE(run.exit_code, 1) << run.err;
+}
+
+TEST(HostileSession, SendsNothingToTheTerminalButText) {
+  const fs::path session = scratch_folder() / "\x1b]0;named\x07";
+  fs::rename(copied(), session);
   const std::string yaml = read_text(session / "session.yaml");
   const std::size_t notes = yaml.find("notes: \"");
   write_text(session / "session.yaml",
@@ -80,12 +114,31 @@ TEST(HostileSession, SendsNothingToTheTerminalButText) {
   ProgramRun run = run_tankrig({"session", "info", session.string()});
   EXPECT_EQ(run.exit_code, 0);
   EXPECT_THAT(run.out, HasSubstr("?]0;owned?"));
-  edit(session / "session.yaml", {{"status: \"complete\"", "status: \"\\x1b[2J\""}});
-  for (const Words& command : {Words{"session", "info"}, {"session", "check"}, {"session", "export", "--all"}}) {
+  edit(session / "session.yaml",
+       {{"status: \"complete\"", "status: \"\\x1b[2J\""}, {"software: \"", "software: \"\\x1b[2J"}});
+  for (const Words& command : {Words{"session", "info"},
+                               {"session", "check"},
+                               {"session", "replay"},
+                               {"session", "export", "--all"},
+                               {"reconstruct"},
+                               {"report"}}) {
     Words line = command;
-    line.insert(line.begin() + 2, session.string());
+    line.push_back(session.string());
     run = run_tankrig(line);
-    for (const char* control : {"\x1b", "\x07", "\xc2\x9b"}) EXPECT_THAT(run.out + run.err, Not(HasSubstr(control)));
+    EXPECT_THAT(run.out + run.err, HasSubstr("?")) << testing::PrintToString(command);
+    for (const char* control : {"\x1b", "\x07", "\xc2\x9b"})
+      EXPECT_THAT(run.out + run.err, Not(HasSubstr(control))) << testing::PrintToString(command);
+  }
+  const fs::path mesh = fs::path(TANKRIG_SOURCE_DIR) / "etc/objects/black_box.obj", cloud = session / "a.ply";
+  write_text(session / "pose.yaml", "translation_m: [0, 0, 0]\nquaternion_xyzw: [0, 0, 0, 1]\n");
+  for (const char* points : {"0", "1"}) {
+    write_text(cloud, std::string("ply\nformat ascii 1.0\ncomment frame \x07\nelement vertex ") + points +
+                          "\nproperty float x\nproperty float y\nproperty float z\nend_header\n" +
+                          (*points == '1' ? "9 9 9\n" : ""));
+    run = run_tankrig({"evaluate", cloud.string(), "--object", mesh.string(), "--pose", session / "pose.yaml"});
+    EXPECT_EQ(run.exit_code, 3);
+    EXPECT_THAT(run.err, HasSubstr("/?]0;named?/a.ply: "));
+    for (const char* control : {"\x1b", "\x07"}) EXPECT_THAT(run.out + run.err, Not(HasSubstr(control)));
   }
 }
 
@@ -106,6 +159,12 @@ TEST(RecordingSession, IsLeftAloneByEverythingThatWouldAddToIt) {
   EXPECT_EQ(read_text(session / "SHA256SUMS"), seal);
   EXPECT_THAT(check_checksums(session), testing::IsEmpty());
   EXPECT_FALSE(fs::exists(out));
+}
+
+TEST(CalibrateTime, OfASessionGivenTwiceBlamesNobodyElse) {
+  const ProgramRun run = run_tankrig({"calibrate", "time", scanned().string(), scanned().string() + "/."});
+  EXPECT_EQ(run.exit_code, 1);
+  EXPECT_THAT(run.err, HasSubstr("scanned: is given twice, expected each session once"));
 }
 
 TEST(SealedSession, HasNothingWrittenOverByACloud) {
