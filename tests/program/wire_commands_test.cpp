@@ -46,6 +46,23 @@ TEST(OnTheWire, StatusTellsWhatTheCarrierDoes) {
   EXPECT_EQ(status.at("statistics").at("checksum_errors").get<double>(), 0);
 }
 
+TEST(OnTheWire, StatusLeavesAnArmAloneThatAnotherProgramMovesAndReportsWhereItCannotWrite) {
+  const std::string rig = wire_rig().string();
+  const ProgramRun run = run_tankrig({"emulate", "--rig", rig, "--", "bash", "-c", R"(
+      zero=$TANKRIG_RUNTIME/arm-zero.yaml status="tankrig arm status --rig $0"
+      flock $zero.lock $status && exit 99
+      rm $zero.lock
+      mkdir $zero.lock
+      sed -i '/orderly_exit/,$ s/elbow: .*/elbow: 20000/' $zero
+      exec $status)",
+                                      rig});
+  if (forbids_private_network(run)) GTEST_SKIP() << run.err;
+  EXPECT_EQ(run.exit_code, 0);
+  EXPECT_THAT(run.err, HasSubstr("another program is moving the arm; wait for it to end"));
+  EXPECT_THAT(run.err, HasSubstr("the loss of the arm's zero is not kept: "));
+  EXPECT_THAT(run.out, HasSubstr("but 20000 where it was left"));
+}
+
 TEST(OnTheWire, HalfARigIsEnoughForWhatUsesOnlyThatHalf) {
   const fs::path served = patient_wire_rig(scratch_folder() / "served");
   const fs::path half = wire_rig({{"device: runtime/laser", "device: runtime/unplugged"},
