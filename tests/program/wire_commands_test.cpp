@@ -2,12 +2,17 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <condition_variable>
 #include <csignal>
 #include <cstdlib>
-#include <future>
+#include <mutex>
 #include <opencv2/imgcodecs.hpp>
+#include <optional>
+#include <thread>
 
 #include "tests/program/program.hpp"
+#include "tests/support/fake_logind.hpp"
+#include "tests/support/machine_witness.hpp"
 #include "tests/support/named_thread.hpp"
 #include "tests/support/sanitizers.hpp"
 
@@ -87,23 +92,116 @@ TEST(OnTheWire, HalfARigIsEnoughForWhatUsesOnlyThatHalf) {
   EXPECT_THAT(jog.err, HasSubstr("devices.laser"));
 }
 
-TEST(OnTheWire, SaysWhatItWaitsForWhereTheEmulatorIsStoppedAtItsStart) {
-  const fs::path rig = wire_rig();
-  auto stopped = std::async(std::launch::async, [parent = getpid()] {
-    for (;; std::this_thread::sleep_for(std::chrono::milliseconds{1})) {
+/// Stops the emulator of the program that this process runs, as soon as there is one. It goes on when it is told to, or
+/// after kLongest, however its test ends.  Threads: owns one.
+class StoppedEmulator {
+ public:
+  StoppedEmulator() : thread_([this, parent = getpid()] { run(parent); }) {}
+  ~StoppedEmulator() {
+    go_on();
+    thread_.join();
+  }
+  StoppedEmulator(const StoppedEmulator&) = delete;
+  StoppedEmulator& operator=(const StoppedEmulator&) = delete;
+
+  void go_on() {
+    const std::lock_guard lock(mutex_);
+    ends_ = true;
+    wake_.notify_all();
+  }
+  /// Nothing: it was not.
+  std::optional<Stamp> stopped() {
+    const std::lock_guard lock(mutex_);
+    return stopped_;
+  }
+
+ private:
+  static constexpr std::chrono::seconds kLongest{20};
+  static constexpr std::chrono::milliseconds kLook{1};
+
+  void run(pid_t parent) {
+    const auto deadline = std::chrono::steady_clock::now() + kLongest;
+    const auto over = [this] { return ends_; };
+    std::unique_lock lock(mutex_);
+    pid_t emulator = 0;
+    for (; emulator <= 0; wake_.wait_for(lock, kLook, over)) {
+      if (ends_ || std::chrono::steady_clock::now() > deadline) return;
       const pid_t program = testing_support::child_of(parent);
-      const pid_t emulator = program ? testing_support::child_of(program) : 0;
-      if (emulator != 0) return kill(emulator, SIGSTOP) == 0 ? emulator : 0;
+      if (program > 0) emulator = testing_support::child_of(program);
     }
-  });
-  bool told = false;
+    if (kill(emulator, SIGSTOP) != 0) return;
+    stopped_ = MonotonicClock{}.now();
+    wake_.wait_until(lock, deadline, over);
+    kill(emulator, SIGCONT);
+  }
+
+  std::mutex mutex_;  // guards what follows
+  std::condition_variable wake_;
+  bool ends_ = false;
+  std::optional<Stamp> stopped_;
+  std::thread thread_;
+};
+
+TEST(OnTheWire, SaysWhatItWaitsForWhereTheEmulatorIsStoppedAtItsStart) {
+  constexpr Duration kSaidAfter = std::chrono::seconds{2}, kBearable = std::chrono::milliseconds{100};
+  const fs::path rig = wire_rig();
+  const testing_support::MachineWitness witness;
+  StoppedEmulator emulator;
+  std::optional<Stamp> told;
   const ProgramRun run =
       run_tankrig({"arm", "status", "--rig", rig.string(), "--json"}, [&](const std::string& line, int) {
-        if (!told && line.find("waiting for the emulated devices to be ready: process ") != std::string::npos)
-          told = kill(stopped.get(), SIGCONT) == 0;
+        if (told || line.find("waiting for the emulated devices to be ready: process ") == std::string::npos) return;
+        told = MonotonicClock{}.now();
+        emulator.go_on();
       });
-  EXPECT_TRUE(told) << run.err;
+  emulator.go_on();
+  if (forbids_private_network(run)) GTEST_SKIP() << run.err;
+  if (!told) {  // an emulator that is ready before it is stopped
+    TANKRIG_SKIP_IF_LATE(witness, testing_support::kStarved);
+  }
+  ASSERT_TRUE(told && emulator.stopped()) << run.err;
   EXPECT_EQ(run.exit_code, 0) << run.err;
+  TANKRIG_SKIP_IF_LATE(witness, kBearable);
+  EXPECT_NEAR(seconds(*told - *emulator.stopped()), seconds(kSaidAfter), 3 * seconds(kBearable));
+}
+
+/// What programs that are run while it lives take for the system's message bus.
+class SystemBus {
+ public:
+  explicit SystemBus(const std::string& address) { ::setenv(kName, address.c_str(), 1); }
+  ~SystemBus() { ::unsetenv(kName); }
+  SystemBus(const SystemBus&) = delete;
+  SystemBus& operator=(const SystemBus&) = delete;
+
+ private:
+  static constexpr const char* kName = "DBUS_SYSTEM_BUS_ADDRESS";
+};
+
+constexpr char kMayBeSuspended[] = "this machine is not kept from being suspended";
+
+TEST(OnTheWire, TheMachineIsKeptFromSleepingForAsLongAsAnArmMayMove) {
+  testing_support::FakeLogind logind;
+  const SystemBus bus(logind.address());
+  int held = 0;
+  const ProgramRun run =
+      run_tankrig({"arm", "jog", "--rig", wire_rig().string(), "elbow", "50"}, [&](const std::string& line, int) {
+        if (line.find("arm: move elbow") != std::string::npos) held = logind.held();
+      });
+  if (forbids_private_network(run)) GTEST_SKIP() << run.err;
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(held, 2);
+  EXPECT_THAT(logind.asked(), testing::ElementsAre("sleep/tankrig/block", "handle-lid-switch/tankrig/block"));
+  EXPECT_THAT(run.err, Not(HasSubstr(kMayBeSuspended)));
+  logind.wait_until_given_back();
+}
+
+TEST(OnTheWire, AnArmMovesWhereNothingKeepsTheMachineFromSleepingAndThatIsTold) {
+  const SystemBus nowhere("unix:path=" + (scratch_folder() / "no-bus").string());
+  const ProgramRun run = run_tankrig({"arm", "jog", "--rig", wire_rig().string(), "elbow", "47"});
+  if (forbids_private_network(run)) GTEST_SKIP() << run.err;
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.err, HasSubstr(kMayBeSuspended));
+  EXPECT_THAT(run.err, HasSubstr("No such file or directory"));
 }
 
 TEST(OnTheWire, AJogArrivesOverEitherCarrier) {
@@ -134,15 +232,20 @@ TEST(OnTheWire, CtrlCStopsAJogOnItsWay) {
 }
 
 TEST(OnTheWire, CtrlCTwiceInASweepStillEndsWithLaserAndArmConfirmed) {
-  int sent = 0;
+  testing_support::FakeLogind logind;
+  const SystemBus bus(logind.address());
+  int sent = 0, held = 0;
   const fs::path session = scratch_folder() / "session";
   const ProgramRun run = run_tankrig({"scan", "--rig", wire_rig().string(), "--out", session.string()},
                                      [&](const std::string& line, int pid) {
                                        if (sent > 0 || line.find("scan: sweep") == std::string::npos) return;
+                                       held = logind.held();
                                        for (int i = 0; i < 2; ++i) sent += kill(pid, SIGINT) == 0;
                                      });
   if (forbids_private_network(run)) GTEST_SKIP() << run.err;
   ASSERT_EQ(sent, 2) << run.err;
+  EXPECT_EQ(held, 2) << "no sleep while it shines";
+  logind.wait_until_given_back();
   EXPECT_EQ(run.exit_code, 3) << run.err;
   EXPECT_THAT(run.err, HasSubstr("laser off, arm at rest"));
   EXPECT_EQ(run_tankrig({"session", "info", session.string()}).exit_code, 0);
