@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <sstream>
 
@@ -158,6 +159,33 @@ TEST(SessionReplay, SaysWhatCannotBeFedAgainOfAnImport) {
   EXPECT_EQ(run.exit_code, 0) << run.err << run.out;
   EXPECT_THAT(run.out, HasSubstr("not fed again: the session is an import"));
   EXPECT_THAT(run.out, HasSubstr("identical"));
+}
+
+/// Whether OpenCV's own reader finds in `file` the camera as `recorded` has it.
+void expect_read_by_opencv(const fs::path& file, const SessionCamera& recorded) {
+  ASSERT_TRUE(fs::exists(file)) << file;  // FileStorage throws of nothing
+  const cv::FileStorage storage(file.string(), cv::FileStorage::READ);
+  ASSERT_TRUE(storage.isOpened()) << file;
+  cv::Mat matrix, distortion;
+  storage["camera_matrix"] >> matrix;
+  storage["distortion_coefficients"] >> distortion;
+  EXPECT_EQ(static_cast<std::string>(storage["camera_name"]), recorded.name) << file;
+  EXPECT_EQ(static_cast<int>(storage["image_width"]), recorded.model.width) << file;
+  ASSERT_EQ(matrix.size(), cv::Size(3, 3)) << file;
+  EXPECT_EQ(cv::norm(matrix, cv::Mat(recorded.model.matrix()), cv::NORM_INF), 0) << file;
+  EXPECT_EQ(cv::norm(distortion, recorded.model.distortion(), cv::NORM_INF), 0) << file;
+}
+
+TEST(SessionExport, CamerasAreReadByOpenCvFromTheSessionAndFromTheExport) {
+  const fs::path out = scratch_folder() / "out";
+  ASSERT_EQ(run_tankrig({"session", "export", scanned().string(), "--format", "camera_info", "--out", out.string()})
+                .exit_code,
+            0);
+  const Session session = Session::open(scanned());
+  ASSERT_EQ(session.info.cameras.size(), 3u);
+  for (const SessionCamera& camera : session.info.cameras)
+    for (const fs::path& folder : {scanned() / "cameras", out / "camera_info"})
+      expect_read_by_opencv(folder / (camera.name + ".opencv.yml"), camera);
 }
 
 TEST(SessionExport, WritesEveryFormat) {
