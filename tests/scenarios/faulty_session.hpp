@@ -1,6 +1,7 @@
 // The session of a rig with a fault plan, and the loop that fills it: both as the plan spoils them.
 #pragma once
 
+#include <functional>
 #include <string>
 #include <string_view>
 
@@ -23,6 +24,7 @@ class FaultySession final : public ScanSink {
   }
   void frame(const FrameRecord& record, const cv::Mat& image) override {
     taped([&] { host_.write(true); });
+    if (look) look(record, image);
     writer_.frame(record, image);
   }
   void event(Stamp when, std::string_view kind, const std::string& text) override {
@@ -30,6 +32,8 @@ class FaultySession final : public ScanSink {
     outcome_.events.push_back({when, std::string(kind), text});
     writer_.event(when, kind, text);
   }
+
+  std::function<void(const FrameRecord&, const cv::Mat&)> look;  ///< what is recorded; may be empty
 
   /// Once in every round of the loop.
   void round() {

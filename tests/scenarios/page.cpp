@@ -31,14 +31,17 @@ but for what its row names.
 | stop, cycles | steps from the laser's command to the arm's, which comes strictly later | at most 1 |
 | stop | from detection until the arm was commanded to rest (mock), or had the demand for rest on its wire [ms] | at most %WIRE% |
 | machine late | see below [ms] | at most %LATE%, else the row is not judged |
-| lost | frames that were taken and are not in the session, by reason | |
+| lost | frames that were taken and are not in the session, by reason | with those recorded: all that were to come |
 | session, left | the session's status, and what the devices themselves confirmed at the end | true of the devices; never "at rest" by readings that repeat |
 | tries | how often it was made, whatever came of it | 1 |
 | verdict | ok, or what is wrong | ok |
 
+On wires each recorded frame's stamp is held against its exposure, which its picture tells: off by at most %STAMP%.
+
 "machine late" is what a thread on each processor that only looks at the clock and passes a byte through a pseudo-terminal
 was late at most in that scan. Beyond its bound the times tell of the machine and not of the drivers: the row says "not
-judged", and is wrong only if something was left on or said to be safe that was not. It is not made again.
+judged", and is wrong only if something was left on or said to be safe that was not, a frame is missing without a reason,
+or one is recorded with a wrong stamp. It is not made again.
 
 "before": before detection already, because the laser's driver drops the command by itself or the sweep was over.
 "never": it did not get one. "-": there is nothing to measure.
@@ -145,6 +148,7 @@ std::string page_heading(const std::string& machine) {
   replace(text, "%WIRE%", in_ms(kOnTheWire));
   replace(text, "%RELAY%", in_ms(kRelayAlone));
   replace(text, "%LATE%", in_ms(kBearable));
+  replace(text, "%STAMP%", in_ms(kStampError));
   return text + kTableHead;
 }
 

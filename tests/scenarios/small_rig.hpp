@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 
 #include "rig/scan/before_start.hpp"
@@ -31,6 +32,8 @@ struct Outcome {
   bool beam_left_on = false;         ///< the light itself, not what anybody says about it
   double moving = 0;                 ///< fastest joint, in truth, when `left` was said [rad/s]
   double simulated_s = 0;
+  /// Largest, of a recorded frame's stamp against its exposure; nothing: of no frame it is known when it was exposed.
+  std::optional<Duration> stamp_error;
 
   bool stopped() const { return status != "complete"; }
   bool told(const std::string& words) const;

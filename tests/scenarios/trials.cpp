@@ -70,6 +70,7 @@ constexpr Case kCases[] = {
     {D::kCamera, K::kTorn,         {}, "camera mono", "camera mono", "camera mono", kNone, "mono.incomplete"},
     {D::kCamera, K::kClockJump,    {}, kJumped, kDone, nullptr},
     {D::kCamera, K::kClockJump,    {.jump = -500ms}, kJumped, kDone, nullptr},
+    {D::kCamera, K::kClockJump,    {.jump = -30ms}, nullptr, kDone, nullptr, kNone, "mono.clock_unsure"},  // less than a frame's period
     {D::kLaser, K::kOff,          {}, kRelay, kRelay, kRelay},
     {D::kLaser, K::kStuck,        {}, "laser: on though not commanded", "laser: on though not commanded", "laser: on though not commanded"},
     {D::kLaser, K::kGarbage,      {}, kRelay, kRelay, kRelay},

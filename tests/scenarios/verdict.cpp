@@ -87,6 +87,7 @@ std::string unlike_its_trial(const Row& row) {
   if (o.reaction && why.empty()) why = late_command(*o.reaction);
   if (why.empty() && row.wire) why = late_on_wires(row);
   if (!why.empty()) return why;
+  if (row.wire && !o.stamp_error) return "of no recorded frame it is known when it was exposed";
   if (o.lux.find(t.lux) == std::string::npos) return "lux meter: found \"" + o.lux + "\", expected \"" + t.lux + "\"";
   if (const auto count = o.counts.find(t.counted);
       !t.counted.empty() && (count == o.counts.end() || count->second == 0))
@@ -109,10 +110,22 @@ std::string unsafe(const Row& row) {
   return stuck(D::kArm) ? "said to be at rest by readings that repeat" : "";
 }
 
+/// Likewise: what is recorded is what it says, and what is not recorded has a reason.
+std::string untrue(const Row& row) {
+  const Outcome& o = row.outcome;
+  for (const auto& [camera, account] : o.account)
+    if (!account.closes())
+      return "the account is open: camera " + camera + ": " + account_line(o.counts, camera, account);
+  if (o.has_begun && o.account.empty()) return "there is no account of frames";
+  if (o.stamp_error > kStampError) return "a frame is recorded whose stamp is wrong by " + ms(*o.stamp_error);
+  return "";
+}
+
 }  // namespace
 
 std::string broken(const Row& row) {
-  const std::string why = unsafe(row);
+  std::string why = unsafe(row);
+  if (why.empty()) why = untrue(row);
   return why.empty() && !too_late(row) ? unlike_its_trial(row) : why;
 }
 

@@ -31,6 +31,8 @@ inline constexpr Duration kOnTheWire = std::chrono::milliseconds{200};
 /// ms after the last demand and the time it takes to come to rest.
 inline constexpr Duration kRelayAlone = std::chrono::milliseconds{1300};
 inline constexpr Duration kArmAlone = std::chrono::milliseconds{800};
+/// Of a recorded frame's stamp, against its exposure: half a frame's period.
+inline constexpr Duration kStampError = std::chrono::milliseconds{20};
 /// They are watched for so long.
 inline constexpr Duration kWatched = std::chrono::seconds{10};
 

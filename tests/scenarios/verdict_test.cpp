@@ -28,6 +28,9 @@ Row good_row() {
   row.outcome.has_begun = true;
   row.outcome.begun = kBegun;
   row.outcome.left = {true, true};
+  row.outcome.counts = {{"mono.recorded", 8}, {"mono.incomplete", 2}};
+  row.outcome.account["mono"] = {10, 0};
+  row.outcome.stamp_error = 1ms;
   row.outcome.reaction = Reaction{kDetected, kDetected, kDetected, 0, 0, true};
   row.wire = WireMarks{kDetected + 1ms, kDetected + 1ms, kDetected + 2ms, false, 0ms, {}};
   return row;
@@ -195,7 +198,31 @@ TEST(Verdict, OfALateMachineNoTimeIsJudged) {
   untimely(row);
 }
 
-TEST(Verdict, WhatIsLeftOnOrSaidToBeSafeIsJudgedOnEveryMachine) {
+TEST(Verdict, AnOpenAccountIsWrongAndTellsItsLine) {
+  Row row = good_row();
+  row.outcome.account["mono"] = {11, 1};
+  EXPECT_THAT(broken(row), HasSubstr("camera mono: 8 of 11 frames recorded: incomplete 2, unaccounted 1"));
+  row.outcome.account["mono"] = {9, -1};
+  EXPECT_THAT(broken(row), HasSubstr("counted twice 1"));
+  row.outcome.account.clear();
+  EXPECT_THAT(broken(row), HasSubstr("no account"));
+  row.wire.reset();
+  EXPECT_THAT(broken(row), HasSubstr("no account"));
+}
+
+TEST(Verdict, AFrameThatIsRecordedWithAWrongStampIsWrong) {
+  Row row = good_row();
+  row.outcome.stamp_error = kStampError;
+  EXPECT_EQ(broken(row), "");
+  row.outcome.stamp_error = kStampError + 1ms;
+  EXPECT_THAT(broken(row), HasSubstr("stamp is wrong by 21.0 ms"));
+  row.outcome.stamp_error.reset();
+  EXPECT_THAT(broken(row), HasSubstr("of no recorded frame"));
+  row.wire.reset();
+  EXPECT_EQ(broken(row), "") << "mocks give the truth";
+}
+
+TEST(Verdict, WhatIsLeftOnOrSaidToBeSafeOrRecordedIsJudgedOnEveryMachine) {
   const auto unsafe = [](const std::function<void(Row&)>& spoil) {
     Row row = good_row();
     row.wire->machine_late = 1h;
@@ -209,6 +236,8 @@ TEST(Verdict, WhatIsLeftOnOrSaidToBeSafeIsJudgedOnEveryMachine) {
   unsafe([](Row& row) { row.outcome.moving = 0.1; });
   unsafe([](Row& row) { row.outcome.reaction->laser_first = false; });
   unsafe([](Row& row) { row.outcome.reaction.reset(); });
+  unsafe([](Row& row) { row.outcome.account["mono"].unaccounted = 1; });
+  unsafe([](Row& row) { row.outcome.stamp_error = kStampError + 1ms; });
 }
 
 TEST(Trials, EveryFaultOfEveryDeviceIsTriedOrHasItsReason) {

@@ -1,6 +1,10 @@
 #include "tests/scenarios/wire_rig.hpp"
 
+#include <algorithm>
+#include <chrono>
 #include <fstream>
+#include <functional>
+#include <string_view>
 
 #include "core/input_error.hpp"
 #include "drivers/arm/arm5e.hpp"
@@ -55,6 +59,11 @@ ScanSettings short_scan() {
   return s;
 }
 
+std::size_t hash_of(const cv::Mat& picture) {
+  const cv::Mat whole = picture.isContinuous() ? picture : picture.clone();
+  return std::hash<std::string_view>{}({whole.ptr<char>(), whole.total() * whole.elemSize()});
+}
+
 }  // namespace
 
 EmulatedRig::EmulatedRig(const std::filesystem::path& runtime, const sim::FaultPlan& plan)
@@ -87,8 +96,11 @@ EmulatedRig::EmulatedRig(const std::filesystem::path& runtime, const sim::FaultP
     const Stamp now = clock_.now();
     if (const sim::FaultSpec* late = script_.active(sim::FaultDevice::kCamera, sim::FaultKind::kDelayed, now, "mono"))
       clock_.sleep_until(now + late->delay);
-    return pictures_->spoilt(stripe_picture({kWidth, kHeight}, laser_.power_at(begin + exposure / 2), index), index,
-                             now);
+    const Stamp middle = begin + exposure / 2;
+    cv::Mat picture = pictures_->spoilt(stripe_picture({kWidth, kHeight}, laser_.power_at(middle), index), index, now);
+    const std::lock_guard lock(mutex_);
+    if (const auto [known, fresh] = exposed_.try_emplace(hash_of(picture), middle); !fresh) known->second.reset();
+    return picture;
   });
   script_.mark(sim::FaultOrigin::kStart, clock_.now());
   faults_ = std::make_unique<sim::WireFaults>(
@@ -97,6 +109,12 @@ EmulatedRig::EmulatedRig(const std::filesystem::path& runtime, const sim::FaultP
 }
 
 EmulatedRig::~EmulatedRig() = default;
+
+std::optional<Stamp> EmulatedRig::exposed(const cv::Mat& picture) const {
+  const std::lock_guard lock(mutex_);
+  const auto found = exposed_.find(hash_of(picture));
+  return found == exposed_.end() ? std::nullopt : found->second;
+}
 
 Outcome scan_wire(const std::filesystem::path& runtime, const std::string& carrier,
                   const std::filesystem::path& session, EmulatedRig* rig) {
@@ -126,6 +144,10 @@ Outcome scan_wire(const std::filesystem::path& runtime, const std::string& carri
   SessionWriter writer(session, info, options);
   sim::FaultScript healthy({});
   FaultySession sink(writer, rig ? rig->script() : healthy, clock, tape, out);
+  sink.look = [&](const FrameRecord& frame, const cv::Mat& picture) {
+    if (const auto exposed = rig ? rig->exposed(picture) : std::nullopt)
+      out.stamp_error = std::max(out.stamp_error.value_or(Duration{}), std::chrono::abs(frame.stamp - *exposed));
+  };
   const std::atomic<bool> stop{false};
   ScanJob job{plan,
               s,
@@ -142,12 +164,12 @@ Outcome scan_wire(const std::filesystem::path& runtime, const std::string& carri
   try {
     const ScanResult result = run_scan(job);
     out.status = result.status;
-    out.counts = result.counts;
-    out.account = result.account;
   } catch (const std::exception& e) {
     out.status = std::string("stopped: ") + e.what();
   }
   if (rig) out.moving = rig->arm().true_velocity_at(clock.now()).cwiseAbs().maxCoeff();
+  out.counts = job.result.counts;
+  out.account = job.result.account;
   out.left = job.result.left;
   const auto lux = lux_meter->read(1s);
   out.lux = lux.ok() ? std::to_string(lux.value().lux) : describe(lux.error());
@@ -155,6 +177,8 @@ Outcome scan_wire(const std::filesystem::path& runtime, const std::string& carri
   writer.info().counts.insert(out.counts.begin(), out.counts.end());
   writer.info().account = out.account;
   writer.close(out.status);
+  out.counts = writer.info().counts;
+  out.account = writer.info().account;
   if (!rig || rig->script().plan().faults.empty()) return out;
   const auto begun = rig->script().begin(0);
   out.has_begun = begun && *begun <= clock.now();

@@ -3,7 +3,10 @@
 
 #include <atomic>
 #include <filesystem>
+#include <map>
 #include <memory>
+#include <mutex>
+#include <optional>
 #include <string>
 
 #include "sim_backends/faults/picture_faults.hpp"
@@ -21,6 +24,8 @@ class EmulatedRig {
   const sim::RelayEmulator& relay() const { return *relay_; }
   sim::ArmEmulator& arm() { return *arm_; }
   sim::FaultScript& script() { return script_; }
+  /// The middle of the exposure that gave this picture; nothing: several did, or none.
+  std::optional<Stamp> exposed(const cv::Mat& picture) const;
 
  private:
   MonotonicClock clock_;
@@ -29,6 +34,8 @@ class EmulatedRig {
   double last_lux_ = kLux;
   sim::MockLaser laser_;
   std::unique_ptr<sim::PictureFaults> pictures_;
+  mutable std::mutex mutex_;                             // guards what follows
+  std::map<std::size_t, std::optional<Stamp>> exposed_;  // by the picture's hash; nothing: several exposures gave it
   std::unique_ptr<sim::CanHub> hub_;
   std::unique_ptr<sim::ArmEmulator> arm_;
   std::unique_ptr<sim::RelayEmulator> relay_;
