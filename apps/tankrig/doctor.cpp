@@ -139,14 +139,18 @@ void check_disk(const RigConfig& rig, const fs::path& sessions, std::vector<Find
     if (rig.backend == "mock" && speed.verdict == Verdict::kBad) {
       speed.verdict = Verdict::kUsable;
       speed.refused = false;
-      speed.cure = "a simulated scan waits for its disk";
+      speed.cure = "nothing to do: a simulated scan waits for a slow disk";
     }
     found.push_back(std::move(speed));
   } catch (const InputError& e) {
     found.push_back({"disk", Verdict::kBad, e.what(), "record elsewhere: tankrig scan --out", true});
   }
-  const std::uint64_t need = disk_need(rig, make_scan_plan(rig.scan, rig.scan.park));
-  found.push_back(room_finding(sessions, free_space(sessions), need));
+  try {
+    const std::uint64_t need = disk_need(rig, make_scan_plan(rig.scan, rig.scan.park));
+    found.push_back(room_finding(sessions, free_space(sessions), need));
+  } catch (const InputError& e) {
+    found.push_back({"plan", Verdict::kBad, e.what(), "change the rig file: tankrig scan --dry-run", true});
+  }
 }
 
 /// A simulated rig asks nothing of the machine but a disk: the other verdicts are told, and refuse nothing.

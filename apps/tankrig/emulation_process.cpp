@@ -15,6 +15,7 @@
 #include <chrono>
 #include <cstdio>
 #include <cstring>
+#include <ctime>
 #include <string>
 #include <system_error>
 #include <thread>
@@ -77,16 +78,20 @@ bool wait_ready(int pipe, pid_t process) {
 
 constexpr const char* kRuntimePrefix = "tankrig-runtime-";
 constexpr const char* kUnlocked = ".tankrig-runtime-";
+constexpr std::time_t kLockedBy_s = 60;
 
-/// Folders of killed processes: ours, and nobody holds their lock any more.
+/// Folders of killed processes: ours, and nobody holds their lock any more. One that may still get its lock is young.
 void remove_orphans(const std::filesystem::path& place) {
   std::error_code ignored;
   for (const auto& entry : std::filesystem::directory_iterator(place, ignored)) {
-    if (!entry.path().filename().string().starts_with(kRuntimePrefix)) continue;
+    const std::string name = entry.path().filename().string();
+    const bool unlocked = name.starts_with(kUnlocked);
+    if (!unlocked && !name.starts_with(kRuntimePrefix)) continue;
     const int folder = ::open(entry.path().c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC);
     if (folder < 0) continue;
     struct stat status {};
-    if (::fstat(folder, &status) == 0 && status.st_uid == ::geteuid() && ::flock(folder, LOCK_EX | LOCK_NB) == 0)
+    if (::fstat(folder, &status) == 0 && status.st_uid == ::geteuid() &&
+        !(unlocked && status.st_mtime > ::time(nullptr) - kLockedBy_s) && ::flock(folder, LOCK_EX | LOCK_NB) == 0)
       std::filesystem::remove_all(entry.path(), ignored);
     ::close(folder);
   }

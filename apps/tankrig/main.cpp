@@ -47,7 +47,7 @@ void add_scan(CLI::App& app, ChosenCommand& chosen) {
   c->add_option("--notes", o.notes, "Free text kept in the session");
   c->add_option("--out", o.out, "Session directory, which must not exist (default: sessions/RIG-DATE)");
   c->add_flag("--dry-run", o.dry_run,
-              "Print path from the park posture, clearance, duration and disk need; no device is needed");
+              "Print the path from the park posture, clearance, duration and disk need; uses no devices");
   c->add_flag("--json", o.json, "Print one JSON object on standard output");
 }
 
@@ -130,8 +130,9 @@ void add_init(CLI::App& app, ChosenCommand& chosen) {
   c->add_option("--from", o.from, "Rig to start from")->capture_default_str();
 }
 
-/// A word where a command was expected: which one, and what there is.
-int unknown_command(const CLI::App& app) {
+/// Something required is missing: a word that stands where a command was expected is named beside those there are, an
+/// option that nobody knows before one that is missing.
+int unknown_or_missing(const CLI::App& app, const CLI::RequiredError& missing) {
   const CLI::App* parent = &app;
   std::string name = "tankrig", known;
   while (!parent->get_subcommands().empty()) {
@@ -139,9 +140,15 @@ int unknown_command(const CLI::App& app) {
     name += " " + parent->get_name();
   }
   for (const CLI::App* command : parent->get_subcommands([](const CLI::App*) { return true; }))
-    known += (known.empty() ? "" : ", ") + command->get_name();
-  std::fprintf(stderr, "%s: found '%s', expected a command, one of: %s\n", name.c_str(),
-               tankrig::shown_text(app.remaining(true).front()).c_str(), known.c_str());
+    if (!command->get_name().empty()) known += (known.empty() ? "" : ", ") + command->get_name();
+  const std::vector<std::string> words = app.remaining(true);
+  if (!words.empty() && words.front().starts_with('-'))
+    app.exit(CLI::ExtrasError(std::vector{tankrig::shown_text(words.front())}));
+  else if (words.empty() || known.empty())
+    app.exit(missing);
+  else
+    std::fprintf(stderr, "%s: found '%s', expected a command, one of: %s\n", name.c_str(),
+                 tankrig::shown_text(words.front()).c_str(), known.c_str());
   return kUsage;
 }
 
@@ -161,7 +168,7 @@ int main(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::RequiredError& e) {
-    return app.remaining(true).empty() ? (app.exit(e), kUsage) : unknown_command(app);
+    return unknown_or_missing(app, e);
   } catch (const CLI::ParseError& e) {
     return app.exit(e) == 0 ? kOk : kUsage;
   }

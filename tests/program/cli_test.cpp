@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <csignal>
 #include <cstdlib>
 
@@ -76,6 +77,34 @@ TEST(Usage, AWordThatIsNoCommandIsNamedBesideThoseThatAre) {
   }
 }
 
+TEST(Usage, AnOptionThatIsWrongOrMissingIsNamed) {
+  const std::pair<std::vector<std::string>, std::string> wrong[] = {
+      {{"evaluate", "c.ply", "--objcet", "box.obj", "--pose", "pose.yaml"}, "not expected: --objcet"},
+      {{"evaluate", "c.ply", "d.ply", "--object", "box.obj"}, "--pose is required"},
+      {{"session", "info", "--jsno"}, "not expected: --jsno"},
+      {{"session", "info"}, "session is required"},
+      {{"session", "export", "s"}, "is required"},
+      {{"session", "--jsno"}, "not expected: --jsno"},
+      {{"--jsno"}, "not expected: --jsno"}};
+  for (const auto& [words, expected] : wrong) {
+    const ProgramRun run = run_tankrig(words);
+    EXPECT_EQ(run.exit_code, 2);
+    EXPECT_THAT(run.err, HasSubstr(expected)) << testing::PrintToString(words);
+    EXPECT_THAT(run.err, Not(HasSubstr("one of: \n"))) << run.err;
+  }
+}
+
+TEST(Init, TakesNothingInItsWayAndANameWithASlash) {
+  const fs::path rig = scratch_folder() / "place/my-rig", diary = scratch_folder() / "place/my-rig.tmp/diary";
+  fs::create_directories(diary.parent_path());
+  write_text(diary, "mine");
+  const ProgramRun run = run_tankrig({"init", rig.string() + "/"});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(read_text(diary), "mine");
+  EXPECT_TRUE(fs::exists(rig / "rig.yaml"));
+  EXPECT_EQ(std::distance(fs::directory_iterator(scratch_folder() / "place"), fs::directory_iterator()), 2);
+}
+
 TEST(DryRun, NeedsNoDevice) {
   const fs::path rig = scratch_folder() / "rig";
   ASSERT_EQ(run_tankrig({"init", rig.string(), "--from", "tank-wire"}).exit_code, 0);
@@ -89,8 +118,10 @@ TEST(DryRun, NeedsNoDevice) {
 /// What a killed emulation left goes with the next one; a folder whose owner lives stays.
 TEST(Emulate, RemovesTheFoldersOfTheDeadAndNoOthers) {
   const fs::path place = scratch_folder() / "tmp", dead = place / "tankrig-runtime-dead00",
-                 owned = place / "tankrig-runtime-owned0", foreign = place / "tankrig-notes";
-  for (const fs::path& folder : {dead, owned, foreign}) fs::create_directories(folder);
+                 owned = place / "tankrig-runtime-owned0", foreign = place / "tankrig-notes",
+                 unnamed = place / ".tankrig-runtime-dead00", young = place / ".tankrig-runtime-young0";
+  for (const fs::path& folder : {dead, owned, foreign, unnamed, young}) fs::create_directories(folder);
+  fs::last_write_time(unnamed, fs::file_time_type::clock::now() - std::chrono::hours(1));
   write_text(dead / "laser", "");
   const int owner = ::open(owned.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   ASSERT_EQ(::flock(owner, LOCK_EX | LOCK_NB), 0);
@@ -100,11 +131,14 @@ TEST(Emulate, RemovesTheFoldersOfTheDeadAndNoOthers) {
   ::close(owner);
   EXPECT_EQ(run.exit_code, 0) << run.err;
   EXPECT_FALSE(fs::exists(dead));
+  EXPECT_FALSE(fs::exists(unnamed)) << "killed before it had its lock";
+  EXPECT_TRUE(fs::exists(young)) << "about to get it";
   EXPECT_TRUE(fs::exists(owned));
   EXPECT_TRUE(fs::exists(foreign));
   for (const auto& entry : fs::directory_iterator(place))
-    if (entry.path().filename().string().find("tankrig-runtime-") != std::string::npos)
+    if (entry.path() != young && entry.path().filename().string().find("tankrig-runtime-") != std::string::npos) {
       EXPECT_EQ(entry.path(), owned) << "its own is gone";
+    }
 }
 
 TEST(DryRun, PrintsPathClearanceDurationDiskAndTheFacesInView) {

@@ -71,5 +71,16 @@ devices:
   }
 }
 
+TEST(Doctor, OfARigThatCannotBePlannedSaysSoInALine) {
+  const auto rig = small_rig(scratch_folder() / "rig", {{"laser_pairs: false", "laser_pairs: true"},
+                                                        {"switches_per_frame: false", "switches_per_frame: true"}});
+  const ProgramRun run = run_tankrig(
+      {"doctor", "--rig", rig.string(), "--seconds", "0.1", "--sessions", scratch_folder().string(), "--json"});
+  EXPECT_EQ(run.exit_code, 1) << run.err;
+  ASSERT_TRUE(finding(run.json(), "plan")) << run.out;
+  EXPECT_THAT(finding(run.json(), "plan")->at("measured"), HasSubstr("scan: laser_warm_up: found 1, expected"));
+  EXPECT_TRUE(finding(run.json(), "disk"));
+}
+
 }  // namespace
 }  // namespace tankrig::test
