@@ -47,6 +47,11 @@ ProgramRun recorded(const fs::path& rig, const fs::path& out) {
   return run;
 }
 
+/// "mono 27": those that the session holds.
+std::string frames_of(const std::string& camera, const Session& session) {
+  return camera + ' ' + std::to_string(std::ranges::count(session.frames, camera, &FrameRecord::camera));
+}
+
 int check(const fs::path& session) { return run_tankrig({"session", "check", session.string()}).exit_code; }
 
 void expect_one_line(const ProgramRun& run, const std::vector<std::string>& words) {
@@ -100,6 +105,26 @@ TEST(Faults, AFullDiskEndsTheScanSafelyAndTheSessionSaysWhy) {
   EXPECT_EQ(run.exit_code, 3) << run.err;
   EXPECT_THAT(run.err, HasSubstr("No space left on device; laser off, arm at rest"));
   EXPECT_THAT(Session::open(session).info.status, HasSubstr("No space left on device"));
+}
+
+TEST(Faults, FramesThatACameraLosesAreToldOnTheTerminalAsTheAccountHasThem) {
+  const fs::path plan = scratch_folder() / "plan.yaml", path = scratch_folder() / "session";
+  write_text(plan, "faults:\n  - {device: camera mono, kind: dropped, ratio: 0.05, seed: 1}\n");
+  const ProgramRun run =
+      run_tankrig({"scan", "--rig", small_rig().string(), "--faults", plan.string(), "--out", path.string(), "--json"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const Session session = Session::open(path);
+  const nlohmann::json mono = run.json().at("cameras").at("mono");
+  const auto number = [](const nlohmann::json& from, const char* key) { return from.value(key, std::uint64_t{0}); };
+  const std::uint64_t recorded = number(mono, "recorded"), lost = number(mono.at("left_out"), "lost");
+  EXPECT_GT(lost, 0u);
+  EXPECT_EQ(frames_of("mono", session), "mono " + std::to_string(recorded));
+  EXPECT_EQ(number(mono, "expected"), recorded + lost + number(mono.at("left_out"), "not_recorded"));
+  EXPECT_EQ(mono.at("unaccounted"), 0);
+  EXPECT_THAT(run.err, HasSubstr("camera mono: " + std::to_string(recorded) + " of " + std::to_string(recorded + lost) +
+                                 " frames recorded: lost " + std::to_string(lost) + "\n"));
+  EXPECT_THAT(run.err, HasSubstr("frames recorded, none lost: " + frames_of("left", session) + ", " +
+                                 frames_of("right", session) + "\n"));
 }
 
 TEST(Faults, ABadPlanIsOneLineBeforeAnythingBegins) {
@@ -228,10 +253,13 @@ void make_old(const fs::path& session) {
 
 TEST(OlderSessions, AreStillReadAndAOnePassSessionIsNoTimeCalibration) {
   const fs::path session = scratch_folder() / "session";
-  recorded(small_rig(), session);
+  const ProgramRun clean = recorded(small_rig(), session);
+  const Session now = Session::open(session);
+  EXPECT_THAT(clean.err, HasSubstr("frames recorded, none lost: " + frames_of("left", now) + ", " +
+                                   frames_of("mono", now) + ", " + frames_of("right", now) + "\n"));
+  EXPECT_THAT(clean.err, testing::Not(HasSubstr("camera mono: ")));
   expect_one_line(run_tankrig({"calibrate", "time", session.string()}),
                   {session.string(), "found 1 pass", "passes: 2"});
-  const Session now = Session::open(session);
   make_old(session);
   const Session old = Session::open(session);
   ASSERT_EQ(old.frames.size(), now.frames.size());
