@@ -305,10 +305,11 @@ TEST(WaysOut, AnArmThatAStopDoesNotReachIsToldOfAtOnceAgainAndAtTheEnd) {
   ASSERT_EQ(::kill(emulator, SIGKILL), 0);
   ASSERT_TRUE(scan.ended()) << scan.screen;
   const std::string& screen = scan.screen;
-  const std::size_t first = screen.find("ARM MAY BE MOVING: cut its power"),
-                    again = screen.find("still: ARM MAY BE MOVING: cut its power"),
+  const std::string cry = "ARM MAY BE MOVING: cut its power";
+  const std::size_t first = screen.find(cry), again = screen.find("still: " + cry),
                     given_up = screen.find("laser off; ARM MAY BE MOVING"),
                     end = screen.find("the program ends, and it is not confirmed: ARM MAY BE MOVING");
+  EXPECT_LT(first + cry.size(), again) << "the first is not the repetition: " << screen;
   EXPECT_LT(first, given_up) << screen;
   EXPECT_LT(given_up, end) << screen;
   EXPECT_LT(again, end) << screen;
