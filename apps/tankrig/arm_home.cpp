@@ -17,7 +17,6 @@
 #include "apps/tankrig/stop.hpp"
 #include "core/input_error.hpp"
 #include "drivers/arm/homing.hpp"
-#include "rig/executive/safe_end.hpp"
 
 namespace tankrig::app {
 namespace {
@@ -96,25 +95,22 @@ int arm_home(const ArmCommandOptions& options) {
   confirm("The arm of " + rig.name + " will move every joint into its stop, unchecked. Is its way free?", options.yes);
   const RigStops stops(*backend, progress);
   make_laser_dark(*backend, rig.scan);
-  begin_motion(*backend);
+  Motion motion(*backend, rig.scan.safety, progress);
 
   const HomingResult result = home(*arm, backend->clock(), progress);
-  OutputsLeft left;
-  left.arm_at_rest = came_to_rest(*arm, backend->clock(), from_seconds(rig.scan.safety.rest_timeout), progress);
   const auto laser = backend->laser().state();
-  left.laser_dark = laser.ok() && !laser.value().powered && !laser.value().emitting;
+  const OutputsLeft left = motion.look(laser.ok() && !laser.value().powered && !laser.value().emitting);
   progress.finish_line();
   if (options.json)
     print_json(json_of(result, left));
   else
     print(result);
   if (!result.ok()) {
-    end_motion(*backend, progress);
     progress.warn("arm not homed: " + result.message() + "; " + to_string(left));
     return StopOnSignal::requested() && left.safe() ? kPartial : kFailure;
   }
   keep(zero_file, result.zero(), left, progress);
-  end_motion(*backend, progress);
+  motion.end();
   if (left.safe()) return kOk;
   progress.warn("arm homed, but not confirmed safe afterwards: " + to_string(left) +
                 (left.arm_at_rest ? "" : ", then home again"));

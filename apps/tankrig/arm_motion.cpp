@@ -5,20 +5,18 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <utility>
 
 #include "apps/tankrig/commands.hpp"
 #include "apps/tankrig/output.hpp"
 #include "apps/tankrig/plan_check.hpp"
-#include "apps/tankrig/progress.hpp"
 #include "apps/tankrig/rig_files.hpp"
 #include "apps/tankrig/stop.hpp"
 #include "apps/tankrig/waiting.hpp"
 #include "core/input_error.hpp"
 #include "rig/executive/cycle.hpp"
-#include "rig/executive/safe_end.hpp"
 #include "rig/plan/operator_plan.hpp"
 #include "rig/scan/before_start.hpp"
-#include "rig/scan/scan.hpp"
 #include "rig/scan/scan_log.hpp"
 #include "rig/session/event_kinds.hpp"
 
@@ -28,8 +26,8 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr double kDegrees = 180 / std::numbers::pi;
-constexpr Duration kRest = 200ms, kRestSeen = 2s;  // encoders that long without news are an arm at rest; within
-constexpr std::int32_t kStillTicks = 1;            // an encoder at rest may waver by so much
+constexpr Duration kRest = 200ms;        // encoders that long without news are an arm at rest
+constexpr std::int32_t kStillTicks = 1;  // an encoder at rest may waver by so much
 
 /// Keeps the newest joints; faults are told at once.
 class MotionSink final : public ScanSink {
@@ -89,6 +87,31 @@ void print(const Outcome& o, bool moved) {
     std::printf("duration   %.1f s\n", o.plan.duration());
 }
 
+/// Commands rest until the encoders say the same for a while; false after `timeout`. `tell`: whether it rests, whenever
+/// there is reason to say.
+bool came_to_rest(Arm& arm, Clock& clock, Duration timeout, const std::function<void(bool)>& tell) {
+  std::optional<JointState> first;
+  Stamp heard = clock.now();
+  const auto over = [&](bool at_rest) { return tell(at_rest), at_rest; };
+  for (const Stamp end = heard + timeout; clock.now() < end;) {
+    const bool stops = arm.stop().ok();
+    if (!stops || clock.now() - heard > SafeEnd::kNewsAge) tell(false);
+    clock.sleep_until(clock.now() + arm.exchange_period());
+    const auto news = arm.try_read();
+    if (!news.ok() || !news.value()) continue;
+    const JointState& state = *news.value();
+    heard = state.stamp;
+    bool still = first.has_value();
+    for (std::size_t j = 0; still && j < kJoints; ++j)
+      still = std::abs(state.ticks[j] - first->ticks[j]) <= kStillTicks;
+    if (!still)
+      first = state;
+    else if (state.stamp - first->stamp >= kRest)
+      return over(true);
+  }
+  return over(false);
+}
+
 }  // namespace
 
 void make_laser_dark(Backend& backend, const ScanSettings& settings) {
@@ -116,45 +139,60 @@ JointVector homed_posture(Backend& backend, const std::string& rig) {
   if (q.allFinite() && (rest.ok() || rest.error().code != ErrorCode::kNotReady)) return q;
   std::string why = "it does not know its joints yet";
   if (Arm5e* const arm = backend.homed_arm()) {
-    arm->keep_loss();
     if (!arm->why_not_homed().empty()) why = arm->why_not_homed();
+    try {
+      arm->keep_loss();
+    } catch (const InputError& e) {
+      why += std::string("; that is not kept: ") + e.what();
+    }
   }
   throw InputError("arm: not homed: " + why + ": tankrig arm home --rig " + rig);
 }
 
-void begin_motion(Backend& backend) {
+Motion::Motion(Backend& backend, const SafetySettings& safety, Progress& progress)
+    : backend_(backend), rest_timeout_(from_seconds(safety.rest_timeout)), progress_(progress) {
   if (Arm5e* const arm = backend.homed_arm()) arm->begin_motion();
 }
 
-void end_motion(Backend& backend, Progress& progress) {
-  Arm5e* const arm = backend.homed_arm();
-  if (!arm || arm->settings().zero_file.empty() || Cycle::any_left_behind()) return;
+void Motion::run(ScanJob& job) {
+  const auto over = [&] {
+    if (!job.result.status.empty()) left_ = job.result.left;
+    end();
+    if (left_) job.result.left = *left_;
+  };
   try {
-    const bool rests = came_to_rest(*arm, backend.clock(), kRestSeen, progress);
-    arm->end_motion(rests);
-    if (!rests) progress.warn("arm: not seen at rest at the end: expected a new homing before the next motion");
-  } catch (const InputError& e) {
-    progress.warn(std::string("arm: expected a new homing before the next motion: ") + e.what());
+    run_scan(job);
+  } catch (...) {
+    over();
+    throw;
   }
+  over();
 }
 
-bool came_to_rest(Arm& arm, Clock& clock, Duration timeout, Progress& progress) {
-  std::optional<JointState> first;
-  for (const Stamp end = clock.now() + timeout; clock.now() < end;) {
-    if (!arm.stop().ok()) progress.cut(to_cut({.laser_dark = true, .arm_at_rest = false}));
-    clock.sleep_until(clock.now() + arm.exchange_period());
-    const auto news = arm.try_read();
-    if (!news.ok() || !news.value()) continue;
-    const JointState& state = *news.value();
-    bool still = first.has_value();
-    for (std::size_t j = 0; still && j < kJoints; ++j)
-      still = std::abs(state.ticks[j] - first->ticks[j]) <= kStillTicks;
-    if (!still)
-      first = state;
-    else if (state.stamp - first->stamp >= kRest)
-      return progress.cut({}), true;
+OutputsLeft Motion::look(bool laser_dark) {
+  looked_ = true;
+  left_ = OutputsLeft{laser_dark, true};
+  left_->arm_at_rest = came_to_rest(backend_.arm(), backend_.clock(), rest_timeout_, [&](bool at_rest) {
+    left_->arm_at_rest = at_rest;
+    progress_.cut(to_cut(*left_));
+  });
+  return *left_;
+}
+
+void Motion::end() noexcept {
+  if (std::exchange(ended_, true)) return;
+  Arm5e* const arm = backend_.homed_arm();
+  if (!arm || arm->settings().zero_file.empty() || Cycle::any_left_behind()) return;
+  try {
+    const bool touched = left_.has_value();
+    if (!looked_) look(!touched || left_->laser_dark);
+    const bool rests = left_->arm_at_rest;
+    if (!touched && rests) left_.reset();
+    arm->end_motion(rests);
+    if (!rests) progress_.warn("arm: not seen at rest at the end: home it again before the next motion");
+  } catch (const std::exception& e) {
+    progress_.warn(std::string("arm: home it again before the next motion: ") + e.what());
   }
-  return false;
 }
 
 int move_arm(const ArmCommandOptions& options, const TargetFrom& target_from) {
@@ -184,9 +222,8 @@ int move_arm(const ArmCommandOptions& options, const TargetFrom& target_from) {
                 [] { return false; },
                 [&](const ScanProgress& p) { progress.update("arm: " + p.segment, p.fraction); },
                 [&](const std::string& what) { progress.cut(what); }};
-    begin_motion(*backend);
-    outcome.result = run_scan(job);
-    end_motion(*backend, progress);
+    Motion(*backend, settings.safety, progress).run(job);
+    outcome.result = job.result;
     outcome.reached = sink.q();
     progress.finish_line();
   }

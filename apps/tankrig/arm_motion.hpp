@@ -2,11 +2,14 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 
 #include "apps/tankrig/arm_commands.hpp"
 #include "apps/tankrig/backend.hpp"
 #include "apps/tankrig/progress.hpp"
+#include "rig/executive/safe_end.hpp"
+#include "rig/scan/scan.hpp"
 
 namespace tankrig::app {
 
@@ -17,14 +20,32 @@ void make_laser_dark(Backend& backend, const ScanSettings& settings);
 /// Where the arm is.  Errors: InputError that says what to do, if the arm is silent or does not know its joints yet.
 JointVector homed_posture(Backend& backend, const std::string& rig);
 
-/// The arm may move from here on. A program that does not come to end_motion() leaves no proof of the arm's zero.
-/// Errors: InputError, where another program moves it.
-void begin_motion(Backend& backend);
-/// Nothing moves any more: what proves the zero to the next program is kept, or why it is not is told.
-void end_motion(Backend& backend, Progress& progress);
+/// While it lives, the arm may move. However it ends, the arm is looked at once more, and what proves its zero to the
+/// next program is kept, or why it is not is told. A program that dies meanwhile leaves no proof.
+class Motion {
+ public:
+  /// Errors: InputError, where another program moves the arm.
+  Motion(Backend& backend, const SafetySettings& safety, Progress& progress);
+  ~Motion() { end(); }
+  Motion(const Motion&) = delete;
+  Motion& operator=(const Motion&) = delete;
 
-/// Encoders say the same for a while, within `timeout`. Works without angles too. A stop that is not taken is told.
-bool came_to_rest(Arm& arm, Clock& clock, Duration timeout, Progress& progress);
+  /// run_scan() and the end, also by an exception; `job.result.left` is what was seen last.
+  void run(ScanJob& job);
+  /// Does the arm rest? Its encoders say the same for a while, within the rig's rest timeout; works without angles too.
+  /// What must be cut is told where it takes no stop, says nothing, or goes on.
+  OutputsLeft look(bool laser_dark);
+  void end() noexcept;
+  /// How laser and arm were left; nothing if they were not touched.
+  const std::optional<OutputsLeft>& left() const { return left_; }
+
+ private:
+  Backend& backend_;
+  const Duration rest_timeout_;
+  Progress& progress_;
+  std::optional<OutputsLeft> left_;
+  bool looked_ = false, ended_ = false;
+};
 
 struct ArmTarget {
   std::string name;  ///< of the motion, for progress and messages: "move elbow"

@@ -199,11 +199,9 @@ ScanResult lit_preview(const CameraPreviewOptions& options, const RigConfig& rig
                 output.finish_line();
                 progress.cut(what);
               }};
-  begin_motion(backend);
   try {
-    const ScanResult result = run_scan(job);
-    end_motion(backend, progress);
-    return result;
+    Motion(backend, settings.safety, progress).run(job);
+    return job.result;
   } catch (const InputError& e) {
     if (job.result.status.empty()) throw;  // nothing was touched
     throw InputError(std::string(e.what()) + "; " + to_string(job.result.left));

@@ -2,7 +2,6 @@
 
 #include <chrono>
 
-#include "apps/tankrig/arm_motion.hpp"
 #include "apps/tankrig/played_faults.hpp"
 #include "apps/tankrig/rig_files.hpp"
 #include "apps/tankrig/stop.hpp"
@@ -122,7 +121,7 @@ void check_lux(const std::string& lux) {
 }
 
 ScanResult record_scan(const ScanOptions& options, const RigConfig& rig, const ScanPlan& plan, Backend& backend,
-                       const fs::path& path, Progress& progress, std::optional<OutputsLeft>& left) {
+                       const fs::path& path, Progress& progress, Motion& motion) {
   SessionInfo info = session_info_of(options, backend, path);
   const bool meter = options.lux == "auto" && rig.read_lux;
   if (meter || options.lux != "auto") {
@@ -172,22 +171,16 @@ ScanResult record_scan(const ScanOptions& options, const RigConfig& rig, const S
                           StopOnSignal::from_now_on()};
   };
   ScanResult& result = job.result;
-  begin_motion(backend);
   try {
-    run_scan(job);
+    motion.run(job);
   } catch (const std::exception& e) {
-    if (result.status.empty())
-      result.status = std::string("stopped: ") + e.what();
-    else
-      left = result.left;
+    if (result.status.empty()) result.status = std::string("stopped: ") + e.what();
     progress.warn(result.status + "; closing the session");
     as_far_as_possible([&] { keep_figures(writer, rig, backend, result); });
     as_far_as_possible([&] { writer.close(result.status, pictures()); });
     tell_frames(writer.info(), progress);
     throw;
   }
-  left = result.left;
-  end_motion(backend, progress);
   keep_figures(writer, rig, backend, result);
   for (const std::string& fault : faults.never_began()) {
     progress.warn("faults: " + fault + ": never began");

@@ -2,8 +2,8 @@
 #pragma once
 
 #include <filesystem>
-#include <optional>
 
+#include "apps/tankrig/arm_motion.hpp"
 #include "apps/tankrig/backend.hpp"
 #include "apps/tankrig/commands.hpp"
 #include "apps/tankrig/progress.hpp"
@@ -15,9 +15,9 @@ namespace tankrig::app {
 /// Errors: InputError unless --lux is "auto" or a number of at least 0.
 void check_lux(const std::string& lux);
 
-/// Moves the arm and records the session. `left`: how laser and arm were left; nothing if they were not touched.
+/// Moves the arm and records the session.
 /// Errors: what the disk refuses.
 ScanResult record_scan(const ScanOptions& options, const RigConfig& rig, const ScanPlan& plan, Backend& backend,
-                       const std::filesystem::path& path, Progress& progress, std::optional<OutputsLeft>& left);
+                       const std::filesystem::path& path, Progress& progress, Motion& motion);
 
 }  // namespace tankrig::app

@@ -22,7 +22,9 @@
 #include "apps/tankrig/stop.hpp"
 #include "apps/tankrig/summary.hpp"
 #include "apps/tankrig/timing.hpp"
+#include "apps/tankrig/waiting.hpp"
 #include "core/input_error.hpp"
+#include "core/shown_text.hpp"
 #include "core/utc.hpp"
 #include "rig/plan/light_check.hpp"
 #include "rig/scan/before_start.hpp"
@@ -50,17 +52,20 @@ fs::path default_session(std::string rig) {
 int told_stopped(const fs::path& path, const std::string& why, const std::optional<OutputsLeft>& left, bool finished,
                  Progress& progress) {
   progress.warn("scan " + why + "; " + (left ? to_string(*left) : "laser and arm were not touched") +
-                ", session kept in " + path.string() + (finished ? "" : ", not finished: tankrig session recover"));
+                ", session kept in " + printable(path.string()) +
+                (finished ? "" : ", not finished: tankrig session recover"));
   return kPartial;
 }
 
 int stopped(const fs::path& path, const std::string& why, const std::optional<OutputsLeft>& left, Progress& progress) {
+  bool sealed = false;
   try {
     write_checksums(path);
-  } catch (const InputError& e) {
+    sealed = true;
+  } catch (const std::exception& e) {
     progress.warn(e.what());
   }
-  return told_stopped(path, why, left, !has_spool(path), progress);
+  return told_stopped(path, why, left, sealed && !has_spool(path), progress);
 }
 
 /// Warns of every camera that recorded clearly less than the plan holds. True if one has too little to make a cloud of,
@@ -151,25 +156,27 @@ int scan(const ScanOptions& options) {
     return kPartial;
   }
   ScanResult result;
-  std::optional<OutputsLeft> left;
+  Motion motion(*backend, rig.scan.safety, progress);
   try {
-    result = record_scan(options, rig, plan, *backend, path, progress, left);
+    result = record_scan(options, rig, plan, *backend, path, progress, motion);
     stops.reset();
   } catch (const NotOnDisk& e) {
-    return told_stopped(path, std::string("stopped: ") + e.what(), left, false, progress);
+    return told_stopped(path, std::string("stopped: ") + e.what(), motion.left(), false, progress);
   } catch (const std::exception& e) {
-    if (!left && !fs::exists(path / "session.yaml")) throw;
-    return stopped(path, std::string("stopped: ") + e.what(), left, progress);
+    if (!motion.left() && !fs::exists(path / "session.yaml")) throw;
+    return stopped(path, std::string("stopped: ") + e.what(), motion.left(), progress);
   }
   if (result.times && !options.json) {
     progress.finish_line();
     print_timing(rig, result);
   }
-  if (!result.complete()) return stopped(path, result.status, left, progress);
-  if (has_spool(path)) return stopped(path, "stopped while writing pictures", left, progress);
+  if (!result.complete()) return stopped(path, result.status, motion.left(), progress);
+  if (has_spool(path)) return stopped(path, "stopped while writing pictures", motion.left(), progress);
   const bool partial = frames_are_missing(rig, plan, result, progress);
 
-  const SessionLock at_rest(path);
+  std::optional<Waiting> waiting(std::in_place, "whoever reads " + printable(path.string()));
+  const SessionLock at_rest(path, SessionUse::kWrite, std::chrono::minutes(10));
+  waiting.reset();
   const Session session = Session::open(path);
   const auto scores = reconstruct_and_report(session, parameters, backend->world(), progress);
   if (!scores) {

@@ -30,7 +30,6 @@ MappedStamp AravisCamera::Impl::mid_exposure(const AravisReceived& received, Dur
                           : settings.stamp_at == StampAt::kExposureEnd ? Duration{}
                                                                        : -settings.readout;
   const Stamp end_by_arrival = received.arrival - settings.transfer_delay;
-  const std::lock_guard lock(mutex);
   if (!latch)
     if (const auto sample = envelope.add(received.device_ns, end_by_arrival - to_end)) trust.fit().add(*sample);
   if (auto mapped = trust.fit().map(received.device_ns + (to_end - exposure / 2).count())) {
@@ -47,7 +46,6 @@ MappedStamp AravisCamera::Impl::mid_exposure(const AravisReceived& received, Dur
 
 Frame AravisCamera::Impl::frame(const AravisReceived& received, std::uint64_t sequence, const AravisLink& l) {
   const MappedStamp mid = mid_exposure(received, l.exposure());
-  const std::lock_guard lock(mutex);
   last_sigma = mid.sigma;
   ++counters.delivered;
   return {received.image, mid.stamp, mid.sigma, l.exposure(), sequence};
@@ -84,11 +82,11 @@ void AravisCamera::Impl::take(AravisLink& l) {
 
 /// The next frame whose stamp is known for sure, or as well as it can be without a latch.
 std::optional<Frame> AravisCamera::Impl::release(const AravisLink& l) {
+  const std::lock_guard lock(mutex);  // no reading comes between the word on a clock and the stamp that it gives
   for (; !held.empty(); held.pop_front()) {
     const Held& first = held.front();
     ClockTrust::Word word = ClockTrust::Word::kSure;
     if (latch) {
-      const std::lock_guard lock(mutex);
       word = trust.word(first.number, first.received.arrival - l.exposure() - kInFlight);
       counters.clock_unsure += word == ClockTrust::Word::kUnsure;
     }

@@ -75,6 +75,7 @@ struct AravisCamera::Impl {
   void take(AravisLink& l);
   std::optional<Frame> release(const AravisLink& l);
   void drop_held(std::uint64_t CameraCounters::*reason);
+  // With the mutex.
   Frame frame(const AravisReceived& received, std::uint64_t sequence, const AravisLink& l);
   MappedStamp mid_exposure(const AravisReceived& received, Duration exposure);
   bool stalled(Stamp now, const AravisLink& l);

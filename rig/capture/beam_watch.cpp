@@ -53,7 +53,10 @@ BeamVerdict BeamWatch::judge() {
     if (light == LaserTimeline::Light::kOn && !joints_known(frame)) break;
     const bool settled = !switched_ || frame.begin - *switched_ >= settle_ || *switched_ - frame.end >= settle_;
     PerCamera& camera = cameras_[static_cast<std::size_t>(frame.camera)];
-    if (settled && light == LaserTimeline::Light::kOn) judge_lit(camera, frame);
+    if (settled && light == LaserTimeline::Light::kOn) {
+      if (camera.dark.count() == 0) blind_ = frame.camera;
+      judge_lit(camera, frame);
+    }
     if (settled && light == LaserTimeline::Light::kOff) judge_dark(camera, frame);
     waiting_.pop_front();
   }
@@ -92,10 +95,7 @@ void BeamWatch::judge_repeats(PerCamera& camera, const Waiting& frame, const Joi
 }
 
 void BeamWatch::judge_dark(PerCamera& camera, const Waiting& frame) {
-  if (camera.dark.count() < settings_.dark_frames) {
-    if (!was_lit_) camera.dark.add(frame.image);
-    return;
-  }
+  if (!was_lit_ && camera.dark.count() < settings_.dark_frames) return camera.dark.add(frame.image);
   const auto sign = look_for_stripe(frame.image, camera.dark.mean());
   if (!sign) return;
   const bool seen = sign->triples >= kPresent && sign->contrast >= kLeastContrast * camera.lit_contrast;

@@ -20,10 +20,10 @@ namespace tankrig {
 /// Whether a camera should see the stripe with the arm in this posture. Empty: unknown, its absence says nothing.
 using StripeInView = std::function<bool(const JointVector& q)>;
 
-/// What a camera sees in the dark is learnt from its first frames before any light. From then on every frame testifies,
-/// except around a switching. `frames` contradictions of one camera in a row are a verdict, which stays. A camera whose
-/// lit picture stays the same, bit for bit, though the arm moves is no witness.
-/// Threads: one, the supervisor's.  RT: never.
+/// What a camera sees in the dark is learnt from its first frames before any light, however few came. From then on
+/// every frame testifies, except around a switching. `frames` contradictions of one camera in a row are a verdict,
+/// which stays. A camera whose lit picture stays the same, bit for bit, though the arm moves is no witness. Threads:
+/// one, the supervisor's.  RT: never.
 class BeamWatch {
  public:
   /// `settle`: so long before and after a switching no frame testifies. `laser` and `joints` outlive it.
@@ -41,6 +41,8 @@ class BeamWatch {
 
   /// The camera that has repeated its lit picture in `frames` frames in a row.
   std::optional<int> repeating() const { return repeating_; }
+  /// A camera of which no picture of the dark came before the light: it can say nothing.
+  std::optional<int> blind() const { return blind_; }
 
   /// "beam seen in 200 of 200 lit frames, not seen in 24 of 24 dark ones; waived: mono"
   std::string summary() const;
@@ -76,7 +78,7 @@ class BeamWatch {
   std::optional<Stamp> switched_;  // newest switching, commanded or told
   bool commanded_ = false, emitting_ = false, was_lit_ = false;
   BeamVerdict verdict_ = BeamVerdict::kNone;
-  std::optional<int> repeating_;
+  std::optional<int> repeating_, blind_;
   int lit_ = 0, lit_seen_ = 0, dark_ = 0, dark_clear_ = 0;
 };
 

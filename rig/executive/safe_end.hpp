@@ -16,6 +16,7 @@ struct OutputsLeft {
   bool arm_at_rest = false;  ///< measured velocities have been below creep for a while, and still are measured
 
   bool safe() const noexcept { return laser_dark && arm_at_rest; }
+  bool operator==(const OutputsLeft&) const = default;
 };
 
 /// "laser off, arm at rest", or for each that is not confirmed what the people at the tank must do.

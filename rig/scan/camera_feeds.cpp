@@ -162,7 +162,7 @@ void CameraFeeds::keep_account(Feed& feed, const Frame& frame) {
     const std::uint64_t skipped = frame.sequence - feed.last->sequence - 1;
     feed.skipped += skipped;
     tell_.dropped(frame.stamp - feed.time_offset,
-                  feed.camera->info().name + ": lost on the way x " + std::to_string(skipped));
+                  feed.camera->info().name + ": missing x " + std::to_string(skipped));
   }
   if (feed.skipped > known - feed.known_before)
     feed.unexplained_now = std::max(feed.unexplained_now, feed.skipped - (known - feed.known_before));

@@ -127,7 +127,9 @@ class ScanRun {
     if (!ended()) feeds_.check_silence();
     joiner_.drain();
     executive_.set_beam(beam_.judge());
-    if (const auto camera = beam_.repeating()) device_failed(repeats(*camera));
+    if (const auto camera = beam_.repeating()) device_failed(of(*camera, "repeats its picture though the arm moves"));
+    if (const auto camera = beam_.blind())
+      device_failed(of(*camera, "no picture of the dark came, so nothing verifies the beam"));
     report_progress();
     executive_.heartbeat(well_at_);
   }
@@ -151,9 +153,7 @@ class ScanRun {
     const OutputsLeft before = to_be_cut_;
     to_be_cut_.laser_dark = left.laser_dark || (before.laser_dark && expected.laser_dark);
     to_be_cut_.arm_at_rest = left.arm_at_rest || (before.arm_at_rest && expected.arm_at_rest);
-    const bool more = (before.laser_dark && !to_be_cut_.laser_dark) || (before.arm_at_rest && !to_be_cut_.arm_at_rest);
-    const bool over = !before.safe() && to_be_cut_.safe();
-    if (job_.cut && (more || over)) job_.cut(to_cut(to_be_cut_));
+    if (job_.cut && to_be_cut_ != before) job_.cut(to_cut(to_be_cut_));
   }
 
   /// An open interlock ends a scan even where it opens before the executive is armed; a plan without light goes on.
@@ -245,9 +245,8 @@ class ScanRun {
     executive_.thread_died();
   }
 
-  std::string repeats(int camera) const {
-    return "camera " + job_.cameras[static_cast<std::size_t>(camera)].camera->info().name +
-           ": repeats its picture though the arm moves";
+  std::string of(int camera, const char* what) const {
+    return "camera " + job_.cameras[static_cast<std::size_t>(camera)].camera->info().name + ": " + what;
   }
 
   void report_progress() {

@@ -55,8 +55,8 @@ struct ScanJob {
   const std::atomic<bool>& stop;           ///< set by Ctrl-C: laser off, then arm stopped, session readable
   std::function<bool()> interlock_closed;  ///< the laser's interlock as the backend reads it; empty is open
   std::function<void(const ScanProgress&)> progress = {};  ///< ten times per second of the plan
-  /// What people must cut, in the turn in which that is known and whenever it becomes more: a stop that is not taken,
-  /// a device that does not answer, a cycle that hangs. Empty: laser off and arm at rest are confirmed after all.
+  /// What people must cut, in the turn in which that is known and whenever it changes: a stop that is not taken, a
+  /// device that does not answer, a cycle that hangs. Empty: laser off and arm at rest are confirmed after all.
   /// Must not throw, nor take its time.
   std::function<void(const std::string& what)> cut = {};
   /// What is known however run_scan ends, also by an exception. Its status is empty where the scan was refused and

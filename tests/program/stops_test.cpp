@@ -318,6 +318,19 @@ TEST(WaysOut, AnArmThatAStopDoesNotReachIsToldOfAtOnceAgainAndAtTheEnd) {
   EXPECT_FALSE(scan.box.relay_closed());
 }
 
+/// The arm lives: that it rests says nothing of the laser.
+TEST(WaysOut, ALaserThatIsUnpluggedInTheSweepIsCriedForUntilTheEnd) {
+  if (!forbidden().empty()) GTEST_SKIP() << forbidden();
+  Scan scan(wire_rig(scratch_folder() / "rig").parent_path());
+  ASSERT_TRUE(scan.lit()) << scan.screen;
+  scan.box.unplug();
+  ASSERT_TRUE(scan.ended()) << scan.screen;
+  EXPECT_THAT(scan.screen, HasSubstr("LASER MAY BE ON: cut its supply; arm at rest"));
+  EXPECT_THAT(scan.screen, HasSubstr("the program ends, and it is not confirmed: LASER MAY BE ON: cut its supply"));
+  EXPECT_THAT(scan.screen, testing::Not(HasSubstr("confirmed now")));
+  EXPECT_TRUE(WIFEXITED(scan.status) && WEXITSTATUS(scan.status) == 3) << scan.status;
+}
+
 TEST(WaysOut, AFileThatMayNotGrowEndsTheScanInsteadOfTheProgram) {
   const fs::path rig = edited_rig(scratch_folder() / "rig", "dark_frames: 10", "dark_frames: 2");
   const fs::path session = scratch_folder() / "session";

@@ -249,9 +249,7 @@ TEST_P(PureCycle, StaysPureWhileItTriggersCamerasByTimeAndByPosition) {
   EXPECT_GT(by_time.heard, 0);
   EXPECT_GT(by_angle.heard, 0);
   EXPECT_EQ(accounted(by_angle), 21) << "0.1 rad, every 5 mrad, both ends";
-  if (witness.latest() > testing_support::kStarved)
-    GTEST_SKIP() << "triggers by time are not judged: this machine was late by " << 1e3 * seconds(witness.latest())
-                 << " ms";
+  TANKRIG_SKIP_IF_LATE(witness, testing_support::kStarved);
   EXPECT_EQ(accounted(by_time), due_by_time(sut.plan, 1 / by_time.info().rate_hz));
 }
 

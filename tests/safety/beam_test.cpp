@@ -97,6 +97,32 @@ class LyingLaser final : public Laser {
   Stamp since_{};
 };
 
+/// Loses its frames until the projector shines.
+class LateCamera final : public Camera {
+ public:
+  LateCamera(Camera& camera, sim::MockLaser& laser) : camera_(camera), laser_(laser) {}
+  CameraInfo info() const override { return camera_.info(); }
+  Status start() override { return camera_.start(); }
+  Result<std::optional<Frame>> try_grab() override {
+    auto frame = camera_.try_grab();
+    if (!frame.ok() || !frame.value() || laser_.state().value().emitting) return frame;
+    ++lost_;
+    return std::optional<Frame>{};
+  }
+  std::optional<Stamp> next_frame_at() const override { return camera_.next_frame_at(); }
+  void stop() noexcept override { camera_.stop(); }
+  CameraCounters counters() const override {
+    CameraCounters counters = camera_.counters();
+    counters.lost += lost_;
+    return counters;
+  }
+
+ private:
+  Camera& camera_;
+  sim::MockLaser& laser_;
+  std::uint64_t lost_ = 0;
+};
+
 /// A mock rig whose cameras draw a stripe where the projector really shines; the mono camera sees the sweep, the left
 /// one the dark blocks.
 struct Rig {
@@ -110,6 +136,7 @@ struct Rig {
   LyingLaser laser{real, clock};
   std::vector<std::unique_ptr<sim::MockCamera>> cameras;
   std::mt19937 random{4};
+  Camera* mono = nullptr;  // in place of the first of `cameras`
   bool in_view = true;
   RecordWhen record = RecordWhen::kAll;
   std::function<void()> in_the_sweep = [] {};
@@ -145,7 +172,7 @@ struct Rig {
                 clock,
                 arm,
                 laser,
-                {{cameras[0].get(), record, view}, {cameras[1].get(), RecordWhen::kDark}},
+                {{mono ? mono : cameras[0].get(), record, view}, {cameras[1].get(), RecordWhen::kDark}},
                 sink,
                 stop,
                 [] { return true; },
@@ -244,6 +271,17 @@ TEST(BeamWatch, LearnsTheDarkFromAsFewPicturesAsTheScanTakes) {
   rig.in_the_sweep = [&] { rig.real.faults.stuck_on = true; };
   const ScanResult result = rig.run();
   EXPECT_NE(result.status.find("stray beam"), std::string::npos) << result.status;
+}
+
+TEST(BeamWatch, EndsAScanOfWhichNoDarkPictureCame) {
+  Rig rig;
+  LateCamera late(*rig.cameras[0], rig.real);
+  rig.mono = &late;
+  rig.s.safety.camera_timeout = 60;  // it is not silent yet
+  const ScanResult result = rig.run();
+  EXPECT_NE(result.status.find("camera mono: no picture of the dark came"), std::string::npos) << result.status;
+  EXPECT_TRUE(rig.sink.of("mono", Phase::kSweep).empty());
+  EXPECT_TRUE(result.left.safe());
 }
 
 TEST(BeamWatch, SaysNothingWrongOnTheSimulatedRigs) {

@@ -277,9 +277,7 @@ TEST_P(LastResort, IsNotNeededWhereTheCycleHangsInsideTheDriverTheDevicesOwnThre
   is_dark_and_at_rest();
   const Stamp dark = box_->opened().value(), rested = ear_->rested();
   EXPECT_GE(rested - hung, kPatience.arm / 2) << "stopped by something else";
-  if (witness.latest() > testing_support::kStarved)
-    GTEST_SKIP() << "which came first is not judged: this machine was late by " << 1e3 * seconds(witness.latest())
-                 << " ms";
+  TANKRIG_SKIP_IF_LATE(witness, testing_support::kStarved);
   EXPECT_LT(dark - hung, kPatience.arm) << "by the laser's own time-out";
   EXPECT_LT(dark, rested) << "the laser goes off first";
 }

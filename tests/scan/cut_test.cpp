@@ -65,16 +65,28 @@ TEST(WhatToCut, IsSaidInTheTurnInWhichTheLaserDoesNotTakeOff) {
   EXPECT_FALSE(result.left.laser_dark);
 }
 
+TEST(WhatToCut, IsTheLaserAloneOnceTheArmRests) {
+  StoppedRig rig;
+  const ScanResult result = rig.stop_where([](StoppedRig& r) {
+    r.laser->faults.set_fails = true;
+    r.arm->faults.stop_fails = true;
+  });
+  ASSERT_GE(rig.told.size(), 2u);
+  EXPECT_EQ(rig.told.back().what, kLaser);
+  EXPECT_TRUE(result.left.arm_at_rest);
+}
+
 TEST(WhatToCut, IsSaidAfterASecondOfDevicesThatTakeTheStopAndDoNotObey) {
   StoppedRig rig;
   const ScanResult result = rig.stop_where([](StoppedRig& r) {
     r.arm->faults.runs_away = true;
     r.laser->faults.stuck_on = true;
   });
-  ASSERT_EQ(rig.told.size(), 1u);
+  ASSERT_EQ(rig.told.size(), 2u);
   EXPECT_EQ(rig.told[0].what, std::string(kLaser) + "; " + kArm);
   EXPECT_LE(rig.after(0), SafeEnd::kUsual + rig.turns(3));
   EXPECT_LT(rig.after(0), from_seconds(rig.s.safety.rest_timeout));
+  EXPECT_EQ(rig.told[1].what, kLaser) << "the arm rests at the end of its way";
   EXPECT_FALSE(result.left.safe());
 }
 

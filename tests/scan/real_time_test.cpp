@@ -32,10 +32,6 @@ struct ShortRig : testing_support::MockRigUnder<MonotonicClock> {
   }
 };
 
-std::string not_judged(const testing_support::MachineWitness& witness) {
-  return "what it recorded is not judged: this machine was late by " + std::to_string(seconds(witness.latest())) + " s";
-}
-
 TEST(RealTimeScan, RecordsTheSweepAndEndsSafe) {
   ShortRig rig;
   rig.s.heartbeat_timeout = 5;
@@ -47,7 +43,7 @@ TEST(RealTimeScan, RecordsTheSweepAndEndsSafe) {
   EXPECT_EQ(result.times->wake_up.count(), result.times->cycles);
   const double points = static_cast<double>(result.times->cycles + result.times->missed_cycles);
   EXPECT_GE(points, rig.plan->duration() * rig.s.cycle_hz);
-  if (witness.latest() > testing_support::kStarved) GTEST_SKIP() << not_judged(witness);
+  TANKRIG_SKIP_IF_LATE(witness, testing_support::kStarved);
   EXPECT_EQ(rig.sink.of("mono", Phase::kDarkBefore).size(), 2u);
   EXPECT_NEAR(static_cast<double>(rig.sink.of("mono", Phase::kSweep).size()), 25, 1);
 }
@@ -82,7 +78,7 @@ TEST(RealTimeScan, LightsTheSweepOfACameraThatIsSlowToStart) {
   testing_support::MachineWitness witness;
   const ScanResult result = run_scan(job);
   EXPECT_EQ(result.status, "complete");
-  if (witness.latest() > testing_support::kStarved) GTEST_SKIP() << not_judged(witness);
+  TANKRIG_SKIP_IF_LATE(witness, testing_support::kStarved);
   EXPECT_NEAR(static_cast<double>(rig.sink.of("mono", Phase::kSweep).size()), 25, 1);
 }
 

@@ -273,9 +273,7 @@ TEST(Scan, WorksUnderTheRealClockToo) {
   const ScanResult result = run_scan(job);
   EXPECT_TRUE(result.complete()) << result.status;
   EXPECT_GE(result.simulated_s, plan.duration());
-  if (witness.latest() > testing_support::kStarved)
-    GTEST_SKIP() << "how long it took is not judged: this machine was late by " << 1e3 * seconds(witness.latest())
-                 << " ms";
+  TANKRIG_SKIP_IF_LATE(witness, testing_support::kStarved);
   EXPECT_LE(result.simulated_s, plan.duration() + 1.0 + s.safety.indicator_delay);
 }
 
