@@ -348,7 +348,10 @@ Status Arm5e::pump(Stamp now, bool at_once) noexcept {
   const bool unanswered = link_->outstanding() > 0 && now >= sent_at_ + patience * answer_time();
   if (unanswered) repeat(now);
   if (!at_once) {
-    if (link_->outstanding() > 0 && !unanswered) return {};
+    if (link_->outstanding() > 0 && !unanswered) {
+      const Status sends = link_->sends();
+      return sends.ok() ? sends : Error{sends.error().code, 0, now, send_failure(sends.error().code)};
+    }
     const Duration slack = std::min<Duration>(period_ / 8, std::chrono::milliseconds(1));
     if (now + slack < next_send_) return {};
   }

@@ -52,6 +52,8 @@ class ArmLink {
   /// Next whole answer that has come; nothing if none.  Errors: kDisconnected and what the carrier says.
   virtual Result<std::optional<ArmAnswer>> try_receive(Stamp now) noexcept = 0;
 
+  /// Would what is sent now come out? Errors: kNotReady (bus-off).
+  virtual Status sends() const noexcept { return {}; }
   /// Requests sent, not answered and not forgotten.
   virtual int outstanding() const noexcept = 0;
   /// Nothing will come of them any more; drops any part of an answer.

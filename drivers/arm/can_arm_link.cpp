@@ -129,6 +129,11 @@ Status CanArmLink::send_all(std::span<const CanFrame> frames, const ArmExchange&
   return {};
 }
 
+Status CanArmLink::sends() const noexcept {
+  if (bus_->state() != CanState::kBusOff) return {};
+  return Error{ErrorCode::kNotReady, 0, {}, "can: bus-off"};
+}
+
 const ArmExchange& CanArmLink::asked() const noexcept {
   static constexpr ArmExchange kWhole{};
   return outstanding_ > 0 ? asked_[0] : kWhole;

@@ -49,6 +49,7 @@ class CanArmLink final : public ArmLink {
   Status try_send(const PidSlot& gains, Stamp now) noexcept override;
   void send_regardless(const ArmDemands& demands) const noexcept override;
   Result<std::optional<ArmAnswer>> try_receive(Stamp now) noexcept override;
+  Status sends() const noexcept override;
   int outstanding() const noexcept override { return outstanding_; }
   void forget() noexcept override;
   Status reopen() noexcept override;

@@ -136,7 +136,7 @@ struct Rig {
   LyingLaser laser{real, clock};
   std::vector<std::unique_ptr<sim::MockCamera>> cameras;
   std::mt19937 random{4};
-  Camera* mono = nullptr;  // in place of the first of `cameras`
+  Camera* second = nullptr;  // that records all, in place of the left one
   bool in_view = true;
   RecordWhen record = RecordWhen::kAll;
   std::function<void()> in_the_sweep = [] {};
@@ -172,7 +172,8 @@ struct Rig {
                 clock,
                 arm,
                 laser,
-                {{mono ? mono : cameras[0].get(), record, view}, {cameras[1].get(), RecordWhen::kDark}},
+                {{cameras[0].get(), record, view},
+                 second ? ScanCamera{second, RecordWhen::kAll, view} : ScanCamera{cameras[1].get(), RecordWhen::kDark}},
                 sink,
                 stop,
                 [] { return true; },
@@ -275,12 +276,12 @@ TEST(BeamWatch, LearnsTheDarkFromAsFewPicturesAsTheScanTakes) {
 
 TEST(BeamWatch, EndsAScanOfWhichNoDarkPictureCame) {
   Rig rig;
-  LateCamera late(*rig.cameras[0], rig.real);
-  rig.mono = &late;
+  LateCamera late(*rig.cameras[1], rig.real);
+  rig.second = &late;
   rig.s.safety.camera_timeout = 60;  // it is not silent yet
   const ScanResult result = rig.run();
-  EXPECT_NE(result.status.find("camera mono: no picture of the dark came"), std::string::npos) << result.status;
-  EXPECT_TRUE(rig.sink.of("mono", Phase::kSweep).empty());
+  EXPECT_NE(result.status.find("camera left: no picture of the dark came"), std::string::npos) << result.status;
+  EXPECT_TRUE(rig.sink.of("left", Phase::kSweep).empty());
   EXPECT_TRUE(result.left.safe());
 }
 

@@ -215,6 +215,7 @@ int main(int argc, char** argv) {
     const Outcome o = scan_wire(argv[2], argv[3], fs::path(argv[2]) / "session", nullptr);
     return o.stopped() ? 1 : 0;
   }
+  constexpr char kUsage[] = "reliability [--quick | --mock] [--only \"DEVICE [KIND]\"] [FILE.md]";
   Asked asked;
   for (int i = 1; i < argc; ++i) {
     const std::string word = argv[i];
@@ -224,6 +225,8 @@ int main(int argc, char** argv) {
       asked.mock_only = true;
     else if (word == "--only" && i + 1 < argc)
       asked.device = argv[++i];
+    else if (word.starts_with('-'))
+      return std::fprintf(stderr, "%s: found %s\n", kUsage, word.c_str()), 1;
     else
       asked.file = word;
   }

@@ -66,7 +66,8 @@ constexpr Case kCases[] = {
     {D::kCamera, K::kDelayed,      {.delay = 30ms}, kDone, kDone, nullptr},
     {D::kCamera, K::kIntermittent, {}, "camera mono", "camera mono", "camera mono"},
     {D::kCamera, K::kUnplugged,    {}, "camera mono", "camera mono", "camera mono"},
-    {D::kCamera, K::kDropped,      {.ratio = 0.05}, kDone, kDone, nullptr, kNone, "mono.lost"},
+    {D::kCamera, K::kDropped,      {.ratio = 0.05}, kDone, nullptr, nullptr, kNone, "mono.lost"},
+    {D::kCamera, K::kDropped,      {.ratio = 0.05}, nullptr, kDone, nullptr, kNone, "mono.incomplete"},  // packets, not frames
     {D::kCamera, K::kTorn,         {}, "camera mono", "camera mono", "camera mono", kNone, "mono.incomplete"},
     {D::kCamera, K::kClockJump,    {}, kJumped, kDone, nullptr},
     {D::kCamera, K::kClockJump,    {.jump = -500ms}, kJumped, kDone, nullptr},
