@@ -46,7 +46,7 @@ TEST(RelayLaserOnAMachineThatSleeps, SendsOffAndNoOnAgainThoughNoTimeOutSawIt) {
 /// The box does not answer any more, so what is told stays to be seen.
 TEST(RelayLaserOnAMachineThatSleeps, TellsItsCallerAndRefusesToSwitchOnUntilOffIsConfirmed) {
   Box box;
-  box.settings.answer_timeout = 60s;
+  box.settings.answer_timeout = 2s;
   SleepyClock clock;
   RelayEmulator& emulator = box.start();
   RelayLaser laser(box.settings, clock);
