@@ -211,10 +211,10 @@ void write_opencv_camera_file(const std::filesystem::path& path, const CameraMod
     return " !!opencv-matrix\n  rows: " + std::to_string(rows) + "\n  cols: " + std::to_string(cols) +
            "\n  dt: d\n  data: " + numbers + "\n";
   };
-  write_file_durably(path, "%YAML:1.0\n---\nimage_width: " + std::to_string(c.width) +
-                       "\nimage_height: " + std::to_string(c.height) + "\ncamera_name: \"" + name +
-                       "\"\ncamera_matrix:" + matrix(3, 3, list(c.matrix().val)) +
-                       "distortion_coefficients:" + matrix(1, 5, list(std::array{c.k1, c.k2, c.p1, c.p2, c.k3})));
+  write_file_durably(
+      path, "%YAML:1.0\n---\nimage_width: " + std::to_string(c.width) + "\nimage_height: " + std::to_string(c.height) +
+                "\ncamera_name: \"" + name + "\"\ncamera_matrix:" + matrix(3, 3, list(c.matrix().val)) +
+                "distortion_coefficients:" + matrix(1, 5, list(std::array{c.k1, c.k2, c.p1, c.p2, c.k3})));
 }
 
 }  // namespace tankrig

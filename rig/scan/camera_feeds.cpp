@@ -161,8 +161,7 @@ void CameraFeeds::keep_account(Feed& feed, const Frame& frame) {
   if (feed.delivers && frame.sequence > feed.last->sequence + 1) {
     const std::uint64_t skipped = frame.sequence - feed.last->sequence - 1;
     feed.skipped += skipped;
-    tell_.dropped(frame.stamp - feed.time_offset,
-                  feed.camera->info().name + ": missing x " + std::to_string(skipped));
+    tell_.dropped(frame.stamp - feed.time_offset, feed.camera->info().name + ": missing x " + std::to_string(skipped));
   }
   if (feed.skipped > known - feed.known_before)
     feed.unexplained_now = std::max(feed.unexplained_now, feed.skipped - (known - feed.known_before));

@@ -72,8 +72,7 @@ fs::path place_below(const fs::path& session, const fs::path& name) {
   for (const fs::path& part : name.parent_path()) {
     reached /= part;
     const bool made = ::mkdirat(folder.descriptor(), part.c_str(), 0777) == 0 || errno == EEXIST;
-    if (!made || !folder.enter(part))
-      throw CannotWrite(reached, errno);
+    if (!made || !folder.enter(part)) throw CannotWrite(reached, errno);
   }
   return session / name;
 }

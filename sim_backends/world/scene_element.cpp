@@ -67,8 +67,7 @@ SceneElement SceneElement::load(const std::filesystem::path& file, std::string_v
   auto document = std::make_shared<Document>();
   document->file = file;
   document->text = read_regular_file(file, kMostSceneBytes, "a " + std::string(root_name));
-  if (trimmed(document->text).empty())
-    throw InputError(file, "is empty, expected a " + std::string(root_name));
+  if (trimmed(document->text).empty()) throw InputError(file, "is empty, expected a " + std::string(root_name));
   if (const auto zero = document->text.find('\0'); zero != std::string::npos)
     throw InputError(file, document->line(static_cast<std::ptrdiff_t>(zero)), "found a byte 0, expected text");
   const auto parsed =
@@ -81,9 +80,10 @@ SceneElement SceneElement::load(const std::filesystem::path& file, std::string_v
   for (const pugi::xml_node node : document->xml.children()) {
     if (node == first) continue;
     const auto begin = document->text.find_first_not_of(" \t\r\n", static_cast<std::size_t>(node.offset_debug()));
-    const std::string found = node.type() == pugi::node_doctype   ? "a DOCTYPE"
-                              : node.type() == pugi::node_element ? "a second root element <" + shown_text(node.name()) + ">"
-                                                                  : "text '" + shown_text(trimmed(node.value())) + "'";
+    const std::string found = node.type() == pugi::node_doctype ? "a DOCTYPE"
+                              : node.type() == pugi::node_element
+                                  ? "a second root element <" + shown_text(node.name()) + ">"
+                                  : "text '" + shown_text(trimmed(node.value())) + "'";
     throw InputError(file, document->line(static_cast<std::ptrdiff_t>(begin)),
                      "found " + found + ", expected one <" + std::string(root_name) + "> and nothing beside it");
   }
@@ -179,7 +179,8 @@ double SceneElement::number_or(const char* child_name, double fallback, Bounds b
 int SceneElement::integer(const char* child_name, Bounds bounds) const {
   const SceneElement element = child(child_name);
   const double value = element.number(bounds);
-  if (value != std::floor(value)) element.fail("<" + element.name() + ">: found '" + element.text() + "', expected a whole number");
+  if (value != std::floor(value))
+    element.fail("<" + element.name() + ">: found '" + element.text() + "', expected a whole number");
   return static_cast<int>(value);
 }
 
@@ -216,7 +217,8 @@ Transform SceneElement::pose() const {
   const Vector3d position = xyz_or("position", Vector3d::Zero());
   const auto quaternion = optional("quaternion");
   if (!quaternion)
-    return make_transform_rpy(position, has("orientation") ? triple("orientation", {"r", "p", "y"}, {}) : Vector3d::Zero());
+    return make_transform_rpy(position,
+                              has("orientation") ? triple("orientation", {"r", "p", "y"}, {}) : Vector3d::Zero());
   if (has("orientation")) quaternion->fail("found <quaternion> beside <orientation>, expected one of them");
   quaternion->expect({"x", "y", "z", "w"});
   const Eigen::Vector4d xyzw(quaternion->number("x"), quaternion->number("y"), quaternion->number("z"),

@@ -342,7 +342,8 @@ TEST(OnTheWire, AZeroThatCannotBeWrittenStillTellsWhatWasLeft) {
   EXPECT_EQ(run.exit_code, 1);
   EXPECT_EQ(run.json().at("status"), "homed") << run.err;
   EXPECT_THAT(run.err, HasSubstr("arm homed, but its zero is not kept: "));
-  EXPECT_THAT(run.err, HasSubstr("arm-zero.yaml: cannot be written: No such file or directory; laser off, arm at rest"));
+  EXPECT_THAT(run.err,
+              HasSubstr("arm-zero.yaml: cannot be written: No such file or directory; laser off, arm at rest"));
 }
 
 TEST(OnTheWire, APreviewRunsUntilCtrlCAndThatIsNoFailure) {
