@@ -143,7 +143,7 @@ JointVector homed_posture(Backend& backend, const std::string& rig) {
     try {
       arm->keep_loss();
     } catch (const InputError& e) {
-      why += std::string("; that is not kept: ") + e.what();
+      why += std::string("; and this could not be saved: ") + e.what();
     }
   }
   throw InputError("arm: not homed: " + why + ": tankrig arm home --rig " + rig);

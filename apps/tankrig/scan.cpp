@@ -174,7 +174,7 @@ int scan(const ScanOptions& options) {
   if (has_spool(path)) return stopped(path, "stopped while writing pictures", motion.left(), progress);
   const bool partial = frames_are_missing(rig, plan, result, progress);
 
-  std::optional<Waiting> waiting(std::in_place, "whoever reads " + printable(path.string()));
+  std::optional<Waiting> waiting(std::in_place, "another program to finish reading " + printable(path.string()));
   const SessionLock at_rest(path, SessionUse::kWrite, std::chrono::minutes(10));
   waiting.reset();
   const Session session = Session::open(path);

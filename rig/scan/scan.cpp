@@ -129,7 +129,7 @@ class ScanRun {
     executive_.set_beam(beam_.judge());
     if (const auto camera = beam_.repeating()) device_failed(of(*camera, "repeats its picture though the arm moves"));
     if (const auto camera = beam_.blind())
-      device_failed(of(*camera, "no picture of the dark came, so nothing verifies the beam"));
+      device_failed(of(*camera, "no dark picture arrived, so it cannot verify the beam"));
     report_progress();
     executive_.heartbeat(well_at_);
   }

@@ -280,7 +280,7 @@ TEST(BeamWatch, EndsAScanOfWhichNoDarkPictureCame) {
   rig.second = &late;
   rig.s.safety.camera_timeout = 60;  // it is not silent yet
   const ScanResult result = rig.run();
-  EXPECT_NE(result.status.find("camera left: no picture of the dark came"), std::string::npos) << result.status;
+  EXPECT_NE(result.status.find("camera left: no dark picture arrived"), std::string::npos) << result.status;
   EXPECT_TRUE(rig.sink.of("left", Phase::kSweep).empty());
   EXPECT_TRUE(result.left.safe());
 }
