@@ -6,7 +6,6 @@
 #include <cstdlib>
 #include <cstring>
 #include <nlohmann/json.hpp>
-#include <numbers>
 
 #include "apps/tankrig/arm_motion.hpp"
 #include "apps/tankrig/commands.hpp"
@@ -15,13 +14,12 @@
 #include "apps/tankrig/progress.hpp"
 #include "apps/tankrig/rig_files.hpp"
 #include "apps/tankrig/stop.hpp"
+#include "core/angles.hpp"
 #include "core/input_error.hpp"
 #include "drivers/arm/homing.hpp"
 
 namespace tankrig::app {
 namespace {
-
-constexpr double kDegrees = 180 / std::numbers::pi;
 
 HomingResult home(Arm5e& arm, Clock& clock, Progress& progress) {
   return home_axes(arm, clock, &StopOnSignal::requested(), [&](const HomingProgress& p) {
@@ -38,7 +36,7 @@ nlohmann::ordered_json json_of(const HomingResult& result, const OutputsLeft& le
     if (!result.axes[j]) continue;
     const HomedAxis& axis = *result.axes[j];
     out["joints"].push_back({{"name", kJointNames[j]},
-                             {"angle_at_stop_deg", kDegrees * axis.angle_at_stop},
+                             {"angle_at_stop_deg", to_degrees(axis.angle_at_stop)},
                              {"raw_at_stop", axis.raw_at_stop},
                              {"raw_at_zero", axis.raw_at_zero},
                              {"current_a", axis.current_a}});
@@ -53,7 +51,7 @@ void print(const HomingResult& result) {
   for (std::size_t j = 0; j < kJoints; ++j) {
     if (!result.axes[j]) continue;
     const HomedAxis& axis = *result.axes[j];
-    std::printf("%-12s %10.2f deg %12u %12u %8.2f A\n", kJointNames[j], kDegrees * axis.angle_at_stop,
+    std::printf("%-12s %10.2f deg %12u %12u %8.2f A\n", kJointNames[j], to_degrees(axis.angle_at_stop),
                 unsigned{axis.raw_at_stop}, unsigned{axis.raw_at_zero}, axis.current_a);
   }
 }

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
-#include <numbers>
 #include <utility>
 
 #include "apps/tankrig/commands.hpp"
@@ -13,6 +12,7 @@
 #include "apps/tankrig/rig_files.hpp"
 #include "apps/tankrig/stop.hpp"
 #include "apps/tankrig/waiting.hpp"
+#include "core/angles.hpp"
 #include "core/input_error.hpp"
 #include "rig/executive/cycle.hpp"
 #include "rig/plan/operator_plan.hpp"
@@ -25,7 +25,6 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr double kDegrees = 180 / std::numbers::pi;
 constexpr Duration kRest = 200ms;        // encoders that long without news are an arm at rest
 constexpr std::int32_t kStillTicks = 1;  // an encoder at rest may waver by so much
 
@@ -58,15 +57,15 @@ nlohmann::ordered_json json_of(const Outcome& o, bool moved) {
   out["status"] = moved ? o.result.status : "checked";
   for (int j = 0; j < kJoints; ++j) {
     nlohmann::ordered_json joint{
-        {"name", kJointNames[j]}, {"from_deg", kDegrees * o.from[j]}, {"asked_deg", kDegrees * o.asked[j]}};
-    if (moved) joint["reached_deg"] = kDegrees * o.reached[j];
+        {"name", kJointNames[j]}, {"from_deg", to_degrees(o.from[j])}, {"asked_deg", to_degrees(o.asked[j])}};
+    if (moved) joint["reached_deg"] = to_degrees(o.reached[j]);
     out["joints"].push_back(joint);
   }
   out["duration_s"] = moved ? o.result.simulated_s : o.plan.duration();
   out["clearance_m"] = o.check.min_clearance;
   out["nearest"] = o.check.nearest;
   if (!moved) return out;
-  out["max_following_error_deg"] = kDegrees * o.result.max_following_error;
+  out["max_following_error_deg"] = to_degrees(o.result.max_following_error);
   out["laser_dark"] = o.result.left.laser_dark;
   out["arm_at_rest"] = o.result.left.arm_at_rest;
   return out;
@@ -75,8 +74,8 @@ nlohmann::ordered_json json_of(const Outcome& o, bool moved) {
 void print(const Outcome& o, bool moved) {
   std::printf("%-12s %10s %10s %10s\n", "joint", "from", "asked", moved ? "reached" : "");
   for (int j = 0; j < kJoints; ++j) {
-    std::printf("%-12s %6.2f deg %6.2f deg", kJointNames[j], kDegrees * o.from[j], kDegrees * o.asked[j]);
-    if (moved) std::printf(" %6.2f deg", kDegrees * o.reached[j]);
+    std::printf("%-12s %6.2f deg %6.2f deg", kJointNames[j], to_degrees(o.from[j]), to_degrees(o.asked[j]));
+    if (moved) std::printf(" %6.2f deg", to_degrees(o.reached[j]));
     std::printf("\n");
   }
   std::printf("clearance  %.0f mm, %s\n", 1e3 * o.check.min_clearance, o.check.nearest.c_str());
@@ -243,16 +242,17 @@ int arm_jog(const ArmCommandOptions& o) {
     if (!std::isfinite(o.angle_deg)) throw InputError("angle_deg: found no number, expected one");
     // Slower than the dead zone a joint sticks; the default must move every one of them.
     const double slowest = rig.scan.dead_zone[joint];
-    const double velocity = o.velocity_deg_s ? *o.velocity_deg_s / kDegrees : std::max(rig.scan.move_velocity, slowest);
+    const double velocity =
+        o.velocity_deg_s ? from_degrees(*o.velocity_deg_s) : std::max(rig.scan.move_velocity, slowest);
     if (velocity < slowest) {
       char line[160];
       std::snprintf(line, sizeof line,
                     "--velocity: found %g deg/s, expected at least %.2f, where the dead zone of %s ends",
-                    *o.velocity_deg_s, kDegrees * slowest, kJointNames[joint]);
+                    *o.velocity_deg_s, to_degrees(slowest), kJointNames[joint]);
       throw InputError(line);
     }
     ArmTarget target{"move " + o.joint, now, velocity};
-    target.q[joint] = (o.relative ? now[joint] : 0) + o.angle_deg / kDegrees;
+    target.q[joint] = (o.relative ? now[joint] : 0) + from_degrees(o.angle_deg);
     return target;
   });
 }
@@ -260,7 +260,7 @@ int arm_jog(const ArmCommandOptions& o) {
 int arm_park(const ArmCommandOptions& o) {
   return move_arm(o, [&o](const RigConfig& rig, const JointVector&) {
     return ArmTarget{"move to park", rig.scan.park,
-                     o.velocity_deg_s ? *o.velocity_deg_s / kDegrees : rig.scan.move_velocity};
+                     o.velocity_deg_s ? from_degrees(*o.velocity_deg_s) : rig.scan.move_velocity};
   });
 }
 

@@ -3,7 +3,6 @@
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
-#include <numbers>
 
 #include "apps/tankrig/arm_commands.hpp"
 #include "apps/tankrig/backend.hpp"
@@ -11,6 +10,7 @@
 #include "apps/tankrig/output.hpp"
 #include "apps/tankrig/progress.hpp"
 #include "apps/tankrig/rig_files.hpp"
+#include "core/angles.hpp"
 #include "core/input_error.hpp"
 #include "rig/scan/scan_log.hpp"
 
@@ -19,7 +19,6 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr double kDegrees = 180 / std::numbers::pi;
 constexpr Duration kListen = 500ms, kFirstState = 2s;
 
 struct ArmReport {
@@ -77,12 +76,12 @@ nlohmann::ordered_json json_of(const ArmReport& r, const RigConfig& rig, const A
   if (!r.refusal.empty()) out["refusal"] = r.refusal;
   for (int j = 0; j < kJoints; ++j)
     out["joints"].push_back({{"name", kJointNames[j]},
-                             {"angle_deg", kDegrees * r.state.q[j]},
+                             {"angle_deg", to_degrees(r.state.q[j])},
                              {"angle_rad", r.state.q[j]},
-                             {"lower_deg", kDegrees * rig.arm.limits[j].lower},
-                             {"upper_deg", kDegrees * rig.arm.limits[j].upper},
+                             {"lower_deg", to_degrees(rig.arm.limits[j].lower)},
+                             {"upper_deg", to_degrees(rig.arm.limits[j].upper)},
                              {"ticks", r.state.ticks[j]},
-                             {"velocity_deg_s", kDegrees * r.state.velocity[j]}});
+                             {"velocity_deg_s", to_degrees(r.state.velocity[j])}});
   out["current_a"] = r.state.current_a;
   out["peak_current_a"] = r.peak_current_a;
   out["exchange_period_s"] = seconds(arm.exchange_period());
@@ -105,9 +104,9 @@ void print(const ArmReport& r, const RigConfig& rig, const std::string& rig_name
   std::printf("%-12s %12s %12s %22s %9s %15s\n", "joint", "angle", "", "limits", "ticks", "velocity");
   for (int j = 0; j < kJoints; ++j)
     std::printf("%-12s %s deg %s rad %7.2f to %7.2f deg %9d %s deg/s\n", kJointNames[j],
-                cell("%8.2f", kDegrees * r.state.q[j]).c_str(), cell("%8.4f", r.state.q[j]).c_str(),
-                kDegrees * rig.arm.limits[j].lower, kDegrees * rig.arm.limits[j].upper, r.state.ticks[j],
-                cell("%9.2f", kDegrees * r.state.velocity[j]).c_str());
+                cell("%8.2f", to_degrees(r.state.q[j])).c_str(), cell("%8.4f", r.state.q[j]).c_str(),
+                to_degrees(rig.arm.limits[j].lower), to_degrees(rig.arm.limits[j].upper), r.state.ticks[j],
+                cell("%9.2f", to_degrees(r.state.velocity[j])).c_str());
   const std::string why = r.why_not_homed.empty() ? "" : r.why_not_homed + ": ";
   std::printf("%-28s %s\n", "homed", r.homed() ? "yes" : ("no: " + why + "tankrig arm home --rig " + rig_name).c_str());
   if (r.homed()) std::printf("%-28s %s\n", "at rest", r.at_rest(rig) ? "yes" : "no");

@@ -10,7 +10,7 @@
 namespace tankrig::app {
 namespace {
 
-int frames_of(const ScanPlan& plan, const RigConfig& rig) {
+int frames_planned(const ScanPlan& plan, const RigConfig& rig) {
   int frames = 0;
   for (const RigCamera& camera : rig.cameras) frames += expected_frames(rig, camera, plan);
   return frames;
@@ -20,7 +20,7 @@ int frames_of(const ScanPlan& plan, const RigConfig& rig) {
 
 void print_dry_run(const RigConfig& rig, const ScanPlan& plan, const MotionCheck& check, bool json) {
   const SurfaceView view = surface_view(rig, plan);
-  const int frames = frames_of(plan, rig);
+  const int frames = frames_planned(plan, rig);
   const std::uint64_t need = disk_need(rig, plan);
   if (json) {
     nlohmann::ordered_json out;

@@ -25,7 +25,7 @@
 namespace tankrig::app {
 namespace {
 
-constexpr Duration kLook = std::chrono::milliseconds{20};  // at the stop flag and the command
+constexpr Duration kStopLook = std::chrono::milliseconds{20};  // at the stop flag and the command
 
 sim::EmulatedTankSettings settings_of(const RigConfig& rig, const EmulateOptions& options,
                                       const std::filesystem::path& runtime, const sim::TankWorld& world) {
@@ -75,13 +75,13 @@ int wait_for(pid_t process, Clock& clock) {
   int status = 0;
   while (::waitpid(process, &status, WNOHANG) == 0) {
     if (StopOnSignal::requested() && !std::exchange(asked, true)) ::kill(process, SIGTERM);
-    clock.sleep_until(clock.now() + kLook);
+    clock.sleep_until(clock.now() + kStopLook);
   }
   return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
 }
 
 int wait_for_stop(Clock& clock) {
-  while (!StopOnSignal::requested()) clock.sleep_until(clock.now() + kLook);
+  while (!StopOnSignal::requested()) clock.sleep_until(clock.now() + kStopLook);
   return kOk;
 }
 

@@ -32,7 +32,7 @@ using namespace std::chrono_literals;
 
 constexpr auto kReadyTimeout = 300s;  // loading the scene takes most of it; one that dies is noticed at once
 constexpr auto kEndTimeout = 5s;
-constexpr std::chrono::milliseconds kLook = 200ms;
+constexpr std::chrono::milliseconds kReadyLook = 200ms;
 
 std::string exact(double value) {
   char text[32];
@@ -69,7 +69,7 @@ bool wait_ready(int pipe, pid_t process) {
     const auto left =
         std::chrono::duration_cast<std::chrono::milliseconds>(deadline - std::chrono::steady_clock::now());
     if (left <= 0ms) return false;
-    const int n = ::poll(&wanted, 1, static_cast<int>(std::min(left, kLook).count()));
+    const int n = ::poll(&wanted, 1, static_cast<int>(std::min(left, kReadyLook).count()));
     if (StopOnSignal::requested()) return false;
     if (n == 0 || (n < 0 && errno == EINTR)) continue;
     return n == 1 && ::read(pipe, &byte, 1) == 1;

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
-#include <numbers>
 
+#include "core/angles.hpp"
 #include "core/input_error.hpp"
 #include "rig/session/text_files.hpp"
 
@@ -22,7 +22,7 @@ std::optional<std::string> pose_difference(const Transform& rig, const Transform
   const double angle = Eigen::AngleAxisd(rig.linear().transpose() * scene.linear()).angle();
   if (length <= kSameLength && angle <= kSameAngle) return std::nullopt;
   char text[80];
-  std::snprintf(text, sizeof text, "%.1f mm and %.2f degrees", 1e3 * length, angle * 180 / std::numbers::pi);
+  std::snprintf(text, sizeof text, "%.1f mm and %.2f degrees", 1e3 * length, to_degrees(angle));
   return text;
 }
 
@@ -65,8 +65,7 @@ std::vector<std::string> calibration_errors(const RigConfig& rig, const sim::Tan
   const double offset = std::abs(std::abs(sheet.offset) - std::abs(rig.laser.ePl.offset));
   if (angle > kSameAngle || offset > kSameLength) {
     char text[120];
-    std::snprintf(text, sizeof text, "laser sheet stands %.1f mm and %.2f degrees", 1e3 * offset,
-                  angle * 180 / std::numbers::pi);
+    std::snprintf(text, sizeof text, "laser sheet stands %.1f mm and %.2f degrees", 1e3 * offset, to_degrees(angle));
     out.push_back(text + meant);
   }
   return out;

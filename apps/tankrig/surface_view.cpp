@@ -2,14 +2,12 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <numbers>
 
 #include "bench/metrics/surface_samples.hpp"
+#include "core/angles.hpp"
 
 namespace tankrig::app {
 namespace {
-
-constexpr double kDegrees = 180 / std::numbers::pi;
 
 /// Sheet and projector in o at one time of the sweep.
 struct SheetPose {
@@ -95,9 +93,9 @@ std::string SurfaceView::table() const {
     char line[160];
     std::snprintf(line, sizeof line, "(%5.2f %5.2f %5.2f)     %5.1f %%   %5.1f %%  %5.1f %%   %5.1f deg  %5.1f deg\n",
                   f.normal_o.x(), f.normal_o.y(), f.normal_o.z(), 100 * f.area_share, 100 * f.seen, 100 * f.lit,
-                  kDegrees * f.camera_incidence, kDegrees * f.laser_incidence);
+                  to_degrees(f.camera_incidence), to_degrees(f.laser_incidence));
     out += line;
-    if (f.seen > 0.99 && f.lit > 0.99 && f.camera_incidence * kDegrees <= 70 && f.laser_incidence * kDegrees <= 70)
+    if (f.seen > 0.99 && f.lit > 0.99 && to_degrees(f.camera_incidence) <= 70 && to_degrees(f.laser_incidence) <= 70)
       ++good;
   }
   return out + std::to_string(good) + " faces wholly seen and lit at no more than 70 degrees\n";
@@ -110,8 +108,8 @@ nlohmann::json SurfaceView::json() const {
                    {"area_share", f.area_share},
                    {"seen", f.seen},
                    {"lit", f.lit},
-                   {"camera_incidence_deg", kDegrees * f.camera_incidence},
-                   {"laser_incidence_deg", kDegrees * f.laser_incidence}});
+                   {"camera_incidence_deg", to_degrees(f.camera_incidence)},
+                   {"laser_incidence_deg", to_degrees(f.laser_incidence)}});
   return out;
 }
 

@@ -2,11 +2,11 @@
 #pragma once
 
 #include <cstdint>
-#include <numbers>
 #include <optional>
 #include <vector>
 
 #include "bench/metrics/surface_samples.hpp"
+#include "core/angles.hpp"
 #include "core/camera_model.hpp"
 
 namespace tankrig {
@@ -35,11 +35,11 @@ using LaserPass = std::vector<LaserView>;
 /// more than `max_incidence`, nothing in between). A closed mesh is seen from outside only, an open one from both
 /// sides.
 struct CeilingViews {
-  std::vector<CameraView> cameras;                         ///< one, or both eyes of the stereo pair
-  std::vector<LaserPass> laser;                            ///< empty: no light of our own is needed
-  std::vector<TriangleMesh> occluders;                     ///< anything else that casts shadows; frame o
-  std::optional<Plane> ground;                             ///< solid, its normal points into the water; frame o
-  double max_incidence = 75.0 * std::numbers::pi / 180.0;  ///< from the surface normal [rad]
+  std::vector<CameraView> cameras;          ///< one, or both eyes of the stereo pair
+  std::vector<LaserPass> laser;             ///< empty: no light of our own is needed
+  std::vector<TriangleMesh> occluders;      ///< anything else that casts shadows; frame o
+  std::optional<Plane> ground;              ///< solid, its normal points into the water; frame o
+  double max_incidence = from_degrees(75);  ///< from the surface normal [rad]
 };
 
 struct Ceiling {

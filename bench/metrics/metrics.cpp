@@ -92,8 +92,7 @@ MetricThresholds metric_thresholds_from(const ConfigNode& evaluation) {
   }
   t.coverage_headline_m = evaluation.number_or("coverage_headline_m", t.coverage_headline_m, length);
   t.ground_band_m = evaluation.number_or("ground_band_m", t.ground_band_m, {0.0, 10.0});
-  constexpr double kDegree = std::numbers::pi / 180.0;
-  t.max_incidence = kDegree * evaluation.number_or("max_incidence_deg", t.max_incidence / kDegree, {0.0, 90.0});
+  t.max_incidence = from_degrees(evaluation.number_or("max_incidence_deg", to_degrees(t.max_incidence), {0.0, 90.0}));
   t.surface_samples = static_cast<std::size_t>(
       evaluation.integer_or("surface_samples", static_cast<int>(t.surface_samples), {1000.0, 1e7}));
   return t;

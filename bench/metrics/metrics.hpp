@@ -2,12 +2,12 @@
 #pragma once
 
 #include <cstdint>
-#include <numbers>
 #include <optional>
 #include <vector>
 
 #include "bench/metrics/ceiling.hpp"
 #include "bench/metrics/mesh_distance.hpp"
+#include "core/angles.hpp"
 #include "core/config_node.hpp"
 #include "reconstruction/cloud/cloud.hpp"
 
@@ -18,12 +18,12 @@ struct MetricThresholds {
   double inlier_m = 0.010;   ///< points this near to the surface are the object's: they carry the error figures
   double outlier_m = 0.010;  ///< points farther than this are outliers; >= inlier_m
   std::vector<double> coverage_m{0.002, 0.005,
-                                 0.010};  ///< surface nearer than this to one of the object's points is covered
-  double coverage_headline_m = 0.010;     ///< the one quoted alone
-  double ground_band_m = 0.010;           ///< how far from the ground a ground point may be
-  std::optional<Plane> ground;            ///< frame o; none: horizontal (z_o), through the mesh's lowest point
-  double max_incidence = 75.0 * std::numbers::pi / 180.0;  ///< of the ceiling [rad]
-  std::size_t surface_samples = 200'000;                   ///< patches of the surface, about
+                                 0.010};    ///< surface nearer than this to one of the object's points is covered
+  double coverage_headline_m = 0.010;       ///< the one quoted alone
+  double ground_band_m = 0.010;             ///< how far from the ground a ground point may be
+  std::optional<Plane> ground;              ///< frame o; none: horizontal (z_o), through the mesh's lowest point
+  double max_incidence = from_degrees(75);  ///< of the ceiling [rad]
+  std::size_t surface_samples = 200'000;    ///< patches of the surface, about
 };
 
 /// Reads inlier_m, outlier_m, coverage_m, coverage_headline_m, ground_band_m, max_incidence_deg, surface_samples; each

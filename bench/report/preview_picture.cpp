@@ -12,7 +12,7 @@
 namespace tankrig {
 namespace {
 
-constexpr int kMinWidth = 640, kPanelHeight = 96, kMargin = 10, kHistogramHeight = 76;
+constexpr int kMinWidth = 640, kPanelHeight = 96, kPanelMargin = 10, kHistogramHeight = 76;
 const Colour kClipped{255, 0, 255}, kPanel{32, 32, 32}, kBar{80, 200, 80}, kBarBack{70, 70, 70};
 
 cv::Mat grey_of(const cv::Mat& frame) {
@@ -43,14 +43,14 @@ void draw_histogram(cv::Mat& panel, const cv::Mat& frame, cv::Point corner) {
 }
 
 void draw_panel(cv::Mat& panel, const cv::Mat& frame, const PreviewMarks& marks) {
-  const int histogram_x = panel.cols - 256 - kMargin;
-  draw_histogram(panel, frame, {histogram_x, kMargin});
-  put_text(panel, marks.caption, {kMargin, 22}, kWhite);
+  const int histogram_x = panel.cols - 256 - kPanelMargin;
+  draw_histogram(panel, frame, {histogram_x, kPanelMargin});
+  put_text(panel, marks.caption, {kPanelMargin, 22}, kWhite);
 
   char text[96];
   std::snprintf(text, sizeof text, "focus %.1f, best %.1f", marks.focus, marks.best_focus);
-  put_text(panel, text, {kMargin, 44}, kWhite);
-  const cv::Rect bar(kMargin, 52, histogram_x - 3 * kMargin, 10);
+  put_text(panel, text, {kPanelMargin, 44}, kWhite);
+  const cv::Rect bar(kPanelMargin, 52, histogram_x - 3 * kPanelMargin, 10);
   const double share = marks.best_focus > 0 ? std::clamp(marks.focus / marks.best_focus, 0.0, 1.0) : 0;
   cv::rectangle(panel, bar, kBarBack, cv::FILLED);
   cv::rectangle(panel, cv::Rect(bar.x, bar.y, static_cast<int>(std::lround(share * bar.width)), bar.height), kBar,
@@ -58,9 +58,9 @@ void draw_panel(cv::Mat& panel, const cv::Mat& frame, const PreviewMarks& marks)
 
   const int clipped = cv::countNonZero(clipped_mask(frame));
   std::snprintf(text, sizeof text, "clipped %.3f %%", 100.0 * clipped / static_cast<double>(frame.total()));
-  put_text(panel, text, {kMargin, 82}, clipped > 0 ? kClipped : kWhite);
+  put_text(panel, text, {kPanelMargin, 82}, clipped > 0 ? kClipped : kWhite);
   std::snprintf(text, sizeof text, "stripe %zu points", marks.stripe.size());
-  put_text(panel, marks.laser ? text : "laser off", {kMargin + 190, 82}, kWhite);
+  put_text(panel, marks.laser ? text : "laser off", {kPanelMargin + 190, 82}, kWhite);
 }
 
 }  // namespace

@@ -27,8 +27,6 @@ bool set(int fd, int level, int option, const T& value) noexcept {
   return ::setsockopt(fd, level, option, &value, sizeof value) == 0;
 }
 
-std::string reason(int error) { return std::generic_category().message(error); }
-
 ifreq request(const std::string& interface) noexcept {
   ifreq r{};
   interface.copy(r.ifr_name, IFNAMSIZ - 1);
@@ -63,7 +61,7 @@ bool is_can(int fd, const std::string& interface) noexcept {
     throw InputError(interface +
                      ": this kernel has no CAN sockets: modprobe can-raw, or use the carrier unix:PATH "
                      "(tests/kernel runs real CAN in a guest)");
-  throw InputError(interface + ": no CAN socket: " + reason(error));
+  throw InputError(interface + ": no CAN socket: " + std::strerror(error));
 }
 
 std::vector<can_filter> kernel_filters(const std::vector<CanFilter>& filters, bool everything) {
@@ -113,7 +111,7 @@ CanCarrier CanCarrier::open_interface(const CanSettings& settings, Role role) {
   if (!set(fd, SOL_SOCKET, SO_RCVBUFFORCE, settings.receive_buffer_bytes))
     set(fd, SOL_SOCKET, SO_RCVBUF, settings.receive_buffer_bytes);
   if (const int error = carrier.bind_to(index))
-    throw InputError(name + ": cannot bind: " + reason(error) +
+    throw InputError(name + ": cannot bind: " + std::strerror(error) +
                      (error == EPERM || error == EACCES ? ": run as a user who may use CAN sockets" : ""));
   return carrier;
 }
@@ -147,7 +145,7 @@ CanCarrier CanCarrier::open_hub(const std::string& path, const CanSettings& sett
                      ": start its emulator first (tankrig emulate)");
   if (error == EACCES || error == EPERM)
     throw InputError("unix:" + path + ": no permission: run as the user who started the emulator");
-  if (error) throw InputError("unix:" + path + ": cannot connect: " + reason(error));
+  if (error) throw InputError("unix:" + path + ": cannot connect: " + std::strerror(error));
   return carrier;
 }
 

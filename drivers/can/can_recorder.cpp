@@ -9,9 +9,9 @@
 #include <cerrno>
 #include <chrono>
 #include <condition_variable>
+#include <cstring>
 #include <mutex>
 #include <string_view>
-#include <system_error>
 #include <utility>
 
 #include "core/input_error.hpp"
@@ -27,8 +27,6 @@ constexpr auto kFlushPeriod = std::chrono::milliseconds(500);
 constexpr auto kLookPeriod = std::chrono::milliseconds(50);
 constexpr std::size_t kFlushBytes = 64 << 10;
 constexpr int kFramesPerLook = 100;
-
-std::string reason(int error) { return std::generic_category().message(error); }
 
 /// A kill may come in the middle of a line: nothing must be written behind it.
 void remove_cut_line(int fd) {
@@ -47,7 +45,7 @@ void remove_cut_line(int fd) {
 
 OwnedDescriptor open_log(const std::filesystem::path& file) {
   OwnedDescriptor fd(::open(file.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0644));
-  if (!fd) throw InputError(file, "cannot write the CAN log: " + reason(errno));
+  if (!fd) throw InputError(file, std::string("cannot write the CAN log: ") + std::strerror(errno));
   remove_cut_line(fd.get());
   return fd;
 }
@@ -71,7 +69,7 @@ struct CanRecorder::Impl {
       : carrier(CanCarrier::open(settings, CanCarrier::Role::kListener)),
         file(open_log(where)),
         wake(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {
-    if (wake.get() < 0) throw InputError("can.log: eventfd: " + reason(errno));
+    if (wake.get() < 0) throw InputError(std::string("can.log: eventfd: ") + std::strerror(errno));
     waiting.reserve(2 * kFlushBytes);
   }
 

@@ -2,12 +2,10 @@
 
 #include <algorithm>
 
-#include "core/clock.hpp"
+#include "drivers/lux/malformed_reply.hpp"
 
 namespace tankrig {
 namespace {
-
-Error malformed(const char* what) noexcept { return {ErrorCode::kProtocol, 0, MonotonicClock{}.now(), what}; }
 
 bool is_bcd(std::uint8_t byte) noexcept { return (byte & 0x0F) <= 9 && (byte >> 4) <= 9; }
 int bcd(std::uint8_t byte) noexcept { return (byte >> 4) * 10 + (byte & 0x0F); }
@@ -25,12 +23,12 @@ Range range_of(unsigned level, LuxUnit unit) noexcept {
 }  // namespace
 
 Result<Pce174Live> decode_pce174_live(std::span<const std::uint8_t> reply) noexcept {
-  if (reply.size() != kPce174LiveBytes) return malformed("PCE-174: reply has not 18 bytes");
+  if (reply.size() != kPce174LiveBytes) return malformed_reply("PCE-174: reply has not 18 bytes");
   if (!std::equal(kPce174LiveMagic.begin(), kPce174LiveMagic.end(), reply.begin()))
-    return malformed("PCE-174: reply does not begin with AA DD");
+    return malformed_reply("PCE-174: reply does not begin with AA DD");
   const auto clock = reply.subspan(3, 7);
   if (reply[2] != 0 || !std::all_of(clock.begin(), clock.end(), is_bcd))
-    return malformed("PCE-174: reserved byte is not 0, or clock is not decimal");
+    return malformed_reply("PCE-174: reserved byte is not 0, or clock is not decimal");
   Pce174Live live;
   int* const fields[] = {&live.year, &live.weekday, &live.month, &live.day, &live.hour, &live.minute, &live.second};
   for (std::size_t i = 0; i < clock.size(); ++i) *fields[i] = bcd(clock[i]);
@@ -38,10 +36,10 @@ Result<Pce174Live> decode_pce174_live(std::span<const std::uint8_t> reply) noexc
                      live.minute <= 59 && live.second <= 59;
   const auto digits = reply.subspan(10, 4);
   if (std::any_of(digits.begin(), digits.end(), [](std::uint8_t pair) { return pair > 99; }))
-    return malformed("PCE-174: digits above 99");
+    return malformed_reply("PCE-174: digits above 99");
   const std::uint8_t stat0 = reply[14], stat1 = reply[15];
   const unsigned mode = (stat0 >> 3) & 7u;
-  if (mode == 1 || mode == 7) return malformed("PCE-174: undefined mode");
+  if (mode == 1 || mode == 7) return malformed_reply("PCE-174: undefined mode");
   live.mode = static_cast<Pce174Mode>(mode);
   live.hold = (stat0 & 0x40) != 0;
   live.auto_power_off = (stat0 & 0x80) == 0;
@@ -52,11 +50,11 @@ Result<Pce174Live> decode_pce174_live(std::span<const std::uint8_t> reply) noexc
   live.memory = static_cast<Pce174Memory>(stat1 & 3u);
   live.stored_records = reply[16];
   live.memory_cursor = reply[17];
-  if (negative && live.mode != Pce174Mode::kRelative) return malformed("PCE-174: negative without relative mode");
+  if (negative && live.mode != Pce174Mode::kRelative) return malformed_reply("PCE-174: negative without relative mode");
   live.counts = 100 * digits[0] + digits[1];
   const int raw = 100 * digits[2] + digits[3];
   if (live.mode == Pce174Mode::kNormal && !live.hold && raw != live.counts)
-    return malformed("PCE-174: value and raw value differ");
+    return malformed_reply("PCE-174: value and raw value differ");
   const Range range = range_of(stat0 & 3u, live.unit);
   live.resolution = range.resolution;
   live.full_scale = range.full_scale;

@@ -2,14 +2,12 @@
 
 #include <algorithm>
 
-#include "core/clock.hpp"
+#include "drivers/lux/malformed_reply.hpp"
 
 namespace tankrig {
 namespace {
 
 using Bytes = std::span<const std::uint8_t>;
-
-Error malformed(const char* what) noexcept { return {ErrorCode::kProtocol, 0, MonotonicClock{}.now(), what}; }
 
 constexpr char kHexDigits[] = "0123456789ABCDEF";
 
@@ -107,7 +105,7 @@ T10aShort t10a_read(int head, bool colour_correction) noexcept {
 }
 
 Result<T10aReply> decode_t10a_short(Bytes reply) noexcept {
-  if (const char* fault = frame_fault(reply, kT10aShortBytes)) return malformed(fault);
+  if (const char* fault = frame_fault(reply, kT10aShortBytes)) return malformed_reply(fault);
   T10aReply r;
   r.head = *two_digits(reply.subspan(1, 2));
   r.command = *two_digits(reply.subspan(3, 2));
@@ -116,14 +114,14 @@ Result<T10aReply> decode_t10a_short(Bytes reply) noexcept {
 }
 
 Result<T10aMeasurement> decode_t10a_measurement(Bytes reply) noexcept {
-  if (const char* fault = frame_fault(reply, kT10aLongBytes)) return malformed(fault);
-  if (*two_digits(reply.subspan(3, 2)) != 10) return malformed("T-10A: reply to another command");
+  if (const char* fault = frame_fault(reply, kT10aLongBytes)) return malformed_reply(fault);
+  if (*two_digits(reply.subspan(3, 2)) != 10) return malformed_reply("T-10A: reply to another command");
   T10aMeasurement m;
   m.head = *two_digits(reply.subspan(1, 2));
-  if (!decode_status(reply.subspan(5, 4), m.status)) return malformed("T-10A: undefined status");
+  if (!decode_status(reply.subspan(5, 4), m.status)) return malformed_reply("T-10A: undefined status");
   if (!decode_block(reply.subspan(9, 6), m.value) || !decode_block(reply.subspan(15, 6), m.delta) ||
       !decode_block(reply.subspan(21, 6), m.percent))
-    return malformed("T-10A: value is no number");
+    return malformed_reply("T-10A: value is no number");
   return m;
 }
 

@@ -17,7 +17,7 @@ struct Field {
   std::size_t bytes() const { return size_of(type) * count; }
 };
 
-struct Header {
+struct PcdHeader {
   std::vector<Field> fields;
   std::size_t points = 0;
   std::string data;  ///< ascii, binary or binary_compressed
@@ -51,11 +51,11 @@ std::optional<Scalar> scalar_of(char kind, std::size_t size) {
   }
 }
 
-class HeaderReader {
+class PcdHeaderReader {
  public:
-  HeaderReader(const std::filesystem::path& file, std::string_view text) : file_(file), text_(text) {}
+  PcdHeaderReader(const std::filesystem::path& file, std::string_view text) : file_(file), text_(text) {}
 
-  Header read() {
+  PcdHeader read() {
     while (header_.data.empty()) {
       const auto line = take_line(text_, at_);
       ++line_number_;
@@ -163,10 +163,10 @@ class HeaderReader {
   std::vector<std::size_t> sizes_, counts_;
   std::vector<char> kinds_;
   std::optional<std::size_t> width_, height_, points_;
-  Header header_;
+  PcdHeader header_;
 };
 
-void read_ascii(const std::filesystem::path& file, const Header& header, std::string_view data, PointCloud& cloud) {
+void read_ascii(const std::filesystem::path& file, const PcdHeader& header, std::string_view data, PointCloud& cloud) {
   TokenReader tokens(file, data, header.lines + 1);
   PointCollector points(cloud);
   for (std::size_t i = 0; i < header.points; ++i) {
@@ -181,7 +181,8 @@ void read_ascii(const std::filesystem::path& file, const Header& header, std::st
   }
 }
 
-void read_records(const std::filesystem::path& file, const Header& header, std::string_view data, PointCloud& cloud) {
+void read_records(const std::filesystem::path& file, const PcdHeader& header, std::string_view data,
+                  PointCloud& cloud) {
   const std::size_t stride = header.point_bytes();
   if (data.size() / stride < header.points) fail_truncated(file, data.size() / stride, header.points);
   PointCollector points(cloud);
@@ -196,7 +197,8 @@ void read_records(const std::filesystem::path& file, const Header& header, std::
   }
 }
 
-void read_columns(const std::filesystem::path& file, const Header& header, std::string_view data, PointCloud& cloud) {
+void read_columns(const std::filesystem::path& file, const PcdHeader& header, std::string_view data,
+                  PointCloud& cloud) {
   if (data.size() < 8) fail_truncated(file, 0, header.points);
   const auto packed_size = static_cast<std::size_t>(decode(data.data(), Scalar::kU32, false));
   const auto size = static_cast<std::size_t>(decode(data.data() + 4, Scalar::kU32, false));
@@ -226,7 +228,7 @@ void read_columns(const std::filesystem::path& file, const Header& header, std::
 }  // namespace
 
 PointCloud read_pcd(const std::filesystem::path& file, std::string_view text) {
-  const Header header = HeaderReader(file, text).read();
+  const PcdHeader header = PcdHeaderReader(file, text).read();
   const std::string_view data = text.substr(header.offset);
   PointCloud cloud;
   cloud.frame = header.frame;

@@ -22,7 +22,7 @@ struct Element {
 
 enum class Format { kAscii, kLittle, kBig };
 
-struct Header {
+struct PlyHeader {
   Format format = Format::kAscii;
   std::vector<Element> elements;
   std::string frame;
@@ -52,11 +52,11 @@ std::optional<Scalar> scalar_named(std::string_view name) {
   return std::nullopt;
 }
 
-class HeaderReader {
+class PlyHeaderReader {
  public:
-  HeaderReader(const std::filesystem::path& file, std::string_view text) : file_(file), text_(text) {}
+  PlyHeaderReader(const std::filesystem::path& file, std::string_view text) : file_(file), text_(text) {}
 
-  Header read() {
+  PlyHeader read() {
     if (next() != "ply") fail("found '" + shown() + "', expected 'ply'");
     for (;;) {
       const std::string_view line = next();
@@ -137,13 +137,13 @@ class HeaderReader {
   std::size_t at_ = 0;
   int line_number_ = 0;
   bool has_format_ = false;
-  Header header_;
+  PlyHeader header_;
 };
 
 /// The values after the header, one after the other; nothing where the data ends.
 class ValueReader {
  public:
-  ValueReader(const std::filesystem::path& file, const Header& header, std::string_view text)
+  ValueReader(const std::filesystem::path& file, const PlyHeader& header, std::string_view text)
       : format_(header.format), data_(text.substr(header.data)), tokens_(file, data_, header.lines + 1) {}
 
   std::optional<double> value(Scalar type, std::string_view name) {
@@ -186,7 +186,7 @@ bool read_instance(ValueReader& values, const Element& element, PointCollector& 
 }  // namespace
 
 PointCloud read_ply(const std::filesystem::path& file, std::string_view text) {
-  const Header header = HeaderReader(file, text).read();
+  const PlyHeader header = PlyHeaderReader(file, text).read();
   const auto vertex =
       std::find_if(header.elements.begin(), header.elements.end(), [](const Element& e) { return e.name == "vertex"; });
   if (vertex == header.elements.end()) throw InputError(file, "found no element 'vertex', expected one");

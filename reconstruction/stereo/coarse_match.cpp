@@ -5,15 +5,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
 namespace tankrig {
 namespace {
-
-constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 
 struct GreyRange {
   float low, high;
@@ -80,7 +77,7 @@ CoarseMatch match_both_ways(const cv::Mat1f& left, const cv::Mat1f& right, const
                          cv::flip(from_right, from_right, 1);
                        });
 
-  CoarseMatch out{cv::Mat1f(left.size(), kNaN), cv::Mat1f(left.size(), kNaN)};
+  CoarseMatch out{cv::Mat1f(left.size(), NAN), cv::Mat1f(left.size(), NAN)};
   for (int v = 0; v < left.rows; ++v) {
     for (int u = 0; u < left.cols; ++u) {
       if (from_left(v, u) < lower * 16) continue;

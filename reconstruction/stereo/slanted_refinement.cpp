@@ -6,7 +6,6 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <vector>
 
 namespace tankrig {
@@ -16,11 +15,10 @@ constexpr int kSubSteps = 8;           ///< samples per pixel of the interpolate
 constexpr float kMaxDriftPx = 1.0f;    ///< from the coarse disparity
 constexpr double kConvergedPx = 0.01;  ///< the step after one of this size is a hundred times smaller
 constexpr std::size_t kFewestSamples = 20;
-constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 
 /// The rows of the right image at kSubSteps samples per pixel, cubic in between; linear interpolation does the rest.
 cv::Mat1f fine_rows(const cv::Mat1f& image) {
-  cv::Mat1f fine(image.rows, image.cols * kSubSteps, kNaN);
+  cv::Mat1f fine(image.rows, image.cols * kSubSteps, NAN);
   tbb::parallel_for(0, image.rows, [&](int v) {
     const float* row = image[v];
     float* out = fine[v];
@@ -220,7 +218,7 @@ RefinedDisparity refine_slanted(const cv::Mat1f& left, const cv::Mat1f& right, c
   const cv::Mat1f fine_right = fine_rows(right);
   RefinedDisparity out;
   for (cv::Mat1f* image : {&out.disparity, &out.sigma, &out.correlation, &out.support})
-    *image = cv::Mat1f(left.size(), kNaN);
+    *image = cv::Mat1f(left.size(), NAN);
 
   tbb::parallel_for(0, left.rows, [&](int v) {
     Window window(left, fine_right, coarse, parameters);

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <opencv2/imgproc.hpp>
 
 #include "core/input_error.hpp"
@@ -17,7 +16,6 @@ namespace tankrig {
 namespace {
 
 constexpr double kSmoothingSigmaPx = 0.8;
-constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 
 /// Why a pixel gives no point, in the order of the tests.
 enum Verdict : std::uint8_t {
@@ -197,7 +195,7 @@ StereoResult reconstruct(const std::vector<StereoPair>& pairs, const StereoCalib
 
   const cv::Size size = rectifier.size();
   cv::Mat1b verdict(size, std::uint8_t{kPoint});
-  cv::Mat1f coarse(size, kNaN);
+  cv::Mat1f coarse(size, NAN);
   for (int v = 0; v < size.height; ++v) {
     for (int u = 0; u < size.width; ++u) {
       std::uint8_t& why = verdict(v, u);

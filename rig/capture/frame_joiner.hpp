@@ -1,6 +1,7 @@
 // Every frame of a scan: joined to the joints at its mid-exposure and recorded, or counted with the reason why not.
 #pragma once
 
+#include <cstddef>
 #include <deque>
 #include <map>
 #include <optional>
@@ -14,6 +15,9 @@
 #include "rig/sync/joint_history.hpp"
 
 namespace tankrig {
+
+/// Joint samples kept for frames still to be joined.
+constexpr std::size_t kJointSamples = 4096;
 
 /// Reasons, as counted under "CAMERA.REASON":
 ///   silent           the camera was silent when it was due, by its rate

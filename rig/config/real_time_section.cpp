@@ -17,8 +17,6 @@ std::optional<int> cpu_from(const ConfigNode& node) {
   return cpu;
 }
 
-std::string yes_no(bool value) { return value ? "true" : "false"; }
-
 }  // namespace
 
 void read_real_time_section(const ConfigNode& scan, RealTimeSettings& s) {
@@ -37,8 +35,8 @@ void read_real_time_section(const ConfigNode& scan, RealTimeSettings& s) {
 }
 
 std::string real_time_section_yaml(const RealTimeSettings& s) {
-  return "  real_time:\n    required: " + yes_no(s.required) + "\n    priority: " + std::to_string(s.priority) +
-         "\n    cpu: " + (s.cpu ? std::to_string(*s.cpu) : "none") + "\n    lock_memory: " + yes_no(s.lock_memory) +
+  return "  real_time:\n    required: " + yaml_bool(s.required) + "\n    priority: " + std::to_string(s.priority) +
+         "\n    cpu: " + (s.cpu ? std::to_string(*s.cpu) : "none") + "\n    lock_memory: " + yaml_bool(s.lock_memory) +
          "\n    overruns:\n      limit: " + std::to_string(s.overruns) + "\n      window_s: " + exact_text(s.window) +
          "\n    pace: " + (s.pace == CyclePace::kDevice ? "device" : "clock") + "\n";
 }

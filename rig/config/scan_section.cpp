@@ -37,8 +37,6 @@ std::string rounded(double value) {
   return {buffer, static_cast<std::size_t>(std::snprintf(buffer, sizeof buffer, "%.4g", value))};
 }
 
-std::string yes_no(bool value) { return value ? "true" : "false"; }
-
 /// What the sweep's speed must keep to: the arm's slowest even motion, and the camera's rate.
 void check_sweep_velocity(const ConfigNode& sweep, const ScanSettings& scan) {
   if (scan.sweep_velocity < scan.dead_zone[kElbow])
@@ -138,18 +136,18 @@ std::string scan_section_yaml(const ScanSettings& s, bool read_lux) {
          "\n    velocity_rad_s: " + real(s.sweep_velocity) +
          "\n    acceleration_rad_s2: " + real(s.sweep_acceleration) + "\n    jerk_rad_s3: " + real(s.sweep_jerk) +
          "\n    lead_in_s: " + real(s.sweep_lead_in) + "\n    passes: " + std::to_string(s.passes) +
-         "\n    there_and_back: " + yes_no(s.there_and_back) +
+         "\n    there_and_back: " + yaml_bool(s.there_and_back) +
          "\n  move:\n    velocity_rad_s: " + real(s.move_velocity) +
          "\n    acceleration_rad_s2: " + real(s.move_acceleration) + "\n    jerk_rad_s3: " + real(s.move_jerk) +
          "\n    settle_s: " + real(s.settle) + "\n  dark_frames: " + std::to_string(s.dark_frames) +
-         "\n  camera_lead_s: " + real(s.camera_lead) + "\n  laser_pairs: " + yes_no(s.laser_pairs) +
+         "\n  camera_lead_s: " + real(s.camera_lead) + "\n  laser_pairs: " + yaml_bool(s.laser_pairs) +
          "\n  cycle_hz: " + real(s.cycle_hz) + "\n  control:\n    position_gain_per_s: " + real(s.position_gain) +
          "\n    learning_rate_per_s2: " + real(s.learning_rate) +
          "\n    feed_forward_lead_s: " + real(s.feed_forward_lead) + "\n    dead_zone_rad_s: " + yaml_of(s.dead_zone) +
          "\n    following_error_limit_rad: " + real(s.following_error_limit) +
          "\n    feedback_timeout_s: " + real(s.feedback_timeout) +
          "\n    heartbeat_timeout_s: " + real(s.heartbeat_timeout) + "\n    max_joint_gap_s: " + real(s.max_joint_gap) +
-         "\n  read_lux: " + yes_no(read_lux) + "\n" + limits_section_yaml(s.limits) +
+         "\n  read_lux: " + yaml_bool(read_lux) + "\n" + limits_section_yaml(s.limits) +
          real_time_section_yaml(s.real_time) + safety_section_yaml(s.safety) + sync_section_yaml(s.sync);
 }
 

@@ -1,19 +1,11 @@
 #include "rig/plan/operator_plan.hpp"
 
 #include <cmath>
-#include <cstdio>
 
-#include "core/input_error.hpp"
+#include "rig/plan/require_positive.hpp"
 
 namespace tankrig {
 namespace {
-
-void require_positive(const char* setting, double value) {
-  if (value > 0 && std::isfinite(value)) return;
-  char line[96];
-  std::snprintf(line, sizeof line, "%s: found %g, expected a positive number", setting, value);
-  throw InputError(line);
-}
 
 /// Appends a stretch without motion.
 Segment& hold(std::vector<Segment>& segments, const ScanSettings& s, const JointVector& q, const std::string& name,

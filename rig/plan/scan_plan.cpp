@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "core/input_error.hpp"
+#include "rig/plan/require_positive.hpp"
 
 namespace tankrig {
 namespace {
@@ -15,19 +16,15 @@ namespace {
   throw InputError(std::string("scan: ") + setting + ": found " + number + ", expected " + expected);
 }
 
-void require_positive(const char* setting, double value) {
-  if (!(value > 0) || !std::isfinite(value)) refuse(setting, value, "a positive number");
-}
-
 void check_settings(const ScanSettings& s) {
-  require_positive("sweep_velocity", s.sweep_velocity);
-  require_positive("sweep_acceleration", s.sweep_acceleration);
-  require_positive("sweep_jerk", s.sweep_jerk);
-  require_positive("move_velocity", s.move_velocity);
-  require_positive("move_acceleration", s.move_acceleration);
-  require_positive("move_jerk", s.move_jerk);
-  require_positive("frame_period", s.frame_period);
-  require_positive("cycle_hz", s.cycle_hz);
+  require_positive("scan: sweep_velocity", s.sweep_velocity);
+  require_positive("scan: sweep_acceleration", s.sweep_acceleration);
+  require_positive("scan: sweep_jerk", s.sweep_jerk);
+  require_positive("scan: move_velocity", s.move_velocity);
+  require_positive("scan: move_acceleration", s.move_acceleration);
+  require_positive("scan: move_jerk", s.move_jerk);
+  require_positive("scan: frame_period", s.frame_period);
+  require_positive("scan: cycle_hz", s.cycle_hz);
   if (s.passes < 1) refuse("passes", s.passes, "at least 1");
   if (s.dark_frames < 0) refuse("dark_frames", s.dark_frames, "0 or more");
   if (!(s.settle >= 0)) refuse("settle", s.settle, "0 or more seconds");

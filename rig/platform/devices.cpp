@@ -11,10 +11,10 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <fstream>
 
 #include "drivers/arm/arm5e_settings.hpp"
 #include "drivers/can/owned_descriptor.hpp"
+#include "rig/platform/first_line.hpp"
 
 namespace tankrig {
 namespace {
@@ -22,13 +22,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kBufferSeconds = 0.2;
-
-std::string first_line(const fs::path& file) {
-  std::ifstream in(file);
-  std::string line;
-  std::getline(in, line);
-  return line;
-}
 
 fs::path below(const fs::path& root, const std::string& absolute) { return root / fs::path(absolute).relative_path(); }
 

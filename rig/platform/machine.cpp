@@ -8,7 +8,6 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
-#include <fstream>
 #include <set>
 #include <thread>
 #include <vector>
@@ -18,6 +17,7 @@
 #include "core/input_error.hpp"
 #include "core/locked_memory.hpp"
 #include "drivers/can/owned_descriptor.hpp"
+#include "rig/platform/first_line.hpp"
 
 namespace tankrig {
 namespace {
@@ -25,13 +25,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr Duration kTestPeriod = std::chrono::milliseconds(1);
-
-std::string first_line(const fs::path& file) {
-  std::ifstream in(file);
-  std::string line;
-  std::getline(in, line);
-  return line;
-}
 
 std::string kernel_release(const fs::path& root) { return first_line(root / "proc/sys/kernel/osrelease"); }
 

@@ -10,7 +10,6 @@
 namespace tankrig {
 namespace {
 
-constexpr std::size_t kJointSamples = 4096;
 constexpr double kLaserToldWithin = 1;  // [s]
 constexpr Stamp kEndOfTime{std::numeric_limits<std::int64_t>::max()};
 

@@ -23,7 +23,6 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr std::size_t kJointSamples = 4096;  // kept for frames still to be joined
 constexpr Duration kProgressPeriod = 100ms;
 constexpr Duration kBeamSettles = 300ms;  // around a switching: projectors glow, contacts are read back late
 constexpr double kCyclesToArm = 2;        // until the safety step has seen the switch

@@ -10,10 +10,10 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstring>
 #include <deque>
 #include <list>
 #include <mutex>
-#include <system_error>
 #include <thread>
 #include <utility>
 
@@ -29,8 +29,6 @@ namespace tankrig::sim {
 namespace {
 
 constexpr int kType = SOCK_SEQPACKET | SOCK_NONBLOCK | SOCK_CLOEXEC;
-
-std::string reason(int error) { return std::generic_category().message(error); }
 
 OwnedDescriptor listen_at(const std::filesystem::path& path) {
   const std::string name = "unix:" + path.string();
@@ -53,7 +51,7 @@ OwnedDescriptor listen_at(const std::filesystem::path& path) {
   }
   OwnedDescriptor fd(::socket(AF_UNIX, kType, 0));
   if (!fd || ::bind(fd.get(), generic, sizeof address) != 0 || ::listen(fd.get(), SOMAXCONN) != 0)
-    throw InputError(name + ": cannot serve a CAN bus there: " + reason(errno));
+    throw InputError(name + ": cannot serve a CAN bus there: " + std::strerror(errno));
   return fd;
 }
 
@@ -101,7 +99,7 @@ struct CanHub::Impl {
 
   explicit Impl(const CanHubSettings& s) : settings(s), listener(listen_at(s.path)) {
     wake = OwnedDescriptor(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC));
-    if (wake.get() < 0) throw InputError("CAN hub: eventfd: " + reason(errno));
+    if (wake.get() < 0) throw InputError(std::string("CAN hub: eventfd: ") + std::strerror(errno));
     thread = std::thread([this] { serve(); });
   }
 

@@ -1,8 +1,8 @@
 // From a scene file to a Scene: which element means what.
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "core/angles.hpp"
 #include "core/input_error.hpp"
 #include "sim_backends/world/scene.hpp"
 #include "sim_backends/world/scene_element.hpp"
@@ -10,17 +10,19 @@
 namespace tankrig::sim {
 namespace {
 
-constexpr double kRadPerDeg = std::numbers::pi / 180;
-
 Material read_material(const SceneElement& element, Material material) {
   element.expect({"albedo", "texture", "contrast", "scale"});
   material.albedo = element.rgb_or("albedo", material.albedo, kFraction);
   if (const auto texture = element.optional("texture")) {
     const std::string name = texture->text();
-    if (name == "plain") material.texture = Material::Texture::kPlain;
-    else if (name == "speckle") material.texture = Material::Texture::kSpeckle;
-    else if (name == "labels") material.texture = Material::Texture::kLabels;
-    else texture->fail("<texture>: found '" + name + "', expected plain, speckle or labels");
+    if (name == "plain")
+      material.texture = Material::Texture::kPlain;
+    else if (name == "speckle")
+      material.texture = Material::Texture::kSpeckle;
+    else if (name == "labels")
+      material.texture = Material::Texture::kLabels;
+    else
+      texture->fail("<texture>: found '" + name + "', expected plain, speckle or labels");
   }
   material.contrast = static_cast<float>(element.number_or("contrast", material.contrast, kFraction));
   material.scale = element.number_or("scale", material.scale, {1e-4, 10});
@@ -29,8 +31,8 @@ Material read_material(const SceneElement& element, Material material) {
 
 void read_ocean(const SceneElement& element, Water& water) {
   element.expect({"attenuation"}, {},
-                 {"windx", "windy", "windSpeed", "depth", "reflectionDamping", "waveScale", "isNotChoppy", "choppyFactor",
-                  "crestFoamHeight", "oceanSurfaceHeight", "fog", "color"});
+                 {"windx", "windy", "windSpeed", "depth", "reflectionDamping", "waveScale", "isNotChoppy",
+                  "choppyFactor", "crestFoamHeight", "oceanSurfaceHeight", "fog", "color"});
   water.attenuation = element.rgb_or("attenuation", water.attenuation, {0, 10});
 }
 
@@ -66,7 +68,8 @@ void read_tank(const SceneElement& element, TankWalls& tank) {
 
 Vector3d read_direction(const SceneElement& element, const char* name) {
   const Vector3d direction = element.xyz(name);
-  if (direction.norm() < 1e-6) element.child(name).fail(std::string("<") + name + ">: found 0 0 0, expected a direction");
+  if (direction.norm() < 1e-6)
+    element.child(name).fail(std::string("<") + name + ">: found 0 0 0, expected a direction");
   return direction.normalized();
 }
 
@@ -122,7 +125,7 @@ CameraModel read_model(const SceneElement& element) {
   const double fovy = element.number_or("fovy", 50, {1, 170});
   model.cx = (model.width - 1) / 2.0;
   model.cy = (model.height - 1) / 2.0;
-  model.fx = model.fy = model.height / 2.0 / std::tan(fovy * kRadPerDeg / 2);
+  model.fx = model.fy = model.height / 2.0 / std::tan(from_degrees(fovy) / 2);
   if (const auto parameters = element.optional("parameters")) {
     if (const auto angle = element.optional("fovy"))
       angle->fail("found <fovy> beside <parameters>, expected one of them");
@@ -153,8 +156,9 @@ Transform read_camera_pose(const SceneElement& element, const Scene& scene) {
   if (name == "kinematic_base") return scene.arm.wMb * element.pose();
   for (const CameraSpec& camera : scene.cameras)
     if (camera.name == name)
-      return camera.wMc * (baseline && !posed ? make_transform_rpy({baseline->number({-10, 10}), 0, 0}, Vector3d::Zero())
-                                              : element.pose());
+      return camera.wMc * (baseline && !posed
+                               ? make_transform_rpy({baseline->number({-10, 10}), 0, 0}, Vector3d::Zero())
+                               : element.pose());
   reference.fail("<relativeTo>: found '" + name + "', expected world, tank, kinematic_base or an earlier camera");
 }
 
@@ -170,7 +174,8 @@ CameraSpec read_camera(const SceneElement& element, const Scene& scene) {
   camera.rate_hz = element.number_or("rate", camera.rate_hz, {0.01, 10000});
   camera.exposure_s = element.number_or("exposure", camera.exposure_s, {1e-6, 10});
   if (camera.exposure_s * camera.rate_hz > 1)
-    element.fail("<virtualCamera> '" + camera.name + "': found an exposure longer than the frame, expected at most 1 / rate");
+    element.fail("<virtualCamera> '" + camera.name +
+                 "': found an exposure longer than the frame, expected at most 1 / rate");
   camera.psf_sigma_px = element.number_or("psf", camera.psf_sigma_px, {0, 10});
   camera.sensor = read_sensor(element.child("sensor"), camera.sensor);
   camera.sensor.gaussian_sd = element.number_or("std", 0, kFraction);
@@ -178,17 +183,18 @@ CameraSpec read_camera(const SceneElement& element, const Scene& scene) {
 }
 
 LaserLine read_laser(const SceneElement& element) {
-  element.expect({"name", "relativeTo", "fov", "laser", "position", "orientation", "quaternion", "luminousFlux", "halfWidth",
-                  "divergence", "speckleContrast", "color"},
+  element.expect({"name", "relativeTo", "fov", "laser", "position", "orientation", "quaternion", "luminousFlux",
+                  "halfWidth", "divergence", "speckleContrast", "color"},
                  {}, {"image_name"});
   LaserLine laser;
   laser.name = element.text("name");
   const SceneElement reference = element.child("relativeTo");
   if (reference.text() != "end_effector")
     reference.fail("<relativeTo>: found '" + reference.text() + "', expected end_effector");
-  if (!element.flag_or("laser", true)) element.child("laser").fail("<laser>: found 0, expected 1 (a line, not an image)");
+  if (!element.flag_or("laser", true))
+    element.child("laser").fail("<laser>: found 0, expected 1 (a line, not an image)");
   laser.eMl = element.pose();
-  laser.fan = element.number("fov", {1, 170}) * kRadPerDeg;
+  laser.fan = from_degrees(element.number("fov", {1, 170}));
   laser.power_lm = element.number_or("luminousFlux", laser.power_lm, kNotNegative);
   laser.half_width = element.number_or("halfWidth", laser.half_width, {1e-6, 0.1});
   laser.divergence = element.number_or("divergence", laser.divergence, {0, 0.5});
@@ -207,8 +213,8 @@ void read_arm(const SceneElement& element, ArmSpec& arm) {
       parameters->fail("<armParameters>: found " + std::to_string(links.size()) + " links, expected 4");
     for (std::size_t i = 0; i < links.size(); ++i) {
       links[i].expect({"a", "alpha", "d", "theta0"});
-      arm.model.dh[i] = {links[i].number("a", {-5, 5}), links[i].number("alpha", {-7, 7}), links[i].number("d", {-5, 5}),
-                         links[i].number("theta0", {-7, 7})};
+      arm.model.dh[i] = {links[i].number("a", {-5, 5}), links[i].number("alpha", {-7, 7}),
+                         links[i].number("d", {-5, 5}), links[i].number("theta0", {-7, 7})};
     }
   }
   if (const auto values = element.optional("jointValues")) {
@@ -216,19 +222,20 @@ void read_arm(const SceneElement& element, ArmSpec& arm) {
     const auto joints = values->children("joint");
     if (joints.size() != kJoints)
       values->fail("<jointValues>: found " + std::to_string(joints.size()) + " joints, expected 5");
-    for (int i = 0; i < kJoints; ++i) arm.q[i] = joints[i].number({arm.model.limits[i].lower, arm.model.limits[i].upper});
+    for (int i = 0; i < kJoints; ++i)
+      arm.q[i] = joints[i].number({arm.model.limits[i].lower, arm.model.limits[i].upper});
   }
   arm.albedo = element.rgb_or("albedo", arm.albedo, kFraction);
   arm.link_radius = element.number_or("linkRadius", arm.link_radius, {0.001, 0.5});
 }
 
 void read_vehicle(const SceneElement& element, Scene& scene) {
-  element.expect({"name", "jointValues", "position", "orientation", "quaternion", "structuredLightProjector", "armParameters",
-                  "albedo", "linkRadius"},
+  element.expect({"name", "jointValues", "position", "orientation", "quaternion", "structuredLightProjector",
+                  "armParameters", "albedo", "linkRadius"},
                  {"virtualCamera"},
-                 {"file", "scaleFactor", "virtualRangeImage", "rangeSensor", "imu", "pressureSensor", "gpsSensor", "dvlSensor",
-                  "multibeamSensor", "objectPicker", "ForceSensor", "forceSensor", "DredgeTool", "LedArray",
-                  "simulatedDynamics", "acousticCommsDevice", "customCommsDevice"});
+                 {"file", "scaleFactor", "virtualRangeImage", "rangeSensor", "imu", "pressureSensor", "gpsSensor",
+                  "dvlSensor", "multibeamSensor", "objectPicker", "ForceSensor", "forceSensor", "DredgeTool",
+                  "LedArray", "simulatedDynamics", "acousticCommsDevice", "customCommsDevice"});
   read_arm(element, scene.arm);
   scene.laser = read_laser(element.child("structuredLightProjector"));
   for (const SceneElement& camera : element.children("virtualCamera")) {
@@ -265,8 +272,8 @@ void choose_target(const SceneElement& root, std::vector<SceneObject>& objects) 
 Scene read_scene(const std::filesystem::path& file) {
   const SceneElement root = SceneElement::load(file, "UWSimScene");
   root.expect({"oceanState", "simParams", "tank", "water", "luxMeter", "vehicle"}, {"lamp", "object"},
-              {"camera", "nedOrigin", "netTracingScript", "CustomCommsChannel", "AcousticCommsChannel", "customCommsChannel",
-               "acousticCommsChannel", "rosInterfaces"});
+              {"camera", "nedOrigin", "netTracingScript", "CustomCommsChannel", "AcousticCommsChannel",
+               "customCommsChannel", "acousticCommsChannel", "rosInterfaces"});
   Scene scene;
   scene.file = file;
   if (const auto ocean = root.optional("oceanState")) read_ocean(*ocean, scene.water);

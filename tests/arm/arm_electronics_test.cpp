@@ -12,7 +12,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-struct Bench {
+struct ElectronicsBench {
   VirtualClock clock{Stamp{1'000'000'000}};
   ArmEmulatorParameters parameters;
   ArmModel model = arm5e();
@@ -43,14 +43,14 @@ ArmRequest drive(DemandType type, std::uint16_t speed, std::uint16_t limit = kLa
 SensorSlot elbow_of(const std::optional<ArmReply>& reply) { return decode_sensors(reply.value().slots[kElbow]); }
 
 /// The elbow's speed [ticks/s] half a second after the request.
-double speed_after(Bench& bench, ArmElectronics& sut, const ArmRequest& request) {
+double speed_after(ElectronicsBench& bench, ArmElectronics& sut, const ArmRequest& request) {
   sut.request(request, bench.clock.now());
   bench.clock.sleep_until(bench.clock.now() + 400ms);
   return static_cast<std::int16_t>(elbow_of(sut.request(request, bench.clock.now())).speed);
 }
 
 TEST(ArmElectronics, AnswerGainsWithTheirEchoAndDemandsWithSensors) {
-  Bench bench;
+  ElectronicsBench bench;
   const auto made = bench.make(false);
   ArmElectronics& sut = *made;
   ArmRequest pid{HostSlot::kPid, {}};
@@ -67,7 +67,7 @@ TEST(ArmElectronics, AnswerGainsWithTheirEchoAndDemandsWithSensors) {
 }
 
 TEST(ArmElectronics, ObeySpeedDemandsBothWaysWithinTheirLimit) {
-  Bench bench;
+  ElectronicsBench bench;
   const auto made = bench.make();
   ArmElectronics& sut = *made;
   EXPECT_NEAR(speed_after(bench, sut, drive(DemandType::kSpeedForward, 300)), 300, 1);
@@ -77,7 +77,7 @@ TEST(ArmElectronics, ObeySpeedDemandsBothWaysWithinTheirLimit) {
 }
 
 TEST(ArmElectronics, DoNothingWithoutGainsOrInPositionMode) {
-  Bench bench;
+  ElectronicsBench bench;
   const auto without = bench.make(false), with = bench.make();
   EXPECT_EQ(speed_after(bench, *without, drive(DemandType::kSpeedForward, 300)), 0);
   EXPECT_EQ(speed_after(bench, *with, drive(DemandType::kPosition, 300)), 0);
@@ -85,7 +85,7 @@ TEST(ArmElectronics, DoNothingWithoutGainsOrInPositionMode) {
 }
 
 TEST(ArmElectronics, GoMuteOnALowByteOfTenUntilTheFrameChanges) {
-  Bench bench;
+  ElectronicsBench bench;
   const auto made = bench.make();
   ArmElectronics& sut = *made;
   const ArmRequest ten = drive(DemandType::kSpeedForward, 0x010A);
@@ -95,7 +95,7 @@ TEST(ArmElectronics, GoMuteOnALowByteOfTenUntilTheFrameChanges) {
 }
 
 TEST(ArmElectronics, RestWhenNoRequestComes) {
-  Bench bench;
+  ElectronicsBench bench;
   bench.parameters.watchdog = 300ms;
   const auto made = bench.make();
   ArmElectronics& sut = *made;
@@ -107,7 +107,7 @@ TEST(ArmElectronics, RestWhenNoRequestComes) {
 }
 
 TEST(ArmElectronics, WrapTheirEncodersAndKnowTheTrueZero) {
-  Bench bench;
+  ElectronicsBench bench;
   bench.parameters.power_up_ticks[kElbow] = 65'530;
   const auto made = bench.make();
   ArmElectronics& sut = *made;
@@ -122,7 +122,7 @@ TEST(ArmElectronics, WrapTheirEncodersAndKnowTheTrueZero) {
 }
 
 TEST(ArmElectronics, BeginAnewWhenTheSupplyComesBack) {
-  Bench bench;
+  ElectronicsBench bench;
   const auto made = bench.make();
   ArmElectronics& sut = *made;
   EXPECT_NEAR(speed_after(bench, sut, drive(DemandType::kSpeedForward, 300)), 300, 1);
@@ -136,7 +136,7 @@ TEST(ArmElectronics, BeginAnewWhenTheSupplyComesBack) {
 
 TEST(ArmElectronics, DoTheSameAgainForTheSameSeed) {
   const auto run = [] {
-    Bench bench;
+    ElectronicsBench bench;
     bench.parameters.mute_probability = bench.parameters.zero_peak_probability = 0.2;
     bench.parameters.power_up_ticks.fill(5000);
     const auto made = bench.make();

@@ -33,7 +33,7 @@ class PutArm final : public Arm {
   std::int64_t count = 0;
 };
 
-struct Bench {
+struct BacklashBench {
   PutArm arm;
   BacklashArm sut{arm, arm.model, {0, 0, 30, 0, 0}};
 
@@ -46,7 +46,7 @@ struct Bench {
 };
 
 TEST(BacklashArm, LetsTheLinkTrailByHalfThePlayBehindItsLastMotion) {
-  Bench bench;
+  BacklashBench bench;
   EXPECT_NEAR(bench.link(8000), 8000, 1e-6) << "nothing is known yet";
   EXPECT_NEAR(bench.link(8010), 8000, 1e-6) << "within the play";
   EXPECT_NEAR(bench.link(8100), 8085, 1e-6);
@@ -56,7 +56,7 @@ TEST(BacklashArm, LetsTheLinkTrailByHalfThePlayBehindItsLastMotion) {
 }
 
 TEST(BacklashArm, ChangesNothingElse) {
-  Bench bench;
+  BacklashBench bench;
   (void)bench.link(8000);
   bench.arm.ticks = {5000, 2000, 7000, 40, 300};
   const JointState bare = *bench.arm.try_read().value(), state = *bench.sut.try_read().value();
@@ -74,7 +74,7 @@ TEST(BacklashArm, ChangesNothingElse) {
 }
 
 TEST(BacklashArm, InventsNoAngleForAnArmThatIsNotHomed) {
-  Bench bench;
+  BacklashBench bench;
   bench.arm.homed = false;
   EXPECT_TRUE(std::isnan(bench.sut.try_read().value()->q[kElbow]));
 }

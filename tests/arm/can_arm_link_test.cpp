@@ -14,12 +14,12 @@ namespace {
 using namespace std::chrono_literals;
 using testing_support::ListBus;
 
-struct Bench {
+struct LinkBench {
   static constexpr int kBitrate = 500'000;
   ListBus* bus = nullptr;
   CanArmLink link;
 
-  explicit Bench(Duration latency = {}) : Bench(std::make_unique<ListBus>(), latency) {}
+  explicit LinkBench(Duration latency = {}) : LinkBench(std::make_unique<ListBus>(), latency) {}
 
   void receive(std::uint16_t id, std::vector<std::uint8_t> bytes, Stamp stamp = {}) {
     CanFrame frame;
@@ -32,7 +32,7 @@ struct Bench {
   std::optional<ArmAnswer> answer() { return link.try_receive({}).value(); }
 
  private:
-  Bench(std::unique_ptr<ListBus> owned, Duration latency)
+  LinkBench(std::unique_ptr<ListBus> owned, Duration latency)
       : bus(owned.get()), link(std::move(owned), ArmCanIds{}, kBitrate, latency) {}
 };
 
@@ -41,11 +41,11 @@ Duration time_of(std::uint16_t id, const std::vector<std::uint8_t>& bytes) {
   frame.can_id = id;
   frame.can_dlc = static_cast<std::uint8_t>(bytes.size());
   std::copy(bytes.begin(), bytes.end(), frame.data);
-  return bits_duration(frame_bits(frame), Bench::kBitrate);
+  return bits_duration(frame_bits(frame), LinkBench::kBitrate);
 }
 
 TEST(CanArmLink, SendsFiveSlotsUnderTheirIdentifiers) {
-  Bench bench;
+  LinkBench bench;
   ArmDemands demands;
   demands[kElbow] = {DemandType::kSpeedForward, 0x0123, 0x0FFF, 0x00FF};
   ASSERT_TRUE(bench.link.try_send(demands, {}, {}).ok());
@@ -59,7 +59,7 @@ TEST(CanArmLink, SendsFiveSlotsUnderTheirIdentifiers) {
 }
 
 TEST(CanArmLink, TakesTheMomentOfReadingFromTheLeastDelayedFrame) {
-  Bench bench(3ms);
+  LinkBench bench(3ms);
   const Stamp read{1'000'000'000};
   Stamp when = read + 3ms;
   const std::vector<std::uint8_t> master{1, 2, 3};
@@ -78,7 +78,7 @@ TEST(CanArmLink, TakesTheMomentOfReadingFromTheLeastDelayedFrame) {
 }
 
 TEST(CanArmLink, WantsEveryJointInAnyOrderAndCountsWhatIsMissing) {
-  Bench bench;
+  LinkBench bench;
   for (const std::uint16_t id : {0x183, 0x181, 0x185, 0x184, 0x181}) bench.receive(id, std::vector<std::uint8_t>(8));
   EXPECT_FALSE(bench.answer());
   EXPECT_EQ(bench.link.counters().incomplete, 1U);  // 0x181 again: the answer before had no 0x182
@@ -87,7 +87,7 @@ TEST(CanArmLink, WantsEveryJointInAnyOrderAndCountsWhatIsMissing) {
 }
 
 TEST(CanArmLink, SaysWhetherTheMastersBytesCameWithTheAnswer) {
-  Bench bench;
+  LinkBench bench;
   for (const bool master : {true, false, true}) {
     ASSERT_TRUE(bench.link.try_send(ArmDemands{}, {}, {}).ok());
     if (master) bench.receive(0x180, {1, 2, 3});
@@ -101,7 +101,7 @@ TEST(CanArmLink, SaysWhetherTheMastersBytesCameWithTheAnswer) {
 }
 
 TEST(CanArmLink, TakesEchoesOfTheGainsAsAnAnswerWithoutSensors) {
-  Bench bench;
+  LinkBench bench;
   for (std::uint16_t id = 0x191; id <= 0x195; ++id) bench.receive(id, std::vector<std::uint8_t>(8));
   const auto answer = bench.answer();
   ASSERT_TRUE(answer);
@@ -109,7 +109,7 @@ TEST(CanArmLink, TakesEchoesOfTheGainsAsAnAnswerWithoutSensors) {
 }
 
 TEST(CanArmLink, RefusesTheExchangeWhenTheQueueIsFull) {
-  Bench bench;
+  LinkBench bench;
   bench.bus->room = 3;
   EXPECT_EQ(bench.link.try_send(ArmDemands{}, {}, {}).error().code, ErrorCode::kRefused);
   EXPECT_EQ(bench.link.counters().send_buffer_full, 1U);
@@ -119,7 +119,7 @@ TEST(CanArmLink, RefusesTheExchangeWhenTheQueueIsFull) {
 // Another joint's demand goes before the fast one's, whose last byte asks: 0x80 at once, a bit per joint, 0x20 the
 // master.
 TEST(CanArmLink, SendsAFastExchangeWithTheQuestionInItsLastFrame) {
-  Bench bench;
+  LinkBench bench;
   ArmDemands demands;
   demands[kElbow] = {DemandType::kSpeedForward, 0x0123, 0x0FFF, 0x00FF};
   ASSERT_TRUE(bench.link.try_send(demands, {only(kElbow) | only(kJawRotate), only(kElbow), false}, {}).ok());
@@ -134,7 +134,7 @@ TEST(CanArmLink, SendsAFastExchangeWithTheQuestionInItsLastFrame) {
 }
 
 TEST(CanArmLink, TakesWhatAFastExchangeAskedForAndSaysSo) {
-  Bench bench;
+  LinkBench bench;
   const ArmExchange asked{only(kElbow), only(kElbow) | only(kSlew), true};
   ASSERT_TRUE(bench.link.try_send(ArmDemands{}, asked, {}).ok());
   bench.receive(0x180, {1, 2, 3});
@@ -151,7 +151,7 @@ TEST(CanArmLink, TakesWhatAFastExchangeAskedForAndSaysSo) {
 }
 
 TEST(CanArmLink, KeepsAWholeRequestThatOvertookAFastOneApart) {
-  Bench bench;
+  LinkBench bench;
   const ArmExchange fast{only(kElbow), only(kElbow), false};
   ASSERT_TRUE(bench.link.try_send(ArmDemands{}, fast, {}).ok());
   ASSERT_TRUE(bench.link.try_send(ArmDemands{}, {}, {}).ok());  // a stop
@@ -168,7 +168,7 @@ TEST(CanArmLink, KeepsAWholeRequestThatOvertookAFastOneApart) {
 }
 
 TEST(CanArmLink, DoesNotStampAnAnswerWithTheLeftoversOfOneForgotten) {
-  Bench bench;
+  LinkBench bench;
   ASSERT_TRUE(bench.link.try_send(ArmDemands{}, {only(kElbow), only(kElbow) | only(kSlew), false}, {}).ok());
   bench.receive(0x183, std::vector<std::uint8_t>(8), Stamp{1'000'000});
   EXPECT_FALSE(bench.answer());
@@ -188,7 +188,7 @@ TEST(CanArmLink, DoesNotStampAnAnswerWithTheLeftoversOfOneForgotten) {
 TEST(CanArmLink, AccountsForEveryFrameOfRandomTraffic) {
   constexpr unsigned kSeed = 11;
   std::mt19937 random(kSeed);
-  Bench bench;
+  LinkBench bench;
   std::uint64_t wrong_ids = 0, wrong_lengths = 0, whole = 0;
   for (int i = 0; i < 100'000; ++i) {
     const auto id = static_cast<std::uint16_t>(random() % 3 == 0 ? random() & 0x7FF : 0x180 + random() % 0x30);

@@ -12,7 +12,7 @@ constexpr Duration kLongest = 250ms, kStep = 10ms;
 constexpr int kSpeed = 400;
 
 /// The elbow, read every 10 ms.
-struct Bench {
+struct EvidenceBench {
   MotionEvidence sut{kLongest};
   Stamp now{1'000'000'000};
   std::uint16_t raw = 5000;
@@ -33,7 +33,7 @@ struct Bench {
 };
 
 TEST(MotionEvidence, AnEncoderThatStandsIsFrozenOnlyWhileItIsDriven) {
-  Bench bench;
+  EvidenceBench bench;
   bench.standing(10s);
   EXPECT_FALSE(bench.sut.frozen());
   bench.demand(kSpeed);
@@ -44,7 +44,7 @@ TEST(MotionEvidence, AnEncoderThatStandsIsFrozenOnlyWhileItIsDriven) {
 }
 
 TEST(MotionEvidence, WhatIsFrozenStaysSoAtRestUntilItReadsSomethingElse) {
-  Bench bench;
+  EvidenceBench bench;
   bench.demand(kSpeed);
   bench.moving(1s);
   bench.standing(2 * kLongest);
@@ -57,7 +57,7 @@ TEST(MotionEvidence, WhatIsFrozenStaysSoAtRestUntilItReadsSomethingElse) {
 }
 
 TEST(MotionEvidence, AStopInTheMiddleOfTheDoubtLeavesItFrozen) {
-  Bench bench;
+  EvidenceBench bench;
   bench.demand(kSpeed);
   bench.moving(1s);
   bench.standing(kLongest / 2 + kStep);
@@ -67,7 +67,7 @@ TEST(MotionEvidence, AStopInTheMiddleOfTheDoubtLeavesItFrozen) {
 }
 
 TEST(MotionEvidence, AnArmThatMovedAndCameToRestIsBelieved) {
-  Bench bench;
+  EvidenceBench bench;
   bench.demand(kSpeed);
   bench.standing(80ms);  // its lag
   bench.moving(1s);
@@ -78,7 +78,7 @@ TEST(MotionEvidence, AnArmThatMovedAndCameToRestIsBelieved) {
 }
 
 TEST(MotionEvidence, AnAxisAtItsStopIsNotFrozenWhileItDrawsItsStallCurrent) {
-  Bench bench;
+  EvidenceBench bench;
   bench.demand(kSpeed);
   bench.standing(10s, true);
   bench.demand(0);
@@ -87,7 +87,7 @@ TEST(MotionEvidence, AnAxisAtItsStopIsNotFrozenWhileItDrawsItsStallCurrent) {
 }
 
 TEST(MotionEvidence, SilenceIsNotStanding) {
-  Bench bench;
+  EvidenceBench bench;
   bench.demand(kSpeed);
   bench.moving(1s);
   bench.now = bench.now + 10s;
@@ -100,14 +100,14 @@ TEST(MotionEvidence, SilenceIsNotStanding) {
 }
 
 TEST(MotionEvidence, ADemandTooSlowToMoveAnythingAsksForNoMotion) {
-  Bench bench;
+  EvidenceBench bench;
   bench.demand(MotionEvidence::kDrivenTicks - 1);
   bench.standing(10s);
   EXPECT_FALSE(bench.sut.frozen());
 }
 
 TEST(MotionEvidence, AJointThatMovesSaysNothingOfAnother) {
-  Bench bench;
+  EvidenceBench bench;
   bench.sut.demand(kShoulder, kSpeed, bench.now);
   bench.demand(kSpeed);
   for (int i = 0; i < 100; ++i) {

@@ -17,20 +17,20 @@ namespace {
 using sim::GigeCameraEmulator;
 using sim::GigeCameraSettings;
 
-const cv::Size kSize(320, 240);
+const cv::Size kFaultSize(320, 240);
 
-GigeCameraSettings emulated() {
+GigeCameraSettings faulty_camera() {
   GigeCameraSettings s;
-  s.width = kSize.width;
-  s.height = kSize.height;
+  s.width = kFaultSize.width;
+  s.height = kFaultSize.height;
   s.rate_hz = 100;
   s.exposure_us = 2000;
   return s;
 }
 
-AravisSettings driven() {
+AravisSettings fault_settings() {
   AravisSettings s;
-  s.info = {"left", kSize.width, kSize.height, 1, 100};
+  s.info = {"left", kFaultSize.width, kFaultSize.height, 1, 100};
   s.address = "127.0.0.1";
   s.exposure_us = 2000;
   s.packet_size = 4000;
@@ -40,7 +40,7 @@ AravisSettings driven() {
   return s;
 }
 
-cv::Mat picture(std::uint64_t index, Stamp, Duration) { return known_picture(index, kSize, 1); }
+cv::Mat fault_picture(std::uint64_t index, Stamp, Duration) { return known_picture(index, kFaultSize, 1); }
 
 void expect_every_number_has_its_fate(const Camera& camera, const Frame& newest) {
   const CameraCounters c = camera.counters();
@@ -54,8 +54,8 @@ std::string opening_error(const AravisSettings& settings) {
 class AravisFaultTest : public GigeTest {};
 
 TEST_F(AravisFaultTest, CountsFramesWithMissingPacketsAndGivesOutOnlyWholeOnes) {
-  GigeCameraEmulator emulator(emulated(), picture);
-  AravisCamera sut(driven());
+  GigeCameraEmulator emulator(faulty_camera(), fault_picture);
+  AravisCamera sut(fault_settings());
   ASSERT_TRUE(sut.start().ok());
   ASSERT_EQ(grab_frames(sut, 3).size(), 3u);
   emulator.lose_packets(0.02);
@@ -67,7 +67,8 @@ TEST_F(AravisFaultTest, CountsFramesWithMissingPacketsAndGivesOutOnlyWholeOnes) 
   }));
   emulator.lose_packets(0);
   for (const Frame& f : frames)
-    EXPECT_EQ(cv::norm(f.image, known_picture(known_index(f), kSize, 1), cv::NORM_INF), 0) << "frame " << f.sequence;
+    EXPECT_EQ(cv::norm(f.image, known_picture(known_index(f), kFaultSize, 1), cv::NORM_INF), 0)
+        << "frame " << f.sequence;
   EXPECT_GT(statistic(sut, "packets_missing"), 0);
   EXPECT_EQ(statistic(sut, "packets_resent"), 0) << "this camera cannot resend";
   const std::vector<Frame> whole = grab_frames(sut, 3);
@@ -76,8 +77,8 @@ TEST_F(AravisFaultTest, CountsFramesWithMissingPacketsAndGivesOutOnlyWholeOnes) 
 }
 
 TEST_F(AravisFaultTest, SaysOnceThatACameraStallsAndCountsWhatItNeverSaw) {
-  GigeCameraEmulator emulator(emulated(), picture);
-  AravisCamera sut(driven());
+  GigeCameraEmulator emulator(faulty_camera(), fault_picture);
+  AravisCamera sut(fault_settings());
   ASSERT_TRUE(sut.start().ok());
   ASSERT_EQ(grab_frames(sut, 3).size(), 3u);
   emulator.stall(true);
@@ -96,8 +97,8 @@ TEST_F(AravisFaultTest, SaysOnceThatACameraStallsAndCountsWhatItNeverSaw) {
 }
 
 TEST_F(AravisFaultTest, StopsACameraThatHasStalledWithoutKeepingItsReaderWaiting) {
-  GigeCameraEmulator emulator(emulated(), picture);
-  AravisCamera sut(driven());
+  GigeCameraEmulator emulator(faulty_camera(), fault_picture);
+  AravisCamera sut(fault_settings());
   const auto stall_and_stop = [&] {
     ASSERT_TRUE(wait_for([&] { return !sut.try_grab().ok(); }));
     const Stamp begin = MonotonicClock{}.now();
@@ -118,15 +119,15 @@ TEST_F(AravisFaultTest, StopsACameraThatHasStalledWithoutKeepingItsReaderWaiting
 }
 
 TEST_F(AravisFaultTest, CountsPicturesThatAreShorterThanPromised) {
-  GigeCameraEmulator emulator(emulated(), picture);
-  AravisCamera sut(driven());
+  GigeCameraEmulator emulator(faulty_camera(), fault_picture);
+  AravisCamera sut(fault_settings());
   ASSERT_TRUE(sut.start().ok());
   ASSERT_EQ(grab_frames(sut, 3).size(), 3u);
   emulator.send_short_pictures(true);
   ASSERT_TRUE(wait_for([&] {
     const auto next = sut.try_grab();
     if (next.ok() && next.value()) {
-      EXPECT_EQ(next.value()->image.size(), kSize);
+      EXPECT_EQ(next.value()->image.size(), kFaultSize);
     }
     return statistic(sut, "short_frames") >= 3;
   }));
@@ -136,8 +137,8 @@ TEST_F(AravisFaultTest, CountsPicturesThatAreShorterThanPromised) {
 }
 
 TEST_F(AravisFaultTest, IsDisconnectedWhileTheCameraIsUnpluggedAndGoesOnWhenItIsBack) {
-  GigeCameraEmulator emulator(emulated(), picture);
-  AravisCamera sut(driven());
+  GigeCameraEmulator emulator(faulty_camera(), fault_picture);
+  AravisCamera sut(fault_settings());
   ASSERT_TRUE(sut.start().ok());
   const std::vector<Frame> before = grab_frames(sut, 5);
   ASSERT_EQ(before.size(), 5u);
@@ -173,8 +174,8 @@ TEST_F(AravisFaultTest, IsDisconnectedWhileTheCameraIsUnpluggedAndGoesOnWhenItIs
 }
 
 TEST_F(AravisFaultTest, NoticesACameraThatWasSwitchedOffAndOnWithinItsHeartbeat) {
-  GigeCameraEmulator emulator(emulated(), picture);
-  AravisCamera sut(driven());
+  GigeCameraEmulator emulator(faulty_camera(), fault_picture);
+  AravisCamera sut(fault_settings());
   ASSERT_TRUE(sut.start().ok());
   ASSERT_EQ(grab_frames(sut, 3).size(), 3u);
   emulator.unplug();
@@ -188,8 +189,8 @@ TEST_F(AravisFaultTest, NoticesACameraThatWasSwitchedOffAndOnWithinItsHeartbeat)
 }
 
 TEST_F(AravisFaultTest, CountsAsOverrunWhatItsReaderLeftLying) {
-  GigeCameraEmulator emulator(emulated(), picture);
-  AravisSettings settings = driven();
+  GigeCameraEmulator emulator(faulty_camera(), fault_picture);
+  AravisSettings settings = fault_settings();
   settings.buffers = 4;
   AravisCamera sut(settings);
   ASSERT_TRUE(sut.start().ok());
@@ -200,12 +201,13 @@ TEST_F(AravisFaultTest, CountsAsOverrunWhatItsReaderLeftLying) {
   ASSERT_EQ(frames.size(), 12u);
   EXPECT_GT(sut.counters().overrun, 20u);
   expect_every_number_has_its_fate(sut, frames.back());
-  for (const Frame& f : frames) EXPECT_EQ(cv::norm(f.image, known_picture(known_index(f), kSize, 1), cv::NORM_INF), 0);
+  for (const Frame& f : frames)
+    EXPECT_EQ(cv::norm(f.image, known_picture(known_index(f), kFaultSize, 1), cv::NORM_INF), 0);
 }
 
 TEST_F(AravisFaultTest, SaysWhatItFoundInsteadOfASerialNumber) {
-  GigeCameraEmulator emulator(emulated(), picture);
-  AravisSettings settings = driven();
+  GigeCameraEmulator emulator(faulty_camera(), fault_picture);
+  AravisSettings settings = fault_settings();
   settings.address.clear();
   settings.serial = "23456789";
   EXPECT_EQ(
@@ -215,24 +217,24 @@ TEST_F(AravisFaultTest, SaysWhatItFoundInsteadOfASerialNumber) {
 }
 
 TEST_F(AravisFaultTest, SaysThatNothingAnswersAtAnAddress) {
-  AravisSettings settings = driven();
+  AravisSettings settings = fault_settings();
   EXPECT_EQ(
       opening_error(settings),
       "camera left: no GigE Vision camera answers at 127.0.0.1 (no camera answered): check power, cable and address");
 }
 
 TEST_F(AravisFaultTest, RefusesTheWrongCameraAtTheRightAddress) {
-  GigeCameraEmulator emulator(emulated(), picture);
-  AravisSettings settings = driven();
+  GigeCameraEmulator emulator(faulty_camera(), fault_picture);
+  AravisSettings settings = fault_settings();
   settings.serial = "OTHER";
   EXPECT_EQ(opening_error(settings), "camera left: the camera at 127.0.0.1 has serial EMULATED-1, expected OTHER");
 }
 
 TEST_F(AravisFaultTest, RefusesACameraThatAnotherProgramControls) {
-  GigeCameraEmulator emulator(emulated(), picture);
-  AravisCamera first(driven());
+  GigeCameraEmulator emulator(faulty_camera(), fault_picture);
+  AravisCamera first(fault_settings());
   EXPECT_EQ(
-      opening_error(driven()),
+      opening_error(fault_settings()),
       "camera left: the camera at 127.0.0.1 is controlled by another program (Controller privilege required): close "
       "that program");
   ASSERT_TRUE(first.start().ok());
@@ -240,23 +242,23 @@ TEST_F(AravisFaultTest, RefusesACameraThatAnotherProgramControls) {
 }
 
 TEST_F(AravisFaultTest, NamesTheFeatureThatACameraRefuses) {
-  GigeCameraEmulator emulator(emulated(), picture);
-  AravisSettings settings = driven();
+  GigeCameraEmulator emulator(faulty_camera(), fault_picture);
+  AravisSettings settings = fault_settings();
   settings.pixel_format = "BGR8";
   EXPECT_NE(opening_error(settings).find("camera left: cannot set PixelFormat to BGR8: "), std::string::npos);
   EXPECT_NE(opening_error(settings).find("it offers BayerBG8 BayerGB8 BayerGR8 BayerRG8 Mono8 RGB8 Mono16"),
             std::string::npos);
-  settings = driven();
+  settings = fault_settings();
   settings.info.width = 4000;
   EXPECT_EQ(opening_error(settings),
-            "camera left: a picture of 4000 x 240 at offset 0, 0 does not fit its sensor of 320 x 240");
-  settings = driven();
+            "camera left: a fault_picture of 4000 x 240 at offset 0, 0 does not fit its sensor of 320 x 240");
+  settings = fault_settings();
   settings.trigger = "Line7";
   EXPECT_NE(opening_error(settings).find("camera left: cannot set TriggerSource to Line7: "), std::string::npos);
-  settings = driven();
+  settings = fault_settings();
   settings.gain_db = 3;
   EXPECT_NE(opening_error(settings).find("camera left: cannot set Gain to 3.000000 dB: "), std::string::npos);
-  settings = driven();
+  settings = fault_settings();
   settings.chunk_stamps = true;
   EXPECT_NE(opening_error(settings).find("camera left: cannot set ChunkSelector to Timestamp: "), std::string::npos);
 }

@@ -19,21 +19,21 @@ namespace {
 using sim::GigeCameraEmulator;
 using sim::GigeCameraSettings;
 
-const cv::Size kSize(160, 120);
+const cv::Size kTriggeredSize(160, 120);
 
-GigeCameraSettings emulated(const std::string& address = "127.0.0.1") {
+GigeCameraSettings triggered_camera(const std::string& address = "127.0.0.1") {
   GigeCameraSettings s;
   s.address = address;
-  s.width = kSize.width;
-  s.height = kSize.height;
+  s.width = kTriggeredSize.width;
+  s.height = kTriggeredSize.height;
   s.rate_hz = 50;
   s.exposure_us = 3000;
   return s;
 }
 
-AravisSettings driven(const std::string& trigger, const std::string& address = "127.0.0.1") {
+AravisSettings trigger_settings(const std::string& trigger, const std::string& address = "127.0.0.1") {
   AravisSettings s;
-  s.info = {"left", kSize.width, kSize.height, 1, 50};
+  s.info = {"left", kTriggeredSize.width, kTriggeredSize.height, 1, 50};
   s.address = address;
   s.exposure_us = 3000;
   s.packet_size = 9000;
@@ -42,14 +42,14 @@ AravisSettings driven(const std::string& trigger, const std::string& address = "
   return s;
 }
 
-cv::Mat picture(std::uint64_t index, Stamp, Duration) { return known_picture(index, kSize, 1); }
+cv::Mat triggered_picture(std::uint64_t index, Stamp, Duration) { return known_picture(index, kTriggeredSize, 1); }
 
 class AravisTriggerTest : public GigeTest {};
 
 TEST_F(AravisTriggerTest, ExposesOneFramePerSoftwareTriggerAfterIt) {
   TruthLog truth;
-  GigeCameraEmulator emulator(emulated(), picture, truth.writer());
-  AravisCamera sut(driven("software"));
+  GigeCameraEmulator emulator(triggered_camera(), triggered_picture, truth.writer());
+  AravisCamera sut(trigger_settings("software"));
   ASSERT_TRUE(sut.start().ok());
   for (int i = 0; i < 10; ++i) {
     const Stamp before = MonotonicClock{}.now();
@@ -57,7 +57,9 @@ TEST_F(AravisTriggerTest, ExposesOneFramePerSoftwareTriggerAfterIt) {
     const Result<std::optional<Frame>> frame = grab(sut);
     ASSERT_TRUE(frame.ok() && frame.value());
     EXPECT_EQ(frame.value()->sequence, static_cast<std::uint64_t>(i));
-    EXPECT_EQ(cv::norm(frame.value()->image, known_picture(static_cast<std::uint64_t>(i), kSize, 1), cv::NORM_INF), 0);
+    EXPECT_EQ(
+        cv::norm(frame.value()->image, known_picture(static_cast<std::uint64_t>(i), kTriggeredSize, 1), cv::NORM_INF),
+        0);
     EXPECT_GT(frame.value()->stamp, before) << "exposed after its trigger";
     EXPECT_NEAR(seconds(frame.value()->stamp - *truth.middle(known_index(*frame.value()))), 0, 2e-3);
   }
@@ -66,8 +68,8 @@ TEST_F(AravisTriggerTest, ExposesOneFramePerSoftwareTriggerAfterIt) {
 }
 
 TEST_F(AravisTriggerTest, RefusesASoftwareTriggerOnAFreeRunningCamera) {
-  GigeCameraEmulator emulator(emulated(), picture);
-  AravisCamera sut(driven("off"));
+  GigeCameraEmulator emulator(triggered_camera(), triggered_picture);
+  AravisCamera sut(trigger_settings("off"));
   const Status refused = sut.trigger();
   ASSERT_FALSE(refused.ok());
   EXPECT_EQ(refused.error().code, ErrorCode::kRefused);
@@ -75,8 +77,8 @@ TEST_F(AravisTriggerTest, RefusesASoftwareTriggerOnAFreeRunningCamera) {
 }
 
 TEST_F(AravisTriggerTest, RefusesATriggerUnlessItHasStarted) {
-  GigeCameraEmulator emulator(emulated(), picture);
-  AravisCamera sut(driven("software"));
+  GigeCameraEmulator emulator(triggered_camera(), triggered_picture);
+  AravisCamera sut(trigger_settings("software"));
   const auto refused = [&] {
     const Status status = sut.trigger();
     return !status.ok() && status.error().code == ErrorCode::kNotReady;
@@ -92,14 +94,14 @@ TEST_F(AravisTriggerTest, ArmsALineWithItsRisingEdge) {
   // The emulator has no lines: what the driver wrote is seen in its registers (addresses: Aravis' fake camera).
   constexpr std::uint32_t kTriggerMode = 0x300, kTriggerSource = 0x304, kTriggerActivation = 0x308,
                           kAcquisition = 0x124;
-  GigeCameraEmulator emulator(emulated(), picture);
+  GigeCameraEmulator emulator(triggered_camera(), triggered_picture);
   {
-    AravisCamera software(driven("software"));
+    AravisCamera software(trigger_settings("software"));
     EXPECT_EQ(emulator.read_register(kTriggerMode), 1u);
     EXPECT_EQ(emulator.read_register(kTriggerSource), 1u) << "Software";
   }
   {
-    AravisCamera sut(driven("Line0"));
+    AravisCamera sut(trigger_settings("Line0"));
     EXPECT_EQ(emulator.read_register(kTriggerMode), 1u);
     EXPECT_EQ(emulator.read_register(kTriggerSource), 0u) << "Line0";
     EXPECT_EQ(emulator.read_register(kTriggerActivation), 0u) << "RisingEdge";
@@ -109,7 +111,7 @@ TEST_F(AravisTriggerTest, ArmsALineWithItsRisingEdge) {
     sut.stop();
     EXPECT_EQ(emulator.read_register(kAcquisition), 0u);
   }
-  AravisCamera free_running(driven("off"));
+  AravisCamera free_running(trigger_settings("off"));
   EXPECT_EQ(emulator.read_register(kTriggerMode), 0u) << "no trigger is left armed";
 }
 
@@ -153,12 +155,12 @@ class CommandTap {
 TEST_F(AravisTriggerTest, AsksForMissingPacketsOnceMoreOfACameraThatCanResend) {
   CommandTap tap;
   if (!tap.permitted()) GTEST_SKIP() << "raw sockets are forbidden here (CAP_NET_RAW)";
-  GigeCameraSettings device = emulated();
+  GigeCameraSettings device = triggered_camera();
   device.width = 640;
   device.height = 480;
   device.claims_resend = true;
   GigeCameraEmulator emulator(device, [](std::uint64_t, Stamp, Duration) { return cv::Mat(480, 640, CV_8UC1, 7.0); });
-  AravisSettings settings = driven("off");
+  AravisSettings settings = trigger_settings("off");
   settings.info.width = 640;
   settings.info.height = 480;
   settings.packet_size = 1500;
@@ -189,8 +191,8 @@ TEST_F(AravisTriggerTest, AsksForMissingPacketsOnceMoreOfACameraThatCanResend) {
 
 TEST_F(AravisTriggerTest, ExposesForEveryTriggerOfAStreamFromItsFirstOn) {
   TruthLog truth;
-  GigeCameraEmulator emulator(emulated(), picture, truth.writer());
-  AravisCamera sut(driven("software"));
+  GigeCameraEmulator emulator(triggered_camera(), triggered_picture, truth.writer());
+  AravisCamera sut(trigger_settings("software"));
   std::uint64_t triggers = 0;
   for (int stream = 0; stream < 3; ++stream) {
     ASSERT_TRUE(sut.start().ok());
@@ -218,11 +220,11 @@ TEST_F(AravisTriggerTest, ExposesForEveryTriggerOfAStreamFromItsFirstOn) {
 }
 
 TEST_F(AravisTriggerTest, IgnoresATriggerWhileItExposesAsCamerasDo) {
-  GigeCameraSettings device = emulated();
+  GigeCameraSettings device = triggered_camera();
   device.exposure_us = 500'000;
-  AravisSettings settings = driven("software");
+  AravisSettings settings = trigger_settings("software");
   settings.exposure_us = device.exposure_us;
-  GigeCameraEmulator emulator(device, picture);
+  GigeCameraEmulator emulator(device, triggered_picture);
   AravisCamera sut(settings);
   ASSERT_TRUE(sut.start().ok());
   for (int i = 0; i < 3; ++i) ASSERT_TRUE(sut.trigger().ok());
@@ -232,8 +234,8 @@ TEST_F(AravisTriggerTest, IgnoresATriggerWhileItExposesAsCamerasDo) {
 }
 
 TEST_F(AravisTriggerTest, CountsWhatCameAfterItsReaderHadStopped) {
-  GigeCameraEmulator emulator(emulated(), picture);
-  AravisSettings settings = driven("software");
+  GigeCameraEmulator emulator(triggered_camera(), triggered_picture);
+  AravisSettings settings = trigger_settings("software");
   settings.packet_size = 576;
   AravisCamera sut(settings);
   emulator.lose_packets(0.2);  // of some 40: no frame is whole, none is lost without a trace
@@ -259,9 +261,9 @@ TEST_F(AravisTriggerTest, CountsWhatCameAfterItsReaderHadStopped) {
 
 TEST_F(AravisTriggerTest, PairsTwoCamerasByTheirTriggers) {
   TruthLog left_truth, right_truth;
-  GigeCameraEmulator left_device(emulated(), picture, left_truth.writer());
-  GigeCameraEmulator right_device(emulated("127.0.0.2"), picture, right_truth.writer());
-  AravisCamera left(driven("software")), right(driven("software", "127.0.0.2"));
+  GigeCameraEmulator left_device(triggered_camera(), triggered_picture, left_truth.writer());
+  GigeCameraEmulator right_device(triggered_camera("127.0.0.2"), triggered_picture, right_truth.writer());
+  AravisCamera left(trigger_settings("software")), right(trigger_settings("software", "127.0.0.2"));
   ASSERT_TRUE(left.start().ok());
   ASSERT_TRUE(right.start().ok());
   TriggerPairingSettings settings;

@@ -256,8 +256,8 @@ TEST(PixelFormatFuzz, DamagedJpegNeitherCrashesNorPrints) {
   std::mt19937 random(seed);
   const Bytes whole = jpeg_of(smooth_picture(48, 32));
   int refused = 0;
-  testing::internal::CaptureStderr();
-  testing::internal::CaptureStdout();
+  ::testing::internal::CaptureStderr();
+  ::testing::internal::CaptureStdout();
   for (int i = 0; i < 20000; ++i) {
     Bytes bytes = whole;
     if (i % 10 == 0) {
@@ -272,8 +272,8 @@ TEST(PixelFormatFuzz, DamagedJpegNeitherCrashesNorPrints) {
     const Result<cv::Mat> image = decode_jpeg(bytes, 48, 32, random() % 2 == 0 ? 1 : 3);
     if (!image.ok()) ++refused;
   }
-  EXPECT_EQ(testing::internal::GetCapturedStdout(), "");
-  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+  EXPECT_EQ(::testing::internal::GetCapturedStdout(), "");
+  EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
   EXPECT_GT(refused, 2000);
 }
 

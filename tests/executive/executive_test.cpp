@@ -55,7 +55,7 @@ ScanSettings settings() {
 }
 
 /// An executive, hand-driven every 5 ms, and the last record it left.
-struct Bench {
+struct ExecutiveBench {
   ScanSettings s;
   ScanPlan plan;
   CallLog log;
@@ -65,7 +65,7 @@ struct Bench {
   Stamp now{};
   CycleRecord last;
 
-  explicit Bench(const ScanSettings& settings = tankrig::settings())
+  explicit ExecutiveBench(const ScanSettings& settings = tankrig::settings())
       : s(settings), plan(make_scan_plan(s, s.park)), arm(log, s.park), laser(log), sut(plan, s, arm, laser) {}
 
   void cycle(bool heartbeat = true) {
@@ -105,7 +105,7 @@ struct Bench {
 };
 
 TEST(Executive, RestsWithLaserOffUntilThePlanStarts) {
-  Bench bench;
+  ExecutiveBench bench;
   bench.cycle();
   bench.sut.set_armed(true);
   bench.cycles(100);
@@ -115,7 +115,7 @@ TEST(Executive, RestsWithLaserOffUntilThePlanStarts) {
 }
 
 TEST(Executive, FollowsThePlanToItsEnd) {
-  Bench bench;
+  ExecutiveBench bench;
   bench.go();
   double worst = 0;
   while (bench.last.state != ExecutiveState::kDone && bench.last.cycle < 20000) {
@@ -131,7 +131,7 @@ TEST(Executive, FollowsThePlanToItsEnd) {
 TEST(Executive, NeverAsksForASpeedInTheDeadZone) {
   ScanSettings s = settings();
   s.dead_zone = ScanSettings().dead_zone;
-  Bench bench(s);
+  ExecutiveBench bench(s);
   bench.go();
   while (bench.last.state != ExecutiveState::kDone && bench.last.cycle < 20000) {
     bench.cycle();
@@ -144,7 +144,7 @@ TEST(Executive, NeverAsksForASpeedInTheDeadZone) {
 }
 
 TEST(Executive, HasTheLaserOnInExactlyTheSegmentsThatAskForIt) {
-  Bench bench;
+  ExecutiveBench bench;
   bench.go();
   while (bench.last.state != ExecutiveState::kDone && bench.last.cycle < 20000) {
     bench.cycle();
@@ -154,7 +154,7 @@ TEST(Executive, HasTheLaserOnInExactlyTheSegmentsThatAskForIt) {
 }
 
 TEST(Executive, NeverLightsTheLaserUnarmed) {
-  Bench bench;
+  ExecutiveBench bench;
   bench.go();
   bench.sut.set_armed(false);
   while (bench.last.state != ExecutiveState::kDone && bench.last.cycle < 20000) bench.cycle();
@@ -165,7 +165,7 @@ TEST(Executive, PairsFramesByLightingEverySecondFramePeriod) {
   ScanSettings s = settings();
   s.laser_pairs = s.laser_switches_per_frame = true;
   s.laser_warm_up = 0;
-  Bench bench(s);
+  ExecutiveBench bench(s);
   bench.go();
   std::set<bool> seen;
   while (bench.last.state != ExecutiveState::kDone && bench.last.cycle < 20000) {
@@ -179,7 +179,7 @@ TEST(Executive, PairsFramesByLightingEverySecondFramePeriod) {
 }
 
 TEST(Executive, TakesTheLaserOffBeforeItStopsTheArmWhenAskedToStop) {
-  Bench bench;
+  ExecutiveBench bench;
   bench.go_sweeping();
   bench.sut.request_stop();
   bench.cycle();
@@ -191,7 +191,7 @@ TEST(Executive, TakesTheLaserOffBeforeItStopsTheArmWhenAskedToStop) {
 }
 
 TEST(Executive, FaultsWhenTheArmCannotBeRead) {
-  Bench bench;
+  ExecutiveBench bench;
   bench.go_sweeping();
   bench.arm.fail_read = true;
   bench.cycle();
@@ -200,7 +200,7 @@ TEST(Executive, FaultsWhenTheArmCannotBeRead) {
 }
 
 TEST(Executive, FaultsWhenTheArmRefusesASetPoint) {
-  Bench bench;
+  ExecutiveBench bench;
   bench.go_sweeping();
   bench.arm.fail_write = true;
   bench.cycle();
@@ -209,7 +209,7 @@ TEST(Executive, FaultsWhenTheArmRefusesASetPoint) {
 }
 
 TEST(Executive, FaultsWhenTheArmFallsSilent) {
-  Bench bench;
+  ExecutiveBench bench;
   bench.go_sweeping();
   bench.arm.silent = true;
   bench.cycles(49);
@@ -220,7 +220,7 @@ TEST(Executive, FaultsWhenTheArmFallsSilent) {
 }
 
 TEST(Executive, FaultsWhenAJointIsNotWhereItShouldBe) {
-  Bench bench;
+  ExecutiveBench bench;
   bench.go_sweeping();
   bench.arm.stuck = true;
   int cycles = 0;
@@ -232,13 +232,13 @@ TEST(Executive, FaultsWhenAJointIsNotWhereItShouldBe) {
 }
 
 TEST(Executive, FaultsWhenTheLaserFails) {
-  Bench bench;
+  ExecutiveBench bench;
   bench.go_sweeping();
   bench.laser.fail_state = true;
   bench.cycle();
   bench.expect_safe(Fault::kLaser);
 
-  Bench refused;
+  ExecutiveBench refused;
   refused.laser.fail = true;
   refused.go();
   for (int i = 0; i < 5000 && refused.last.state != ExecutiveState::kFault; ++i) refused.cycle();
@@ -246,7 +246,7 @@ TEST(Executive, FaultsWhenTheLaserFails) {
 }
 
 TEST(Executive, FaultsWhenTheLaserStaysOnLongerThanItsAllowance) {
-  Bench bench;
+  ExecutiveBench bench;
   bench.go_sweeping();
   bench.laser.stuck_on = true;
   bench.sut.set_armed(false);  // the beam is dropped, the plan goes on
@@ -265,7 +265,7 @@ TEST(Executive, FaultsWhenTheLaserStaysOnLongerThanItsAllowance) {
 }
 
 TEST(Executive, FaultsWhenTheLaserIsFoundOnBeforeThePlanStarts) {
-  Bench bench;
+  ExecutiveBench bench;
   ASSERT_TRUE(bench.laser.set(true).ok());
   bench.log.clear();
   bench.cycles(30);
@@ -273,7 +273,7 @@ TEST(Executive, FaultsWhenTheLaserIsFoundOnBeforeThePlanStarts) {
 }
 
 TEST(Executive, FaultsWhenTheLaserStaysDarkBeyondItsWarmUp) {
-  Bench bench;
+  ExecutiveBench bench;
   bench.laser.dead = true;
   bench.go();
   for (int i = 0; i < 100000 && !bench.laser.on(); ++i) bench.cycle();
@@ -291,7 +291,7 @@ TEST(Executive, FindsAStuckAndADeadLaserAlsoWhereItSwitchesWithEveryFrame) {
     s.laser_pairs = s.laser_switches_per_frame = true;
     s.laser_warm_up = 0;
     s.sweep_to = 1.6;
-    Bench bench(s);
+    ExecutiveBench bench(s);
     bench.go();
     while (!(bench.laser.on() && bench.plan.segments()[bench.last.segment].phase == Phase::kSweep)) bench.cycle();
     (dead ? bench.laser.dead : bench.laser.stuck_on) = true;
@@ -302,7 +302,7 @@ TEST(Executive, FindsAStuckAndADeadLaserAlsoWhereItSwitchesWithEveryFrame) {
 }
 
 TEST(Executive, TriesAgainInEveryCycleWhatFailsToMakeItSafe) {
-  Bench bench;
+  ExecutiveBench bench;
   bench.go_sweeping();
   bench.laser.fail_off = bench.arm.fail_stop = true;
   bench.sut.request_stop();
@@ -319,7 +319,7 @@ TEST(Executive, TriesAgainInEveryCycleWhatFailsToMakeItSafe) {
 }
 
 TEST(Executive, StaysDarkUntilItIsToldThatTheInterlockIsClosed) {
-  Bench bench;
+  ExecutiveBench bench;
   bench.cycle();
   bench.sut.set_armed(true);
   bench.sut.start(bench.now + 5ms);
@@ -328,7 +328,7 @@ TEST(Executive, StaysDarkUntilItIsToldThatTheInterlockIsClosed) {
 }
 
 TEST(Executive, DropsBeamAndStopsWhenTheHeartbeatIsLate) {
-  Bench bench;
+  ExecutiveBench bench;
   bench.go_sweeping();
   bench.cycles(49, false);
   EXPECT_TRUE(bench.laser.on());
@@ -338,7 +338,7 @@ TEST(Executive, DropsBeamAndStopsWhenTheHeartbeatIsLate) {
 }
 
 TEST(Executive, DropsBeamAndStopsWhenTheInterlockOpens) {
-  Bench bench;
+  ExecutiveBench bench;
   bench.go_sweeping();
   bench.sut.set_interlock(false);
   bench.cycle();
@@ -346,7 +346,7 @@ TEST(Executive, DropsBeamAndStopsWhenTheInterlockOpens) {
 }
 
 TEST(Executive, DropsBeamAndStopsWhenTheLasersDeviceReadsAnOpenInterlock) {
-  Bench bench;
+  ExecutiveBench bench;
   bench.go_sweeping();
   bench.laser.loop_closed = true;
   bench.cycle();
@@ -357,7 +357,7 @@ TEST(Executive, DropsBeamAndStopsWhenTheLasersDeviceReadsAnOpenInterlock) {
 }
 
 TEST(Executive, StaysSafeAfterAFaultEvenIfTheDeviceRecovers) {
-  Bench bench;
+  ExecutiveBench bench;
   bench.go_sweeping();
   bench.arm.fail_read = true;
   bench.cycle();
@@ -371,7 +371,7 @@ TEST(Executive, StaysSafeAfterAFaultEvenIfTheDeviceRecovers) {
 
 TEST(Executive, AllocatesNothingInItsCycle) {
   TANKRIG_SKIP_SANITIZED(testing_support::kNoCounting);
-  Bench bench;
+  ExecutiveBench bench;
   bench.go();
   const std::uint64_t before = testing_support::allocations();
   while (bench.last.state != ExecutiveState::kDone && bench.last.cycle < 20000) bench.cycle();
@@ -384,7 +384,7 @@ TEST(Executive, AllocatesNothingInItsCycle) {
 }
 
 TEST(Executive, DropsAndCountsRecordsThatNobodyReads) {
-  Bench bench;
+  ExecutiveBench bench;
   Executive sut(bench.plan, bench.s, bench.arm, bench.laser, 16);
   for (int i = 0; i < 20; ++i) sut.step(Stamp{} + 5ms * i);
   EXPECT_EQ(sut.records_dropped(), 4u);

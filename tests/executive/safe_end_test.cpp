@@ -11,7 +11,7 @@ using namespace std::chrono_literals;
 constexpr Duration kCycle = 5ms;
 
 /// Records of an executive that has stopped, the laser dark.
-struct Bench {
+struct EndBench {
   SafetySettings settings;
   SafeEnd sut{settings};
   Stamp now{1'000'000'000};
@@ -31,7 +31,7 @@ struct Bench {
 };
 
 TEST(SafeEnd, IsConfirmedByAnArmThatIsSeenAtRestAndALaserThatIsReadDark) {
-  Bench bench;
+  EndBench bench;
   bench.cycles(1s, true, 0, ExecutiveState::kRunning);
   EXPECT_FALSE(bench.sut.ended());
   bench.cycles(RestWatch::kWindow, true);
@@ -42,7 +42,7 @@ TEST(SafeEnd, IsConfirmedByAnArmThatIsSeenAtRestAndALaserThatIsReadDark) {
 }
 
 TEST(SafeEnd, OfAnArmThatGivesNoNewsIsNeverAtRest) {
-  Bench bench;
+  EndBench bench;
   bench.cycles(1s, true, 0, ExecutiveState::kRunning);
   bench.cycles(from_seconds(bench.settings.rest_timeout) + 2 * kCycle, false);
   EXPECT_TRUE(bench.sut.settled()) << "it does not wait for ever";
@@ -50,7 +50,7 @@ TEST(SafeEnd, OfAnArmThatGivesNoNewsIsNeverAtRest) {
 }
 
 TEST(SafeEnd, IsTakenBackWhenTheArmIsNotHeardOfAnyMore) {
-  Bench bench;
+  EndBench bench;
   bench.cycles(1s, true);
   ASSERT_TRUE(bench.sut.left().arm_at_rest);
   bench.cycles(SafeEnd::kNewsAge, false);
@@ -62,7 +62,7 @@ TEST(SafeEnd, IsTakenBackWhenTheArmIsNotHeardOfAnyMore) {
 }
 
 TEST(SafeEnd, IsTakenBackWhenTheArmMovesAgain) {
-  Bench bench;
+  EndBench bench;
   bench.cycles(1s, true);
   bench.cycles(kCycle, true, 0.2);
   EXPECT_FALSE(bench.sut.left().arm_at_rest);

@@ -30,15 +30,8 @@ std::string from_script(const char* name) {
   return value;
 }
 
-int milliseconds(SteadyClock::duration time) {
+int in_ms(SteadyClock::duration time) {
   return static_cast<int>(std::chrono::duration_cast<std::chrono::milliseconds>(time).count());
-}
-
-SessionInfo info() {
-  SessionInfo info = some_info();
-  info.object.reset();
-  info.rig_hash.clear();
-  return info;
 }
 
 void expect_pictures(const std::filesystem::path& session, std::size_t frames) {
@@ -49,7 +42,7 @@ void expect_pictures(const std::filesystem::path& session, std::size_t frames) {
 }
 
 TEST(CutRecording, EndsAndIsSealed) {
-  SessionWriter writer(from_script("CUT_SESSION"), info());
+  SessionWriter writer(from_script("CUT_SESSION"), bare_info());
   record(writer, kEndedFrames);
   writer.close("complete");
   write_checksums(writer.path());
@@ -67,7 +60,7 @@ TEST(CutRecording, IsWholeIfItHadEnded) {
 /// becomes of the guest. Says too if the machine was late, whoever it was that waited.
 TEST(CutRecording, RunsUntilTheSupplyGoes) {
   const auto cut = std::chrono::duration<double>(std::stod(from_script("CUT_AFTER_S")));
-  SessionWriter writer(from_script("CUT_SESSION"), info(), {.wait_when_full = false});
+  SessionWriter writer(from_script("CUT_SESSION"), bare_info(), {.wait_when_full = false});
   const testing_support::MachineWitness witness;
   const auto begin = SteadyClock::now();
   SteadyClock::duration held{};
@@ -78,7 +71,7 @@ TEST(CutRecording, RunsUntilTheSupplyGoes) {
     writer.frame(some_frame(i), test_image(i));
     const auto now = SteadyClock::now();
     held = std::max(held, now - before);
-    std::printf("handed over frames=%d at_ms=%d held_ms=%d\n", i + 1, milliseconds(now - begin), milliseconds(held));
+    std::printf("handed over frames=%d at_ms=%d held_ms=%d\n", i + 1, in_ms(now - begin), in_ms(held));
     if (const Duration late = witness.latest(); late > kBearable)
       std::printf("%s\n", testing_support::machine_was_late(late, kBearable).c_str());
     if (!told && now - begin > cut) told = std::printf("now\n") > 0;

@@ -13,7 +13,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-struct Bench {
+struct ArmBench {
   VirtualClock clock;
   MockArmParameters parameters;
   JointVector start = (JointVector() << 0, 0.12, 1.0, 0, 0.1).finished();
@@ -29,7 +29,7 @@ JointVector elbow(double velocity) {
 }
 
 /// Commands `velocity` every 5 ms for `length`.
-void drive(Bench& bench, MockArm& arm, const JointVector& velocity, Duration length) {
+void drive(ArmBench& bench, MockArm& arm, const JointVector& velocity, Duration length) {
   const Stamp end = bench.clock.now() + length;
   while (bench.clock.now() < end) {
     ASSERT_TRUE(arm.write_velocity(velocity).ok());
@@ -38,7 +38,7 @@ void drive(Bench& bench, MockArm& arm, const JointVector& velocity, Duration len
 }
 
 TEST(MockArm, RestsInItsPostureAtPowerOn) {
-  Bench bench;
+  ArmBench bench;
   MockArm sut = bench.make();
   bench.clock.sleep_until({1'000'000'000});
   EXPECT_TRUE(sut.truth_at(bench.clock.now()).isApprox(bench.start, 1e-12));
@@ -49,7 +49,7 @@ TEST(MockArm, RestsInItsPostureAtPowerOn) {
 }
 
 TEST(MockArm, FollowsASetPointWithFirstOrderLagExactly) {
-  Bench bench;
+  ArmBench bench;
   bench.parameters.time_constant = 0.05;
   MockArm sut = bench.make();
   const double slope = bench.model.actuators[kElbow].resolution(1.0);
@@ -64,7 +64,7 @@ TEST(MockArm, FollowsASetPointWithFirstOrderLagExactly) {
 }
 
 TEST(MockArm, TellsTruthTheSameHoweverOftenItIsAsked) {
-  Bench a, b;
+  ArmBench a, b;
   MockArm coarse = a.make(), fine = b.make();
   drive(a, coarse, elbow(0.1), 300ms);
   for (int i = 0; i < 60; ++i) {
@@ -79,7 +79,7 @@ TEST(MockArm, TellsTruthTheSameHoweverOftenItIsAsked) {
 }
 
 TEST(MockArm, RaisesSlowCommandsToItsDeadZoneAndIgnoresCreep) {
-  Bench bench;
+  ArmBench bench;
   MockArm sut = bench.make();
   EXPECT_EQ(sut.write_velocity(elbow(0.009)).value()[kElbow], 0);
   EXPECT_NEAR(sut.write_velocity(elbow(0.02)).value()[kElbow], 0.06, 2e-4);
@@ -88,7 +88,7 @@ TEST(MockArm, RaisesSlowCommandsToItsDeadZoneAndIgnoresCreep) {
 }
 
 TEST(MockArm, SlowsAllAxesTogetherAtItsSpeedLimit) {
-  Bench bench;
+  ArmBench bench;
   MockArm sut = bench.make();
   JointVector v = JointVector::Zero();
   v[kShoulder] = 0.4;
@@ -100,7 +100,7 @@ TEST(MockArm, SlowsAllAxesTogetherAtItsSpeedLimit) {
 
 TEST(MockArm, StampsTheTrueSamplingTimeWhenItsLatencyIsKnown) {
   for (const bool known : {true, false}) {
-    Bench bench;
+    ArmBench bench;
     bench.parameters.latency_known = known;
     bench.parameters.feedback_latency = 23ms;
     MockArm sut = bench.make();
@@ -127,7 +127,7 @@ TEST(MockArm, StampsTheTrueSamplingTimeWhenItsLatencyIsKnown) {
 }
 
 TEST(MockArm, DeliversAStateOnceAndOnlyAfterItsLatency) {
-  Bench bench;
+  ArmBench bench;
   MockArm sut = bench.make();
   bench.clock.sleep_until({14'999'999});
   EXPECT_FALSE(sut.try_read().value());
@@ -139,7 +139,7 @@ TEST(MockArm, DeliversAStateOnceAndOnlyAfterItsLatency) {
 }
 
 TEST(MockArm, StopsByItselfWhenSetPointsStay) {
-  Bench bench;
+  ArmBench bench;
   MockArm sut = bench.make();
   drive(bench, sut, elbow(0.1), 300ms);
   bench.clock.sleep_until(bench.clock.now() + 400ms);
@@ -149,7 +149,7 @@ TEST(MockArm, StopsByItselfWhenSetPointsStay) {
 }
 
 TEST(MockArm, StopsWhenTold) {
-  Bench bench;
+  ArmBench bench;
   MockArm sut = bench.make();
   drive(bench, sut, elbow(0.1), 300ms);
   ASSERT_TRUE(sut.stop().ok());
@@ -158,7 +158,7 @@ TEST(MockArm, StopsWhenTold) {
 }
 
 TEST(MockArm, FailsInTheWaysATestAsksFor) {
-  Bench bench;
+  ArmBench bench;
   MockArm sut = bench.make();
   drive(bench, sut, elbow(0.1), 300ms);
   sut.faults.stop_fails = true;
@@ -209,7 +209,7 @@ TEST(MockArm, MayBeStoppedFromAnyThread) {
 }
 
 TEST(MockArm, StopsAtItsJointLimits) {
-  Bench bench;
+  ArmBench bench;
   bench.start[kElbow] = 2.14;
   MockArm sut = bench.make();
   drive(bench, sut, elbow(0.1), 1s);
@@ -219,7 +219,7 @@ TEST(MockArm, StopsAtItsJointLimits) {
 }
 
 TEST(MockArm, LosesItsBacklashWhenItTurnsAround) {
-  Bench bench;
+  ArmBench bench;
   bench.parameters.backlash_ticks[kElbow] = 20;
   MockArm sut = bench.make();
   const double tick = bench.model.actuators[kElbow].resolution(1.0);
@@ -235,7 +235,7 @@ TEST(MockArm, LosesItsBacklashWhenItTurnsAround) {
 }
 
 TEST(MockArm, IsAsMuchSlowerThanAskedAsItsGainSays) {
-  Bench bench;
+  ArmBench bench;
   bench.parameters.speed_gain[kElbow] = 0.9;
   MockArm sut = bench.make();
   drive(bench, sut, elbow(0.1), 500ms);
@@ -243,7 +243,7 @@ TEST(MockArm, IsAsMuchSlowerThanAskedAsItsGainSays) {
 }
 
 TEST(MockArm, SticksBelowItsStiction) {
-  Bench bench;
+  ArmBench bench;
   bench.parameters.stiction_ticks_per_s[kElbow] = 1500;  // 0.16 rad/s here
   MockArm sut = bench.make();
   drive(bench, sut, elbow(0.1), 500ms);
@@ -253,7 +253,7 @@ TEST(MockArm, SticksBelowItsStiction) {
 }
 
 TEST(MockArm, CannotBeAskedForADemandWhoseLowByteIs0A) {
-  Bench bench;
+  ArmBench bench;
   MockArm sut = bench.make();
   const double slope = bench.model.actuators[kElbow].resolution(1.0);
   for (const int high : {3, 4}) {
@@ -264,7 +264,7 @@ TEST(MockArm, CannotBeAskedForADemandWhoseLowByteIs0A) {
 }
 
 TEST(MockArm, TellsTheCurrentOfItsWholeArmMostOfAllAtAStop) {
-  Bench bench;
+  ArmBench bench;
   bench.start[kElbow] = 2.14;
   MockArm sut = bench.make();
   drive(bench, sut, JointVector::Zero(), 100ms);

@@ -10,7 +10,7 @@ namespace {
 using namespace std::chrono_literals;
 
 /// An arm swinging at constant speed, a laser, and a camera whose pictures are remembered exposures.
-struct Bench {
+struct CameraBench {
   VirtualClock clock;
   MockCameraParameters parameters;
   MockArm arm{arm5e(), {}, (JointVector() << 0, 0.12, 1.0, 0, 0.1).finished(), clock};
@@ -41,7 +41,7 @@ struct Bench {
 };
 
 TEST(MockCamera, StampsMidExposureOnItsOwnGrid) {
-  Bench bench;
+  CameraBench bench;
   bench.parameters.phase = 3ms;
   MockCamera sut = bench.make();
   ASSERT_TRUE(sut.start().ok());
@@ -55,7 +55,7 @@ TEST(MockCamera, StampsMidExposureOnItsOwnGrid) {
 }
 
 TEST(MockCamera, DeliversAFrameOnlyAfterExposureAndReadout) {
-  Bench bench;
+  CameraBench bench;
   MockCamera sut = bench.make();
   ASSERT_TRUE(sut.start().ok());
   bench.clock.sleep_until({52'999'999});
@@ -66,7 +66,7 @@ TEST(MockCamera, DeliversAFrameOnlyAfterExposureAndReadout) {
 }
 
 TEST(MockCamera, SeesArmAndLaserAtThreeInstantsOfTheExposure) {
-  Bench bench;
+  CameraBench bench;
   MockCamera sut = bench.make();
   ASSERT_TRUE(sut.start().ok());
   bench.run(sut, 500ms);
@@ -84,7 +84,7 @@ TEST(MockCamera, SeesArmAndLaserAtThreeInstantsOfTheExposure) {
 }
 
 TEST(MockCamera, LeavesAGapInTheSequenceForALostFrame) {
-  Bench bench;
+  CameraBench bench;
   bench.parameters.drop_every = 5;
   MockCamera sut = bench.make();
   ASSERT_TRUE(sut.start().ok());
@@ -96,7 +96,7 @@ TEST(MockCamera, LeavesAGapInTheSequenceForALostFrame) {
 }
 
 TEST(MockCamera, KeepsItsGridWhileStopped) {
-  Bench bench;
+  CameraBench bench;
   MockCamera sut = bench.make();
   bench.run(sut, 510ms);
   EXPECT_TRUE(bench.seen.empty());
@@ -110,7 +110,7 @@ TEST(MockCamera, KeepsItsGridWhileStopped) {
 }
 
 TEST(MockCamera, OverrunsItsBufferWhenNobodyGrabs) {
-  Bench bench;
+  CameraBench bench;
   bench.parameters.buffer_frames = 2;
   MockCamera sut = bench.make();
   ASSERT_TRUE(sut.start().ok());

@@ -6,16 +6,10 @@
 #include <random>
 
 #include "core/input_error.hpp"
+#include "tests/plan/bent_elbow_scan.hpp"
 
 namespace tankrig {
 namespace {
-
-ScanSettings settings() {
-  ScanSettings s;
-  s.park << 0, 0.3, 0.6, 0, 0.1;
-  s.posture << 0, 0.12, 0, 0, 0.1;
-  return s;
-}
 
 /// The arm's base 1.2 m above the floor's centre, its z down.
 Obstacles tank() {
@@ -67,7 +61,7 @@ TEST(SegmentBoxDistance, IsExactForAParallelSegmentAndZeroInside) {
 }
 
 TEST(MotionCheck, AcceptsASweepWithRoomAroundItAndSaysHowMuch) {
-  const MotionCheck sut = check(settings(), tank());
+  const MotionCheck sut = check(bent_elbow_scan(), tank());
   EXPECT_GT(sut.min_clearance, 0.02);
   EXPECT_LT(sut.min_clearance, 1.2);
   EXPECT_FALSE(sut.nearest.empty());
@@ -75,20 +69,20 @@ TEST(MotionCheck, AcceptsASweepWithRoomAroundItAndSaysHowMuch) {
 }
 
 TEST(MotionCheck, RefusesAnAngleOutsideItsLimitByJointValueAndPlace) {
-  ScanSettings s = settings();
+  ScanSettings s = bent_elbow_scan();
   s.sweep_to = 2.15;
   expect_refused(s, tank(), {"elbow", "2.1529", "sweep pass 0"});
-  s = settings();
+  s = bent_elbow_scan();
   s.posture[kSlew] = 0.7;
   expect_refused(s, tank(), {"slew", "0.5488"});
 }
 
 TEST(MotionCheck, KeepsAMarginFromTheLimitsIfAsked) {
-  expect_refused(settings(), tank(), {"elbow"}, {.angle_margin = 0.05});
+  expect_refused(bent_elbow_scan(), tank(), {"elbow"}, {.angle_margin = 0.05});
 }
 
 TEST(MotionCheck, RefusesWhatTheActuatorCannotDo) {
-  ScanSettings s = settings();
+  ScanSettings s = bent_elbow_scan();
   s.move_velocity = 0.9;
   s.move_acceleration = 5;
   expect_refused(s, tank(), {"ticks/s"});
@@ -99,40 +93,40 @@ TEST(MotionCheck, RefusesWhatTheActuatorCannotDo) {
 
 TEST(MotionCheck, RefusesAPathThroughTheBox) {
   const ArmModel arm = arm5e();
-  JointVector q = settings().posture;
+  JointVector q = bent_elbow_scan().posture;
   q[kElbow] = 1.7;
   Obstacles o = tank();
   o.boxes.push_back(
       {"black box", Transform(Eigen::Translation3d(arm.bMe(q).translation())), Vector3d(0.07, 0.15, 0.08)});
-  expect_refused(settings(), o, {"black box", "forearm", "mm", "expected at least"});
+  expect_refused(bent_elbow_scan(), o, {"black box", "forearm", "mm", "expected at least"});
   o.boxes[0].bMx.translation() += Vector3d(0, 0.6, 0);
-  EXPECT_NO_THROW(check(settings(), o));
+  EXPECT_NO_THROW(check(bent_elbow_scan(), o));
 }
 
 TEST(MotionCheck, RefusesAPathThroughFloorOrWall) {
   Obstacles o = tank();
   o.wMb.translation().z() = 0.6;
-  expect_refused(settings(), o, {"floor"});
+  expect_refused(bent_elbow_scan(), o, {"floor"});
   o = tank();
   o.wMb.translation().x() = 0.5;
-  expect_refused(settings(), o, {"wall +x"});
+  expect_refused(bent_elbow_scan(), o, {"wall +x"});
   o = tank();
   o.tank_size.y() = 0.1;
-  expect_refused(settings(), o, {"wall", "y"});
+  expect_refused(bent_elbow_scan(), o, {"wall", "y"});
 }
 
 TEST(MotionCheck, LooksAtTheProjectorAndTheToolToo) {
   Obstacles o = tank();
-  const MotionCheck bare = check(settings(), o);
+  const MotionCheck bare = check(bent_elbow_scan(), o);
   o.tool_length = bare.min_clearance + 0.3;
-  expect_refused(settings(), o, {"forearm"});
+  expect_refused(bent_elbow_scan(), o, {"forearm"});
   o = tank();
   o.carried.push_back({{-0.1, 0, -0.2}, {-1.5, 0, -0.2}, 0.03});
-  expect_refused(settings(), o, {"projector"});
+  expect_refused(bent_elbow_scan(), o, {"projector"});
 }
 
 TEST(MotionCheck, MissesNoObstacleOfAFewMillimetresOnAFastPath) {
-  ScanSettings s = settings();
+  ScanSettings s = bent_elbow_scan();
   s.sweep_from = 1.3;
   s.sweep_to = 1.6;
   s.sweep_velocity = 0.5;
@@ -157,7 +151,7 @@ TEST(MotionCheck, MissesNoObstacleOfAFewMillimetresOnAFastPath) {
 }
 
 TEST(MotionCheck, ReportsTheClearanceThatGeometryGives) {
-  ScanSettings s = settings();
+  ScanSettings s = bent_elbow_scan();
   s.park = s.posture;  // the elbow only
   s.park[kElbow] = s.sweep_from;
   const Obstacles o = tank();

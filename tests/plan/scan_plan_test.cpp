@@ -5,16 +5,10 @@
 #include <cmath>
 
 #include "core/input_error.hpp"
+#include "tests/plan/bent_elbow_scan.hpp"
 
 namespace tankrig {
 namespace {
-
-ScanSettings settings() {
-  ScanSettings s;
-  s.park << 0, 0.3, 0.6, 0, 0.1;
-  s.posture << 0, 0.12, 0, 0, 0.1;
-  return s;
-}
 
 std::vector<std::string> names(const ScanPlan& plan) {
   std::vector<std::string> result;
@@ -34,7 +28,7 @@ std::vector<double> elbow_grid(const ScanPlan& plan, const ScanSettings& s, int 
 }
 
 TEST(ScanPlan, GoesFromWhereTheArmIsThroughDarkBlocksAndSweepToPark) {
-  const ScanSettings s = settings();
+  const ScanSettings s = bent_elbow_scan();
   JointVector now = s.park;
   now[kSlew] = -0.2;
   const ScanPlan sut = make_scan_plan(s, now);
@@ -48,7 +42,7 @@ TEST(ScanPlan, GoesFromWhereTheArmIsThroughDarkBlocksAndSweepToPark) {
 }
 
 TEST(ScanPlan, HasNoJumpInPositionAndKnowsItsDuration) {
-  ScanSettings s = settings();
+  ScanSettings s = bent_elbow_scan();
   s.passes = 3;
   const ScanPlan sut = make_scan_plan(s, s.park);
   double sum = 0;
@@ -62,7 +56,7 @@ TEST(ScanPlan, HasNoJumpInPositionAndKnowsItsDuration) {
 }
 
 TEST(ScanPlan, SweepsAtConstantVelocityWhereItRecords) {
-  const ScanSettings s = settings();
+  const ScanSettings s = bent_elbow_scan();
   const ScanPlan sut = make_scan_plan(s, s.park);
   for (const Segment& segment : sut.segments()) {
     if (segment.phase != Phase::kSweep) continue;
@@ -74,7 +68,7 @@ TEST(ScanPlan, SweepsAtConstantVelocityWhereItRecords) {
 }
 
 TEST(ScanPlan, AsksForTheLaserOnlyFromWarmUpToTheEndOfTheLastPass) {
-  ScanSettings s = settings();
+  ScanSettings s = bent_elbow_scan();
   s.passes = 2;
   const ScanPlan sut = make_scan_plan(s, s.park);
   bool lit = false, was_lit = false;
@@ -95,7 +89,7 @@ TEST(ScanPlan, AsksForTheLaserOnlyFromWarmUpToTheEndOfTheLastPass) {
 class Interleaving : public testing::TestWithParam<bool> {};
 
 TEST_P(Interleaving, PutsTheLinesOfEveryPassBetweenThoseOfTheOthers) {
-  ScanSettings s = settings();
+  ScanSettings s = bent_elbow_scan();
   s.passes = 4;
   s.there_and_back = GetParam();
   const ScanPlan sut = make_scan_plan(s, s.park);
@@ -112,7 +106,7 @@ TEST_P(Interleaving, PutsTheLinesOfEveryPassBetweenThoseOfTheOthers) {
 INSTANTIATE_TEST_SUITE_P(BothWays, Interleaving, testing::Bool());
 
 TEST(ScanPlan, CountsTheFramesToCome) {
-  const ScanSettings s = settings();
+  const ScanSettings s = bent_elbow_scan();
   const ScanPlan sut = make_scan_plan(s, s.park);
   EXPECT_EQ(sut.expected_frames(RecordWhen::kDark, 0.04, s.dark_frames), 20);
   EXPECT_NEAR(sut.expected_frames(RecordWhen::kSweep, 0.04, s.dark_frames), 200, 1);
@@ -129,22 +123,22 @@ void expect_refused(const ScanSettings& s, const std::string& word) {
 }
 
 TEST(ScanPlan, RefusesSettingsThatMakeNoScan) {
-  ScanSettings s = settings();
+  ScanSettings s = bent_elbow_scan();
   s.sweep_velocity = 0;
   expect_refused(s, "sweep_velocity");
-  s = settings();
+  s = bent_elbow_scan();
   s.sweep_to = s.sweep_from;
   expect_refused(s, "sweep_to");
-  s = settings();
+  s = bent_elbow_scan();
   s.passes = 0;
   expect_refused(s, "passes");
-  s = settings();
+  s = bent_elbow_scan();
   s.frame_period = std::nan("");
   expect_refused(s, "frame_period");
 }
 
 TEST(ScanPlan, PairsFramesOnlyWithALaserThatSwitchesFasterThanAFrame) {
-  ScanSettings s = settings();
+  ScanSettings s = bent_elbow_scan();
   s.laser_pairs = true;
   s.laser_warm_up = 0;
   expect_refused(s, "laser_pairs");

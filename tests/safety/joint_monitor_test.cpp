@@ -27,16 +27,16 @@ std::array<JointLimit, kJoints> staying(const JointVector& q) {
 }
 
 /// A monitor that sees a state every 10 ms.
-struct Bench {
+struct MonitorBench {
   JointLimits limits;
   JointMonitor sut{limits, 0.05};
   JointState state;
 
-  Bench() {
+  MonitorBench() {
     state.q = posture();
     sut.set_reach(staying(state.q));
   }
-  explicit Bench(const JointLimits& other) : limits(other), sut(other, 0.05) {
+  explicit MonitorBench(const JointLimits& other) : limits(other), sut(other, 0.05) {
     state.q = posture();
     sut.set_reach(staying(state.q));
   }
@@ -70,7 +70,7 @@ TEST(JointMonitor, SeesAJointBeyondEitherLimitAndSaysWhichAndWhere) {
     const auto row = static_cast<std::size_t>(j);
     for (const bool upper : {true, false}) {
       const double limit = upper ? arm5e().limits[row].upper : arm5e().limits[row].lower, side = upper ? 1 : -1;
-      Bench inside, outside;
+      MonitorBench inside, outside;
       inside.state.q[j] = limit + side * 0.029;
       EXPECT_FALSE(inside.see()) << "a stop is soft, and there is play";
       outside.state.q[j] = limit + side * 0.031;
@@ -81,13 +81,13 @@ TEST(JointMonitor, SeesAJointBeyondEitherLimitAndSaysWhichAndWhere) {
       EXPECT_EQ(crossed->limit, limit);
     }
   }
-  Bench bench;
+  MonitorBench bench;
   bench.state.q[kElbow] = 2.2010;
   EXPECT_EQ(describe(*bench.see()), "elbow at 2.2010 rad, limit 2.1529");
 }
 
 TEST(JointMonitor, LetsAJointTurnThatTurnsWithoutEnd) {
-  Bench bench;
+  MonitorBench bench;
   bench.state.q[kJawRotate] = 9;
   EXPECT_FALSE(bench.see());
   JointVector turning = JointVector::Zero();
@@ -96,7 +96,7 @@ TEST(JointMonitor, LetsAJointTurnThatTurnsWithoutEnd) {
 }
 
 TEST(JointMonitor, RefusesASetPointTowardsALimitThatIsNear) {
-  Bench bench;
+  MonitorBench bench;
   const double upper = arm5e().limits[kElbow].upper;
   bench.state.q[kElbow] = upper - 0.051;
   EXPECT_FALSE(bench.sut.check_set_point(elbow(0.1), bench.state));
@@ -115,7 +115,7 @@ TEST(JointMonitor, RefusesASetPointTowardsALimitThatIsNear) {
 }
 
 TEST(JointMonitor, LetsAPlanGoToTheLimitItselfAndParkThere) {
-  Bench bench;
+  MonitorBench bench;
   const double upper = arm5e().limits[kElbow].upper;
   JointVector park = posture();
   park[kElbow] = upper;
@@ -136,7 +136,7 @@ TEST(JointMonitor, LetsAPlanGoToTheLimitItselfAndParkThere) {
 TEST(JointMonitor, MeasuresVelocityOverAWindowSoThatATickIsNoSpeed) {
   JointLimits limits;
   limits.velocity = 0.3;
-  Bench bench(limits);
+  MonitorBench bench(limits);
   EXPECT_FALSE(bench.move(0.29, 1s));
   EXPECT_FALSE(bench.move(0, 200ms));
   for (int i = 0; i < 100; ++i) {
@@ -151,7 +151,7 @@ TEST(JointMonitor, MeasuresVelocityOverAWindowSoThatATickIsNoSpeed) {
 }
 
 TEST(JointMonitor, SeesARunawayWithinItsWindow) {
-  Bench bench;
+  MonitorBench bench;
   EXPECT_FALSE(bench.move(0.1, 1s));
   const Stamp begin = bench.state.stamp;
   ASSERT_TRUE(bench.move(-2, 1s));
@@ -159,7 +159,7 @@ TEST(JointMonitor, SeesARunawayWithinItsWindow) {
 }
 
 TEST(JointMonitor, SeesAnActuatorFasterThanItIsEverAskedToBe) {
-  Bench bench;
+  MonitorBench bench;
   JointMonitor::Answer crossed;
   for (int i = 0; i < 100 && !crossed; ++i) {
     bench.state.ticks[kShoulder] -= 23;
@@ -172,7 +172,7 @@ TEST(JointMonitor, SeesAnActuatorFasterThanItIsEverAskedToBe) {
 }
 
 TEST(JointMonitor, SeesASetPointThatJumps) {
-  Bench bench;
+  MonitorBench bench;
   EXPECT_FALSE(bench.sut.check_set_point(elbow(0.3), bench.state));
   EXPECT_FALSE(bench.sut.check_set_point(elbow(-0.09), bench.state));
   const auto crossed = bench.sut.check_set_point(elbow(0.4), bench.state);
@@ -180,13 +180,13 @@ TEST(JointMonitor, SeesASetPointThatJumps) {
   EXPECT_EQ(crossed->kind, Limit::kSetPointStep);
   JointLimits any;
   any.set_point_step = 0;
-  Bench off(any);
+  MonitorBench off(any);
   EXPECT_FALSE(off.sut.check_set_point(elbow(0.3), off.state));
   EXPECT_FALSE(off.sut.check_set_point(elbow(-0.3), off.state));
 }
 
 TEST(JointMonitor, SeesACurrentThatIsTooHighForTooLong) {
-  Bench bench;
+  MonitorBench bench;
   bench.state.current_a = 2.01;
   JointMonitor::Answer crossed;
   const Stamp begin = bench.state.stamp + 10ms;
@@ -197,7 +197,7 @@ TEST(JointMonitor, SeesACurrentThatIsTooHighForTooLong) {
 }
 
 TEST(JointMonitor, DoesNotMindAShortPeakOfTheCurrent) {
-  Bench bench;
+  MonitorBench bench;
   for (int i = 0; i < 1000; ++i) {
     bench.state.current_a = i % 150 == 0 ? 2.0 : 5;
     EXPECT_FALSE(bench.see());
@@ -205,7 +205,7 @@ TEST(JointMonitor, DoesNotMindAShortPeakOfTheCurrent) {
 }
 
 TEST(JointMonitor, SeesAJointFarFromItsPlan) {
-  const Bench bench;
+  const MonitorBench bench;
   EXPECT_FALSE(bench.sut.check_following(posture() + elbow(0.0499), posture()));
   const auto crossed = bench.sut.check_following(posture() + elbow(-0.051), posture());
   ASSERT_TRUE(crossed);
@@ -214,7 +214,7 @@ TEST(JointMonitor, SeesAJointFarFromItsPlan) {
 }
 
 TEST(JointMonitor, LeavesAnArmAloneThatDoesNotKnowItsAngles) {
-  Bench bench;
+  MonitorBench bench;
   bench.state.q.setConstant(std::numeric_limits<double>::quiet_NaN());
   for (int i = 0; i < 50; ++i) EXPECT_FALSE(bench.see());
   EXPECT_FALSE(bench.sut.check_following(posture(), bench.state.q));

@@ -59,7 +59,7 @@ ScanSettings settings() {
   return s;
 }
 
-struct Bench {
+struct ReactionBench {
   ScanSettings s;
   ScanPlan plan;
   CallLog log;
@@ -72,7 +72,7 @@ struct Bench {
   CycleRecord last;
   bool heartbeat = true;
 
-  explicit Bench(std::optional<ScanPlan> other = {}, const ScanSettings& settings = tankrig::settings())
+  explicit ReactionBench(std::optional<ScanPlan> other = {}, const ScanSettings& settings = tankrig::settings())
       : s(settings),
         plan(other ? std::move(*other) : make_scan_plan(s, s.park)),
         fake(log, s.park),
@@ -114,36 +114,44 @@ struct Bench {
 
 /// How each fault is brought about in the middle of a lit sweep, and ended again.
 struct Injection {
-  std::function<void(Bench&)> begin, end = [](Bench&) {};
+  std::function<void(ReactionBench&)> begin, end = [](ReactionBench&) {};
   int detected_within = 1;  // cycles, where the fault has a time of its own
 };
 
 const std::map<Fault, Injection>& injections() {
   static const auto elbow = [](double value) { return JointVector(value * JointVector::Unit(kElbow)); };
   static const std::map<Fault, Injection> all{
-      {Fault::kArmRead, {[](Bench& b) { b.fake.fail_read = true; }, [](Bench& b) { b.fake.fail_read = false; }}},
-      {Fault::kArmSilent, {[](Bench& b) { b.fake.silent = true; }, [](Bench& b) { b.fake.silent = false; }, 52}},
-      {Fault::kArmWrite, {[](Bench& b) { b.fake.fail_write = true; }, [](Bench& b) { b.fake.fail_write = false; }}},
-      {Fault::kLaser, {[](Bench& b) { b.laser.fail_state = true; }, [](Bench& b) { b.laser.fail_state = false; }}},
+      {Fault::kArmRead,
+       {[](ReactionBench& b) { b.fake.fail_read = true; }, [](ReactionBench& b) { b.fake.fail_read = false; }}},
+      {Fault::kArmSilent,
+       {[](ReactionBench& b) { b.fake.silent = true; }, [](ReactionBench& b) { b.fake.silent = false; }, 52}},
+      {Fault::kArmWrite,
+       {[](ReactionBench& b) { b.fake.fail_write = true; }, [](ReactionBench& b) { b.fake.fail_write = false; }}},
+      {Fault::kLaser,
+       {[](ReactionBench& b) { b.laser.fail_state = true; }, [](ReactionBench& b) { b.laser.fail_state = false; }}},
       {Fault::kFollowingError,
-       {[](Bench& b) { b.arm.turned = elbow(-0.06); }, [](Bench& b) { b.arm.turned.setZero(); }, 25}},
-      {Fault::kHeartbeat, {[](Bench& b) { b.heartbeat = false; }, [](Bench& b) { b.heartbeat = true; }, 52}},
+       {[](ReactionBench& b) { b.arm.turned = elbow(-0.06); }, [](ReactionBench& b) { b.arm.turned.setZero(); }, 25}},
+      {Fault::kHeartbeat,
+       {[](ReactionBench& b) { b.heartbeat = false; }, [](ReactionBench& b) { b.heartbeat = true; }, 52}},
       {Fault::kInterlock,
-       {[](Bench& b) { b.sut->set_interlock(false); }, [](Bench& b) { b.sut->set_interlock(true); }}},
-      {Fault::kOverrun, {[](Bench& b) { b.sut->too_many_overruns(); }}},
+       {[](ReactionBench& b) { b.sut->set_interlock(false); }, [](ReactionBench& b) { b.sut->set_interlock(true); }}},
+      {Fault::kOverrun, {[](ReactionBench& b) { b.sut->too_many_overruns(); }}},
       {Fault::kJointLimit,
-       {[](Bench& b) { b.arm.turned = -5 * JointVector::Unit(kShoulder); }, [](Bench& b) { b.arm.turned.setZero(); },
-        25}},
+       {[](ReactionBench& b) { b.arm.turned = -5 * JointVector::Unit(kShoulder); },
+        [](ReactionBench& b) { b.arm.turned.setZero(); }, 25}},
       {Fault::kJointVelocity,
-       {[](Bench& b) { b.arm.ticks_per_reading = 40; }, [](Bench& b) { b.arm.ticks_per_reading = 0; }, 40}},
-      {Fault::kJointCurrent, {[](Bench& b) { b.arm.current_a = 90; }, [](Bench& b) { b.arm.current_a = 0; }, 1000}},
+       {[](ReactionBench& b) { b.arm.ticks_per_reading = 40; }, [](ReactionBench& b) { b.arm.ticks_per_reading = 0; },
+        40}},
+      {Fault::kJointCurrent,
+       {[](ReactionBench& b) { b.arm.current_a = 90; }, [](ReactionBench& b) { b.arm.current_a = 0; }, 1000}},
       {Fault::kBeamMissing,
-       {[](Bench& b) { b.sut->set_beam(BeamVerdict::kMissing); },
-        [](Bench& b) { b.sut->set_beam(BeamVerdict::kNone); }}},
+       {[](ReactionBench& b) { b.sut->set_beam(BeamVerdict::kMissing); },
+        [](ReactionBench& b) { b.sut->set_beam(BeamVerdict::kNone); }}},
       {Fault::kBeamStray,
-       {[](Bench& b) { b.sut->set_beam(BeamVerdict::kStray); }, [](Bench& b) { b.sut->set_beam(BeamVerdict::kNone); }}},
-      {Fault::kSuspended, {[](Bench& b) { b.asleep += 8h; }}},
-      {Fault::kThread, {[](Bench& b) { b.sut->thread_died(); }}},
+       {[](ReactionBench& b) { b.sut->set_beam(BeamVerdict::kStray); },
+        [](ReactionBench& b) { b.sut->set_beam(BeamVerdict::kNone); }}},
+      {Fault::kSuspended, {[](ReactionBench& b) { b.asleep += 8h; }}},
+      {Fault::kThread, {[](ReactionBench& b) { b.sut->thread_died(); }}},
   };
   return all;
 }
@@ -151,7 +159,7 @@ const std::map<Fault, Injection>& injections() {
 /// Faults that need another plan or other settings; each has a test of its own below.
 constexpr Fault kElsewhere[] = {Fault::kNone, Fault::kMaximumOn, Fault::kMovedInHold, Fault::kHoldRefused};
 
-void expect_safe(Bench& bench, Fault fault) {
+void expect_safe(ReactionBench& bench, Fault fault) {
   EXPECT_EQ(bench.last.state, ExecutiveState::kFault);
   EXPECT_EQ(bench.last.fault, fault) << to_string(bench.last.fault) << " " << bench.last.error.where;
   EXPECT_FALSE(bench.laser.on());
@@ -160,7 +168,7 @@ void expect_safe(Bench& bench, Fault fault) {
 }
 
 /// In the very cycle that tells the fault: laser off, then arm stopped.
-void expect_reaction(Bench& bench, Fault fault, int detected_within) {
+void expect_reaction(ReactionBench& bench, Fault fault, int detected_within) {
   for (int i = 0; i < detected_within && bench.last.fault == Fault::kNone; ++i) {
     bench.log.clear();
     bench.cycle();
@@ -171,7 +179,7 @@ void expect_reaction(Bench& bench, Fault fault, int detected_within) {
 TEST(FaultReaction, SwitchesTheLaserOffThenStopsTheArmInTheCycleOfEveryFault) {
   for (const auto& [fault, injection] : injections()) {
     SCOPED_TRACE(to_string(fault));
-    Bench bench;
+    ReactionBench bench;
     ASSERT_TRUE(bench.go_sweeping());
     injection.begin(bench);
     expect_reaction(bench, fault, injection.detected_within);
@@ -209,7 +217,7 @@ TEST(FaultReaction, WritesNothingInTheCycleInWhichASetPointIsRefused) {
     s.position_gain = c.gain;
     s.learning_rate = 0;
     s.following_error_limit = 10;
-    Bench bench(std::nullopt, s);
+    ReactionBench bench(std::nullopt, s);
     ASSERT_TRUE(bench.go_sweeping());
     bench.arm.turned = c.turned * JointVector::Unit(kElbow);
     bench.cycle();
@@ -222,7 +230,7 @@ TEST(FaultReaction, WritesNothingInTheCycleInWhichASetPointIsRefused) {
 }
 
 TEST(FaultReaction, WritesNoMotionInTheCycleInWhichTheLaserCannotBeSwitchedOn) {
-  Bench bench;
+  ReactionBench bench;
   bench.laser.fail = true;
   bench.go();
   ASSERT_TRUE(bench.until([&] {
@@ -237,7 +245,7 @@ TEST(FaultReaction, WritesNoMotionInTheCycleInWhichTheLaserCannotBeSwitchedOn) {
 TEST(FaultReaction, EndsLightThatLastsTooLong) {
   ScanSettings s = settings();
   s.safety.maximum_on = 2;
-  Bench bench(std::nullopt, s);
+  ReactionBench bench(std::nullopt, s);
   bench.go();
   ASSERT_TRUE(bench.until([&] { return bench.laser.on(); }));
   const Stamp lit = bench.now;
@@ -251,7 +259,7 @@ TEST(Recovery, GoesOnFromTheMeasuredPostureAfterEveryFaultThatIsOver) {
   for (const auto& [fault, injection] : injections()) {
     if (fault == Fault::kThread) continue;  // nothing brings a thread back
     SCOPED_TRACE(to_string(fault));
-    Bench bench;
+    ReactionBench bench;
     ASSERT_TRUE(bench.go_sweeping());
     injection.begin(bench);
     ASSERT_TRUE(bench.until([&] { return bench.last.state == ExecutiveState::kFault; }, 1100));
@@ -295,7 +303,7 @@ TEST(Recovery, IsRefusedWhileTheFaultIsThere) {
       continue;                                // of motion
     if (fault == Fault::kSuspended) continue;  // over when it is seen
     SCOPED_TRACE(to_string(fault));
-    Bench bench;
+    ReactionBench bench;
     ASSERT_TRUE(bench.go_sweeping());
     injection.begin(bench);
     ASSERT_TRUE(bench.until([&] { return bench.last.state == ExecutiveState::kFault; }, 1100));
@@ -307,7 +315,7 @@ TEST(Recovery, IsRefusedWhileTheFaultIsThere) {
 }
 
 TEST(Recovery, RefusesAPlanThatBeginsElsewhereBeforeAnythingMoves) {
-  Bench bench;
+  ReactionBench bench;
   ASSERT_TRUE(bench.go_sweeping());
   bench.sut->set_interlock(false);
   bench.cycles(10);
@@ -323,7 +331,7 @@ TEST(Recovery, RefusesAPlanThatBeginsElsewhereBeforeAnythingMoves) {
 }
 
 TEST(Recovery, AlsoFollowsAStop) {
-  Bench bench;
+  ReactionBench bench;
   ASSERT_TRUE(bench.go_sweeping());
   bench.sut->request_stop();
   bench.cycles(2);
@@ -336,7 +344,7 @@ TEST(Recovery, AlsoFollowsAStop) {
 }
 
 /// Runs a new plan; when its light came.
-std::optional<Stamp> lit_in(Bench& bench, const ScanPlan& plan) {
+std::optional<Stamp> lit_in(ReactionBench& bench, const ScanPlan& plan) {
   std::optional<Stamp> lit;
   bench.sut->start(plan, bench.now + 10ms);
   bench.cycles(3);
@@ -352,7 +360,7 @@ TEST(Recovery, DisarmsAlsoWithoutAFaultSoThatLightNeedsAnEdgeAndIsIndicatedAgain
   slow_to_shine.safety.indicator_delay = 3;  // longer than the way to the sweep
   for (const bool stopped : {true, false}) {
     SCOPED_TRACE(stopped ? "after a stop" : "after the plan's end");
-    Bench bench({}, slow_to_shine);
+    ReactionBench bench({}, slow_to_shine);
     bench.sut->set_armed(true);
     bench.cycles(2);
     bench.sut->start(bench.now + 3s);
@@ -385,7 +393,7 @@ TEST(Recovery, DisarmsAlsoWithoutAFaultSoThatLightNeedsAnEdgeAndIsIndicatedAgain
 
 TEST(StopFlag, StopsInTheNextCycleWithoutASupervisor) {
   std::atomic<bool> pressed{false};
-  Bench bench;
+  ReactionBench bench;
   bench.sut->stop_also_on(pressed);
   ASSERT_TRUE(bench.go_sweeping());
   pressed = true;
@@ -398,7 +406,7 @@ TEST(StopFlag, StopsInTheNextCycleWithoutASupervisor) {
 ScanPlan lit_hold(const ScanSettings& s, double lit_s) { return make_lit_hold_plan(s, s.park, lit_s); }
 
 TEST(Hold, ShinesWithTheArmAtRestAndMovesNothing) {
-  Bench bench(lit_hold(settings(), 3));
+  ReactionBench bench(lit_hold(settings(), 3));
   bench.go();
   ASSERT_TRUE(bench.until([&] { return bench.laser.on(); }));
   EXPECT_TRUE(bench.last.holding);
@@ -409,7 +417,7 @@ TEST(Hold, ShinesWithTheArmAtRestAndMovesNothing) {
 }
 
 TEST(Hold, StaysDarkAndSaysSoWhereTheArmWasNotAtRestWhenItWasAskedFor) {
-  Bench bench(lit_hold(settings(), 3));
+  ReactionBench bench(lit_hold(settings(), 3));
   bench.arm.moving[kElbow] = 0.02;
   bench.go();
   bench.until([&] { return bench.last.state == ExecutiveState::kDone; }, 3000);
@@ -420,7 +428,7 @@ TEST(Hold, StaysDarkAndSaysSoWhereTheArmWasNotAtRestWhenItWasAskedFor) {
 }
 
 TEST(Hold, FaultsWhenTheArmMoves) {
-  Bench bench(lit_hold(settings(), 3));
+  ReactionBench bench(lit_hold(settings(), 3));
   bench.go();
   ASSERT_TRUE(bench.until([&] { return bench.laser.on(); }));
   bench.cycles(20);
@@ -431,7 +439,7 @@ TEST(Hold, FaultsWhenTheArmMoves) {
 TEST(Hold, EndsAtItsLimitWithoutAFault) {
   ScanSettings s = settings();
   s.safety.hold_limit = 1;
-  Bench bench(lit_hold(s, 3), s);
+  ReactionBench bench(lit_hold(s, 3), s);
   bench.go();
   ASSERT_TRUE(bench.until([&] { return bench.laser.on(); }));
   const Stamp lit = bench.now;

@@ -91,9 +91,9 @@ TEST(WhatToCut, IsSaidAfterASecondOfDevicesThatTakeTheStopAndDoNotObey) {
 }
 
 /// Another device whose line is gone from some moment on.
-class LostArm final : public Arm {
+class DisconnectedArm final : public Arm {
  public:
-  explicit LostArm(Arm& arm) : arm_(arm) {}
+  explicit DisconnectedArm(Arm& arm) : arm_(arm) {}
   Result<std::optional<JointState>> try_read() noexcept override {
     if (lost) return Error{ErrorCode::kDisconnected, 0, {}, "arm: carrier lost"};
     return arm_.try_read();
@@ -133,7 +133,7 @@ TEST(WhatToCut, IsSaidInTheTurnInWhichBothDevicesAreLostAlsoWhereTheDiskFailsWit
     SCOPED_TRACE(disk_too ? "and the disk" : "devices");
     StoppedRig rig;
     rig.power_on();
-    LostArm arm(*rig.arm);
+    DisconnectedArm arm(*rig.arm);
     LostLaser laser(*rig.laser);
     rig.sink.on_frame = [&](const FrameRecord& frame) {
       if (rig.stopped.ns != 0 || frame.phase != Phase::kSweep || frame.index < 30) return;

@@ -287,9 +287,9 @@ TEST(ScanSafety, BlamesNoCameraForWhatItDidInAnEarlierRound) {
 }
 
 /// Answers, but no longer knows its angles.
-class LostArm final : public Arm {
+class UnreferencedArm final : public Arm {
  public:
-  explicit LostArm(Arm& arm) : arm_(arm) {}
+  explicit UnreferencedArm(Arm& arm) : arm_(arm) {}
   Result<std::optional<JointState>> try_read() noexcept override {
     auto news = arm_.try_read();
     if (lost && news.ok() && news.value()) {
@@ -314,7 +314,7 @@ class LostArm final : public Arm {
 TEST(ScanSafety, RecordsNoJointsOfAnArmThatLostItsReference) {
   MockRig rig;
   rig.power_on();
-  LostArm arm(*rig.arm);
+  UnreferencedArm arm(*rig.arm);
   in_the_sweep(rig, [&] { arm.lost = true; });
   rig.plan = std::make_unique<ScanPlan>(make_scan_plan(rig.s, read_posture(*rig.arm, rig.clock, 1s)));
   ScanJob job{*rig.plan,   rig.s,      rig.clock,

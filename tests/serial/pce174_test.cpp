@@ -8,6 +8,7 @@
 #include "core/input_error.hpp"
 #include "drivers/lux/open_lux_meter.hpp"
 #include "sim_backends/wire/lux_emulator.hpp"
+#include "tests/serial/count.hpp"
 #include "tests/serial/wait_until.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -195,7 +196,7 @@ TEST(Pce174Protocol, ReadsBackWhatTheEmulatorWrites) {
   EXPECT_TRUE(decode_pce174_live(sim::encode_pce174_live(500e3, {})).value().overload());
 }
 
-struct Meter {
+struct Pce174Meter {
   TemporaryFolder folder;
   std::atomic<double> lux{123.4};
   LuxEmulator emulator{{.kind = sim::LuxMeterKind::kPce174, .name = folder.path() / "lux", .answer_delay = 1ms},
@@ -203,15 +204,8 @@ struct Meter {
   Pce174Settings settings{.device = (folder.path() / "lux").string(), .reply_timeout = 3s};
 };
 
-double count(const LuxMeter& meter, const std::string& name) {
-  for (const Statistic& s : meter.statistics())
-    if (s.name == name) return s.value;
-  ADD_FAILURE() << "no statistic " << name;
-  return -1;
-}
-
 TEST(Pce174, ReadsTheLightOverTheWire) {
-  Meter meter;
+  Pce174Meter meter;
   Pce174 sut(meter.settings);
   const Stamp before = MonotonicClock{}.now();
   const auto reading = sut.read(20s);
@@ -227,7 +221,7 @@ TEST(Pce174, ReadsTheLightOverTheWire) {
 }
 
 TEST(Pce174, FindsTheAnswerBehindNoise) {
-  Meter meter;
+  Pce174Meter meter;
   meter.emulator.set_fault(LuxFault::kGarbage);
   Pce174 sut(meter.settings);
   const auto reading = sut.read(20s);
@@ -237,7 +231,7 @@ TEST(Pce174, FindsTheAnswerBehindNoise) {
 }
 
 TEST(Pce174, SaysThatTheMeterIsOffWhenNothingAnswers) {
-  Meter meter;
+  Pce174Meter meter;
   meter.settings.reply_timeout = 20ms;
   meter.emulator.set_fault(LuxFault::kSilent);
   Pce174 sut(meter.settings);
@@ -252,7 +246,7 @@ TEST(Pce174, SaysThatTheMeterIsOffWhenNothingAnswers) {
 
 TEST(Pce174, SaysThatAnswersMakeNoSense) {
   for (const LuxFault fault : {LuxFault::kNonsense, LuxFault::kTruncated, LuxFault::kWrongChecksum}) {
-    Meter meter;
+    Pce174Meter meter;
     meter.settings.reply_timeout = 100ms;
     meter.emulator.set_fault(fault);
     Pce174 sut(meter.settings);
@@ -267,7 +261,7 @@ TEST(Pce174, SaysThatAnswersMakeNoSense) {
 }
 
 TEST(Pce174, RefusesAHeldAnOverloadedAndCountsALowBattery) {
-  Meter meter;
+  Pce174Meter meter;
   Pce174 sut(meter.settings);
   meter.emulator.set_hold(true);
   auto reading = sut.read(20s);
@@ -286,7 +280,7 @@ TEST(Pce174, RefusesAHeldAnOverloadedAndCountsALowBattery) {
 }
 
 TEST(Pce174, TakesASlowMeterWithinItsTime) {
-  Meter meter;
+  Pce174Meter meter;
   meter.emulator.set_answer_delay(300ms);
   Pce174 sut(meter.settings);
   EXPECT_TRUE(sut.read(20s).ok());
@@ -294,7 +288,7 @@ TEST(Pce174, TakesASlowMeterWithinItsTime) {
 }
 
 TEST(Pce174, ComesBackAfterItWasUnplugged) {
-  Meter meter;
+  Pce174Meter meter;
   meter.settings.reply_timeout = 100ms;
   Pce174 sut(meter.settings);
   ASSERT_TRUE(sut.read(20s).ok());

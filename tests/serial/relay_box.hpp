@@ -9,6 +9,7 @@
 #include "core/clock.hpp"
 #include "drivers/laser/relay_laser.hpp"
 #include "sim_backends/wire/relay_emulator.hpp"
+#include "tests/serial/count.hpp"
 #include "tests/serial/wait_until.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -54,13 +55,6 @@ inline bool fails_with(RelayLaser& laser, ErrorCode code) {
 
 inline bool recovers(RelayLaser& laser) {
   return wait_until([&] { return laser.state().ok(); });
-}
-
-inline double count(const RelayLaser& laser, const std::string& name) {
-  for (const Statistic& s : laser.statistics())
-    if (s.name == name) return s.value;
-  ADD_FAILURE() << "no statistic " << name;
-  return -1;
 }
 
 }  // namespace tankrig::testing_support

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "sim_backends/wire/lux_emulator.hpp"
+#include "tests/serial/count.hpp"
 #include "tests/serial/wait_until.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -207,7 +208,7 @@ TEST(T10aProtocol, ReadsBackWhatTheEmulatorWrites) {
   EXPECT_EQ(decode_t10a_measurement(sim::encode_t10a_measurement(400e3, {})).value().status.error, '5');
 }
 
-struct Meter {
+struct T10aMeter {
   TemporaryFolder folder;
   std::atomic<double> lux{123.4};
   LuxEmulator emulator{
@@ -216,15 +217,8 @@ struct Meter {
   T10aSettings settings{.device = (folder.path() / "lux").string(), .head = 3, .reply_timeout = 3s, .settling = 1ms};
 };
 
-double count(const LuxMeter& meter, const std::string& name) {
-  for (const Statistic& s : meter.statistics())
-    if (s.name == name) return s.value;
-  ADD_FAILURE() << "no statistic " << name;
-  return -1;
-}
-
 TEST(T10a, ReadsTheLightOverTheWire) {
-  Meter meter;
+  T10aMeter meter;
   T10a sut(meter.settings);
   const auto reading = sut.read(20s);
   ASSERT_TRUE(reading.ok()) << reading.error().where;
@@ -236,7 +230,7 @@ TEST(T10a, ReadsTheLightOverTheWire) {
 }
 
 TEST(T10a, ReadsAMeterThatShowsFootCandles) {
-  Meter meter;
+  T10aMeter meter;
   meter.settings.unit = LuxUnit::kFootCandle;
   meter.lux = 10;
   T10a sut(meter.settings);
@@ -244,7 +238,7 @@ TEST(T10a, ReadsAMeterThatShowsFootCandles) {
 }
 
 TEST(T10a, FindsTheAnswerBehindNoise) {
-  Meter meter;
+  T10aMeter meter;
   meter.emulator.set_fault(LuxFault::kGarbage);
   T10a sut(meter.settings);
   const auto reading = sut.read(20s);
@@ -254,7 +248,7 @@ TEST(T10a, FindsTheAnswerBehindNoise) {
 }
 
 TEST(T10a, SaysThatTheMeterIsOffWhenNothingAnswers) {
-  Meter meter;
+  T10aMeter meter;
   meter.settings.reply_timeout = 20ms;
   meter.emulator.set_fault(LuxFault::kSilent);
   T10a sut(meter.settings);
@@ -267,7 +261,7 @@ TEST(T10a, SaysThatTheMeterIsOffWhenNothingAnswers) {
 
 TEST(T10a, SaysThatAnswersMakeNoSense) {
   for (const LuxFault fault : {LuxFault::kNonsense, LuxFault::kTruncated, LuxFault::kWrongChecksum}) {
-    Meter meter;
+    T10aMeter meter;
     T10a sut(meter.settings);
     ASSERT_TRUE(sut.read(20s).ok());
     meter.emulator.set_fault(fault);
@@ -282,7 +276,7 @@ TEST(T10a, SaysThatAnswersMakeNoSense) {
 }
 
 TEST(T10a, RefusesAHeldAnOverloadedAndCountsALowBattery) {
-  Meter meter;
+  T10aMeter meter;
   T10a sut(meter.settings);
   meter.emulator.set_hold(true);
   auto reading = sut.read(20s);
@@ -300,7 +294,7 @@ TEST(T10a, RefusesAHeldAnOverloadedAndCountsALowBattery) {
 }
 
 TEST(T10a, TellsTheMeterAgainThatItListensAfterItWasUnplugged) {
-  Meter meter;
+  T10aMeter meter;
   meter.settings.reply_timeout = 100ms;
   T10a sut(meter.settings);
   ASSERT_TRUE(sut.read(20s).ok());
@@ -315,7 +309,7 @@ TEST(T10a, TellsTheMeterAgainThatItListensAfterItWasUnplugged) {
 }
 
 TEST(T10a, AnotherHeadsAnswerIsNotTaken) {
-  Meter meter;
+  T10aMeter meter;
   meter.settings.head = 4;
   meter.settings.reply_timeout = 50ms;
   T10a sut(meter.settings);

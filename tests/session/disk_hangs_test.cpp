@@ -25,13 +25,6 @@ using testing::HasSubstr;
 using testing_support::DiskDoor;
 using testing_support::HeldThread;
 
-SessionInfo info() {
-  SessionInfo info = some_info();
-  info.object.reset();
-  info.rig_hash.clear();
-  return info;
-}
-
 bool within(Duration patience, const std::function<bool()>& done) {
   for (const auto end = std::chrono::steady_clock::now() + patience; std::chrono::steady_clock::now() < end;
        std::this_thread::sleep_for(5ms))
@@ -76,7 +69,7 @@ TEST(DiskThatHangs, InAWriteIsLeftBehindAndWhatIsOnItIsKept) {
   const fs::path path = folder.path() / "s";
   {
     std::optional<SessionWriter> writer;
-    writer.emplace(path, info(), SessionWriterOptions{.wait_when_full = false, .patience = {.write = 1s}});
+    writer.emplace(path, bare_info(), SessionWriterOptions{.wait_when_full = false, .patience = {.write = 1s}});
     begin(*writer);
     const HeldThread held("disk-writer");
     ASSERT_TRUE(held.found());
@@ -99,7 +92,7 @@ TEST(DiskThatHangs, InASyncIsLeftBehindToo) {
   const fs::path path = folder.path() / "s";
   {
     DiskDoor door(folder.path());
-    SessionWriter writer(path, info(), {.wait_when_full = false, .patience = {.sync = 3s}});
+    SessionWriter writer(path, bare_info(), {.wait_when_full = false, .patience = {.sync = 3s}});
     begin(writer);
     door.hold();
     ASSERT_TRUE(within(30s, [&] { return door.someone_waits(); }));
@@ -114,7 +107,7 @@ TEST(DiskThatHangs, InASyncIsLeftBehindToo) {
 
 TEST(DiskThatHangs, IsNoticedByARecorderThatWaitsForIt) {
   const TemporaryFolder folder;
-  SessionWriter writer(folder.path() / "s", info(),
+  SessionWriter writer(folder.path() / "s", bare_info(),
                        {.wait_when_full = true, .ring_bytes = 1, .patience = {.write = 1s}});
   begin(writer);
   const HeldThread held("disk-writer");
@@ -129,7 +122,7 @@ TEST(DiskThatHangs, IsNoticedByARecorderThatWaitsForIt) {
 TEST(DiskSync, ThatFailsEndsTheRecordingAndIsNamed) {
   const TemporaryFolder folder;
   DiskDoor door(folder.path());
-  SessionWriter writer(folder.path() / "s", info(), {.wait_when_full = false});
+  SessionWriter writer(folder.path() / "s", bare_info(), {.wait_when_full = false});
   begin(writer);
   door.refuse(EIO);
   EXPECT_TRUE(within(30s, [&] { return refused([&] { writer.joints(some_joints(0)); }); }));
@@ -145,7 +138,7 @@ TEST(Recorder, ThatGetsNoneOrOneOfItsThreadsSaysSo) {
     const TemporaryFolder folder;
     in_child([&] {
       ASSERT_TRUE(testing_support::allow_threads(threads));
-      EXPECT_THAT(message_of<InputError>([&] { SessionWriter(folder.path() / "s", info()); }),
+      EXPECT_THAT(message_of<InputError>([&] { SessionWriter(folder.path() / "s", bare_info()); }),
                   HasSubstr("no thread to write it"));
       EXPECT_TRUE(at_rest(folder.path() / "s")) << "none is left";
     });

@@ -22,14 +22,7 @@ using testing::IsEmpty;
 using testing_support::DiskDoor;
 using Fails = DiskDoor::Fails;
 
-constexpr std::size_t kFrames = 3;
-
-SessionInfo info() {
-  SessionInfo info = some_info();
-  info.object.reset();
-  info.rig_hash.clear();
-  return info;
-}
+constexpr std::size_t kRecorded = 3;
 
 struct Recorded {
   bool handed_over = false;   ///< everything, before anything went wrong
@@ -41,9 +34,9 @@ struct Recorded {
 Recorded record_and_seal(const fs::path& path) {
   Recorded out;
   try {
-    SessionWriter writer(path, info());
+    SessionWriter writer(path, bare_info());
     writer.add_text("plan.csv", "a plan\n");
-    record(writer, kFrames);
+    record(writer, kRecorded);
     out.handed_over = true;
     try {
       writer.close("complete");
@@ -69,14 +62,14 @@ TEST(PowerCut, AfterTheSessionWasSealedTakesNothing) {
   const SessionFindings found = examine_session(folder.path() / "cut", {});
   EXPECT_THAT(found.losses, IsEmpty());
   EXPECT_THAT(found.undone, IsEmpty());
-  EXPECT_EQ(found.frames.records.size(), kFrames);
+  EXPECT_EQ(found.frames.records.size(), kRecorded);
 }
 
 TEST(PowerCut, AfterTheRecordingEndedTakesNoLine) {
   const InMemory in_memory;
   const TemporaryFolder folder;
   const DiskDoor door(folder.path());
-  SessionWriter writer(folder.path() / "s", info());
+  SessionWriter writer(folder.path() / "s", bare_info());
   for (int i = 0; i < 100; ++i) writer.joints(some_joints(i));
   writer.close("complete");
   const auto left = door.on_disk(folder.path() / "s");
@@ -91,7 +84,7 @@ void expect_told_and_kept(const TemporaryFolder& folder, DiskDoor& door, const R
   EXPECT_NE(recorded.error, "") << "nobody was told";
   if (!fs::exists(path / "session.yaml")) return;
   if (recorded.handed_over) {
-    EXPECT_EQ(frames_of(path), kFrames - recorded.refused);
+    EXPECT_EQ(frames_of(path), kRecorded - recorded.refused);
     for (const char* written_last : {".png", "session.yaml", "SHA256SUMS"})
       if (door.failed().find(written_last) != std::string::npos) {
         EXPECT_EQ(recorded.refused, 0u) << "all were in the spool";
@@ -146,8 +139,8 @@ TEST(FailingDisk, KeepsTheSpoolOfPicturesThatCouldNotBeSynced) {
   const fs::path path = folder.path() / "s";
   DiskDoor door(folder.path());
   {
-    SessionWriter writer(path, info());
-    record(writer, kFrames);
+    SessionWriter writer(path, bare_info());
+    record(writer, kRecorded);
     const PictureOptions pictures{[&](double) { door.refuse(EIO); }, {}};
     EXPECT_THAT(message_of<NotOnDisk>([&] { writer.close("complete", pictures); }),
                 HasSubstr("cannot be brought to the disk: Input/output error"));
@@ -155,14 +148,14 @@ TEST(FailingDisk, KeepsTheSpoolOfPicturesThatCouldNotBeSynced) {
   EXPECT_FALSE(spool_segments(path).empty());
   door.refuse(0);
   EXPECT_TRUE(recover_session(path, {}).finished);
-  EXPECT_EQ(Session::open(path).frames.size(), kFrames);
+  EXPECT_EQ(Session::open(path).frames.size(), kRecorded);
 }
 
 /// As a kill leaves it: frames in the spool, no end, no seal.
-fs::path killed(const TemporaryFolder& folder) {
+fs::path stopped_before_the_pictures(const TemporaryFolder& folder) {
   const fs::path live = folder.path() / "live", path = folder.path() / "s";
-  SessionWriter writer(live, info());
-  record(writer, kFrames);
+  SessionWriter writer(live, bare_info());
+  record(writer, kRecorded);
   writer.close("complete", {{}, [] { return true; }});
   fs::copy(live, path, fs::copy_options::recursive);
   return path;
@@ -177,7 +170,7 @@ std::vector<std::string> names_in(const fs::path& folder) {
 TEST(RecoveredCopy, ThatFailsAtAnyStepLeavesNothingBehind) {
   const InMemory in_memory;
   const TemporaryFolder folder;
-  const fs::path path = killed(folder), place = folder.path() / "place";
+  const fs::path path = stopped_before_the_pictures(folder), place = folder.path() / "place";
   fs::create_directory(place);
   ASSERT_TRUE(has_spool(path));
   bool reached = true;
@@ -202,7 +195,8 @@ TEST(RecoveredCopy, ThatFailsAtAnyStepLeavesNothingBehind) {
 TEST(RecoveredCopy, OfNothingUsableOrStoppedLeavesNothingBehind) {
   const InMemory in_memory;
   const TemporaryFolder folder;
-  const fs::path path = killed(folder), place = folder.path() / "place", empty = folder.path() / "empty";
+  const fs::path path = stopped_before_the_pictures(folder), place = folder.path() / "place",
+                 empty = folder.path() / "empty";
   fs::create_directory(place);
   fs::create_directory(empty);
   Recovery done = recover_session(path, {place / "copy", {}, {{}, [] { return true; }}});

@@ -26,13 +26,6 @@ using testing::StartsWith;
 
 constexpr int kFrames = 6, kJointSamples = 8 * kFrames;
 
-/// Stands in for rig/config: a rig.yaml of one line knows the calibration.
-void describe(const fs::path& rig_yaml, SessionInfo& info) {
-  if (read_whole_file(rig_yaml) != "the rig\n") throw InputError(rig_yaml, "expected the rig");
-  const SessionInfo known = some_info();
-  info.rig = known.rig, info.cameras = known.cameras, info.calibration = known.calibration, info.object = known.object;
-}
-
 SessionInfo info_with_rig() {
   SessionInfo info = some_info();
   info.rig_hash = sha256_of_text("the rig\n");
@@ -68,7 +61,7 @@ fs::path killed(const TemporaryFolder& folder) {
 
 /// What holds of every session after recover, whatever it was before.
 void expect_mended(const fs::path& path) {
-  const SessionFindings after = examine_session(path, describe);
+  const SessionFindings after = examine_session(path, describe_rig);
   EXPECT_THAT(after.losses, IsEmpty());
   EXPECT_THAT(after.undone, IsEmpty());
   EXPECT_TRUE(check_checksums(path).empty());
@@ -108,11 +101,11 @@ std::string hurt(const fs::path& path, const std::string& file, Hurt how, std::m
 TEST(SessionCheck, FindsAFinishedSessionWhole) {
   const InMemory in_memory;
   const TemporaryFolder folder;
-  const SessionFindings found = examine_session(finished(folder), describe);
+  const SessionFindings found = examine_session(finished(folder), describe_rig);
   EXPECT_TRUE(found.whole());
   EXPECT_TRUE(found.usable());
   EXPECT_EQ(found.joints.records.size(), static_cast<std::size_t>(kJointSamples));
-  const Recovery done = recover_session(folder.path() / "s", {.out = {}, .describe = describe, .pictures = {}});
+  const Recovery done = recover_session(folder.path() / "s", {.out = {}, .describe = describe_rig, .pictures = {}});
   EXPECT_TRUE(done.finished);
   EXPECT_FALSE(fs::exists(folder.path() / "s/lost+found")) << "nothing to do";
 }
@@ -126,7 +119,7 @@ TEST(SessionCheck, FindsASessionWholeBesideFilesThatWereNeverFinished) {
       folder.write("s/" + std::string(file) + kUnfinished, "a part of");
     if (sealed_since) write_checksums(path);
     EXPECT_THAT(folder.read("s/SHA256SUMS"), Not(HasSubstr(kUnfinished)));
-    const SessionFindings found = examine_session(path, describe);
+    const SessionFindings found = examine_session(path, describe_rig);
     EXPECT_THAT(found.losses, IsEmpty());
     EXPECT_THAT(found.undone, IsEmpty());
     EXPECT_THAT(found.extra, IsEmpty());
@@ -146,13 +139,13 @@ TEST(SessionCheck, IsRightAboutAFinishedSessionCutDeletedOrFlippedAnywhere) {
     fs::copy(original, path, fs::copy_options::recursive);
     const std::string file = files[static_cast<std::size_t>(i / 3) % files.size()];
     SCOPED_TRACE(hurt(path, file, static_cast<Hurt>(i % 3), random) + ", seed " + std::to_string(kSeed));
-    const SessionFindings found = examine_session(path, describe);
+    const SessionFindings found = examine_session(path, describe_rig);
     ASSERT_FALSE(found.whole());
     ASSERT_TRUE(found.usable());
     if (file != "SHA256SUMS") {
       EXPECT_EQ(found.losses.empty(), is_derived(file));
     }
-    const Recovery done = recover_session(path, {.out = {}, .describe = describe, .pictures = {}});
+    const Recovery done = recover_session(path, {.out = {}, .describe = describe_rig, .pictures = {}});
     EXPECT_TRUE(done.finished);
     expect_mended(path);
     if (file != "frames.csv" && !file.starts_with("frames/")) {
@@ -170,8 +163,8 @@ TEST(SessionCheck, LeavesOutAFrameOfNoCameraOfTheSession) {
   const std::size_t second_frame = text.find('\n', text.find('\n') + 1) + 1;
   text[second_frame] ^= 1;  // "mono", "lono"
   write_whole_file(path / "frames.csv", text);
-  EXPECT_THAT(examine_session(path, describe).losses, testing::Contains(testing::HasSubstr("frames.csv: 1 line")));
-  EXPECT_TRUE(recover_session(path, {.out = {}, .describe = describe, .pictures = {}}).finished);
+  EXPECT_THAT(examine_session(path, describe_rig).losses, testing::Contains(testing::HasSubstr("frames.csv: 1 line")));
+  EXPECT_TRUE(recover_session(path, {.out = {}, .describe = describe_rig, .pictures = {}}).finished);
   expect_mended(path);
   EXPECT_EQ(Session::open(path).frames.size(), static_cast<std::size_t>(kFrames - 1));
 }
@@ -188,13 +181,13 @@ TEST(SessionCheck, IsRightAboutAKilledSessionCutOrDeletedAnywhere) {
     fs::copy(original, path, fs::copy_options::recursive);
     const std::string file = files[static_cast<std::size_t>(i / 2) % files.size()];
     SCOPED_TRACE(hurt(path, file, static_cast<Hurt>(i % 2), random) + ", seed " + std::to_string(kSeed));
-    const SessionFindings found = examine_session(path, describe);
+    const SessionFindings found = examine_session(path, describe_rig);
     ASSERT_FALSE(found.whole());
     ASSERT_TRUE(found.usable());
     if (!file.starts_with("spool/")) {
       EXPECT_EQ(found.frames.records.size(), static_cast<std::size_t>(kFrames)) << "the spool has its lines too";
     }
-    const Recovery done = recover_session(path, {.out = {}, .describe = describe, .pictures = {}});
+    const Recovery done = recover_session(path, {.out = {}, .describe = describe_rig, .pictures = {}});
     EXPECT_TRUE(done.finished);
     expect_mended(path);
     if (testing::Test::HasFailure()) break;
@@ -208,7 +201,7 @@ TEST(SessionCheck, SaysInPlainWordsWhatATruncatedTableLost) {
   std::string joints = folder.read("s/joints.csv");
   for (int i = 0; i < 10; ++i) joints.resize(joints.rfind('\n', joints.size() - 2) + 1);
   folder.write("s/joints.csv", joints.substr(0, joints.size() - 5));
-  const SessionFindings found = examine_session(path, describe);
+  const SessionFindings found = examine_session(path, describe_rig);
   EXPECT_THAT(found.losses, ElementsAre("joints.csv: 1 line cannot be read and is left out",
                                         "joints.csv: 37 of 48 lines there, the end lost from 0.180 s to 0.235 s"));
 }
@@ -219,10 +212,10 @@ TEST(SessionCheck, SaysWhichFramesLostTheirPicture) {
   const fs::path path = finished(folder);
   fs::remove(path / "frames/mono/000002.png");
   fs::resize_file(path / "frames/mono/000003.png", 40);
-  const SessionFindings found = examine_session(path, describe);
+  const SessionFindings found = examine_session(path, describe_rig);
   EXPECT_THAT(found.losses,
               ElementsAre("camera mono: 2 frames without a whole picture, from 0.080 s to 0.120 s: 2, 3"));
-  recover_session(path, {.out = {}, .describe = describe, .pictures = {}});
+  recover_session(path, {.out = {}, .describe = describe_rig, .pictures = {}});
   expect_mended(path);
   const Session session = Session::open(path);
   EXPECT_EQ(session.frames.size(), 4u);
@@ -238,8 +231,8 @@ TEST(SessionCheck, SetsAPictureOfNoLineAside) {
   const TemporaryFolder folder;
   const fs::path path = finished(folder);
   fs::copy_file(path / "frames/mono/000002.png", path / "frames/mono/000077.png");
-  EXPECT_THAT(examine_session(path, describe).losses, ElementsAre("frames: 1 picture of no line in frames.csv"));
-  recover_session(path, {.out = {}, .describe = describe, .pictures = {}});
+  EXPECT_THAT(examine_session(path, describe_rig).losses, ElementsAre("frames: 1 picture of no line in frames.csv"));
+  recover_session(path, {.out = {}, .describe = describe_rig, .pictures = {}});
   expect_mended(path);
   EXPECT_TRUE(fs::exists(path / "lost+found/1/frames/mono/000077.png"));
 }
@@ -249,7 +242,7 @@ TEST(SessionCheck, NamesAFileThatNobodySealed) {
   const TemporaryFolder folder;
   const fs::path path = finished(folder);
   folder.write("s/notes.txt", "later");
-  const SessionFindings found = examine_session(path, describe);
+  const SessionFindings found = examine_session(path, describe_rig);
   EXPECT_THAT(found.extra, ElementsAre("notes.txt: not listed in SHA256SUMS"));
   EXPECT_THAT(found.losses, IsEmpty()) << "more than the recording, not less";
   EXPECT_FALSE(found.whole());
@@ -262,12 +255,12 @@ TEST(SessionCheck, CallsNothingLostThatIsMadeOfARecordingAndCanBeMadeAgain) {
   folder.write("s/clouds/laser.ply", "another cloud");
   folder.write("s/clouds/stereo.ply", "a cloud made by a program that was killed before it sealed");
   folder.write("s/report.html", "its report");
-  const SessionFindings found = examine_session(path, describe);
+  const SessionFindings found = examine_session(path, describe_rig);
   EXPECT_THAT(found.losses, IsEmpty());
   EXPECT_THAT(found.undone, ElementsAre("clouds/stereo.ply: made from the recording after sealing; not sealed yet",
                                         StartsWith("report.html: made from the recording"),
                                         StartsWith("clouds/laser.ply: not as sealed")));
-  EXPECT_TRUE(recover_session(path, {.out = {}, .describe = describe, .pictures = {}}).finished);
+  EXPECT_TRUE(recover_session(path, {.out = {}, .describe = describe_rig, .pictures = {}}).finished);
   expect_mended(path);
   const SessionInfo info = Session::open(path).info;
   EXPECT_EQ(info.status, "complete");
@@ -280,10 +273,10 @@ TEST(SessionCheck, SaysWhatIsMissingWhereNothingIsUsable) {
   const fs::path path = finished(folder);
   fs::remove(path / "session.yaml");
   fs::remove(path / "rig.yaml");
-  EXPECT_THAT(examine_session(path, describe).missing(),
+  EXPECT_THAT(examine_session(path, describe_rig).missing(),
               ElementsAre("cameras and calibration, which neither session.yaml nor rig.yaml tells"));
   fs::create_directory(folder.path() / "empty");
-  EXPECT_THAT(examine_session(folder.path() / "empty", describe).missing(),
+  EXPECT_THAT(examine_session(folder.path() / "empty", describe_rig).missing(),
               ElementsAre(StartsWith("cameras"), StartsWith("a frame with its picture, or a joint sample")));
 }
 
@@ -292,10 +285,10 @@ TEST(SessionCheck, KnowsASealThatIsMissingFromADamageOfTheRecording) {
   const TemporaryFolder folder;
   const fs::path path = finished(folder);
   fs::remove(path / "SHA256SUMS");
-  const SessionFindings found = examine_session(path, describe);
+  const SessionFindings found = examine_session(path, describe_rig);
   EXPECT_THAT(found.losses, IsEmpty());
   EXPECT_THAT(found.undone, ElementsAre(HasSubstr("never sealed")));
-  recover_session(path, {.out = {}, .describe = describe, .pictures = {}});
+  recover_session(path, {.out = {}, .describe = describe_rig, .pictures = {}});
   expect_mended(path);
   EXPECT_EQ(Session::open(path).info.status, "complete") << "nothing was lost";
 }
@@ -304,14 +297,14 @@ TEST(SessionCheck, HasNothingToUseInAnEmptyFolderOrABareHeader) {
   const InMemory in_memory;
   const TemporaryFolder folder;
   fs::create_directory(folder.path() / "empty");
-  EXPECT_FALSE(examine_session(folder.path() / "empty", describe).usable());
+  EXPECT_FALSE(examine_session(folder.path() / "empty", describe_rig).usable());
   { SessionWriter writer(folder.path() / "bare", some_info()); }
   fs::remove(folder.path() / "bare/session.yaml");
-  EXPECT_FALSE(examine_session(folder.path() / "bare", describe).usable());
-  const Recovery done = recover_session(folder.path() / "bare", {.out = {}, .describe = describe, .pictures = {}});
+  EXPECT_FALSE(examine_session(folder.path() / "bare", describe_rig).usable());
+  const Recovery done = recover_session(folder.path() / "bare", {.out = {}, .describe = describe_rig, .pictures = {}});
   EXPECT_FALSE(done.finished);
   EXPECT_FALSE(fs::exists(folder.path() / "bare/lost+found"));
-  EXPECT_THAT(message_of<InputError>([&] { examine_session(folder.path() / "none", describe); }),
+  EXPECT_THAT(message_of<InputError>([&] { examine_session(folder.path() / "none", describe_rig); }),
               HasSubstr("none: is not a folder, expected a session"));
 }
 
@@ -319,11 +312,11 @@ TEST(SessionRecover, MakesPicturesOfTheSpoolOfAKilledRecording) {
   const InMemory in_memory;
   const TemporaryFolder folder;
   const fs::path path = killed(folder);
-  const SessionFindings found = examine_session(path, describe);
+  const SessionFindings found = examine_session(path, describe_rig);
   EXPECT_EQ(found.spooled, static_cast<std::size_t>(kFrames));
   EXPECT_THAT(found.losses, Contains("session.yaml: the recording never reached its end"));
   EXPECT_THAT(found.losses, Contains("joints.csv: ends 0.235 s after its first line; what came later is lost"));
-  EXPECT_TRUE(recover_session(path, {.out = {}, .describe = describe, .pictures = {}}).finished);
+  EXPECT_TRUE(recover_session(path, {.out = {}, .describe = describe_rig, .pictures = {}}).finished);
   expect_mended(path);
   const Session session = Session::open(path);
   EXPECT_EQ(session.frames.size(), static_cast<std::size_t>(kFrames));
@@ -338,7 +331,7 @@ TEST(SessionRecover, TakesAFrameOfTheSpoolThatItsTableHadNoTimeFor) {
   std::string frames = folder.read("s/frames.csv");
   frames.resize(frames.find("mono,3,"));
   folder.write("s/frames.csv", frames);
-  recover_session(path, {.out = {}, .describe = describe, .pictures = {}});
+  recover_session(path, {.out = {}, .describe = describe_rig, .pictures = {}});
   expect_mended(path);
   EXPECT_EQ(Session::open(path).frames.size(), static_cast<std::size_t>(kFrames));
 }
@@ -371,11 +364,11 @@ TEST(SessionRecover, LeavesTheOriginalAsItIsWithAnOut) {
   const TemporaryFolder folder;
   const fs::path path = killed(folder), out = folder.path() / "new/place";
   const std::vector<std::string> before = files_of(path);
-  EXPECT_EQ(recover_session(path, {.out = out, .describe = describe, .pictures = {}}).session, out);
+  EXPECT_EQ(recover_session(path, {.out = out, .describe = describe_rig, .pictures = {}}).session, out);
   expect_mended(out);
   EXPECT_EQ(files_of(path), before);
   EXPECT_THAT(
-      message_of<InputError>([&] { recover_session(path, {.out = out, .describe = describe, .pictures = {}}); }),
+      message_of<InputError>([&] { recover_session(path, {.out = out, .describe = describe_rig, .pictures = {}}); }),
       HasSubstr("exists already"));
 }
 
@@ -385,7 +378,7 @@ TEST(SessionRecover, LeavesNoHalfCopy) {
   const fs::path path = killed(folder), out = folder.path() / "place/new";
   ASSERT_EQ(mkfifo((path / "zz").c_str(), 0600), 0) << "what fs::copy refuses";
   EXPECT_THAT(
-      message_of<InputError>([&] { recover_session(path, {.out = out, .describe = describe, .pictures = {}}); }),
+      message_of<InputError>([&] { recover_session(path, {.out = out, .describe = describe_rig, .pictures = {}}); }),
       HasSubstr("cannot be copied to " + out.string()));
   EXPECT_TRUE(fs::is_empty(folder.path() / "place"));
 }
@@ -396,7 +389,7 @@ TEST(SessionRecover, RefusesACopyInsideTheSession) {
   const fs::path path = killed(folder);
   const std::vector<std::string> before = files_of(path);
   EXPECT_THAT(message_of<InputError>(
-                  [&] { recover_session(path, {.out = path / "copy", .describe = describe, .pictures = {}}); }),
+                  [&] { recover_session(path, {.out = path / "copy", .describe = describe_rig, .pictures = {}}); }),
               HasSubstr("copy: lies in the session"));
   EXPECT_EQ(files_of(path), before);
 }
@@ -422,10 +415,10 @@ TEST(SessionRecover, ProvesTheCalibrationOfALostSessionYamlByItsHash) {
   const fs::path path = finished(folder);
   std::string yaml = folder.read("s/session.yaml");
   folder.write("s/session.yaml", yaml.substr(0, yaml.find("\ncameras:") + 40));
-  EXPECT_THAT(examine_session(path, describe).losses,
+  EXPECT_THAT(examine_session(path, describe_rig).losses,
               ElementsAre(AllOf(StartsWith("session.yaml: cannot be read"), HasSubstr("its SHA-256 is right"))));
   EXPECT_FALSE(examine_session(path, {}).usable()) << "without the rig's calibration";
-  recover_session(path, {.out = {}, .describe = describe, .pictures = {}});
+  recover_session(path, {.out = {}, .describe = describe_rig, .pictures = {}});
   expect_mended(path);
   const SessionInfo info = Session::open(path).info, expected = some_info();
   EXPECT_EQ(info.operator_name, expected.operator_name);
@@ -443,7 +436,7 @@ TEST(SessionRecover, RestoresAnEditedCalibrationFromTheRigThatHasItsHash) {
   std::string yaml = folder.read("s/session.yaml");
   yaml.replace(yaml.find("k1: -0.37"), 9, "k1: -0.38");
   folder.write("s/session.yaml", yaml);
-  recover_session(path, {.out = {}, .describe = describe, .pictures = {}});
+  recover_session(path, {.out = {}, .describe = describe_rig, .pictures = {}});
   expect_mended(path);
   EXPECT_EQ(Session::open(path).info.cameras[0].model.k1, kSmall.k1);
 }

@@ -23,13 +23,6 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-/// Stands in for rig/config.
-void describe(const fs::path& rig_yaml, SessionInfo& info) {
-  if (read_whole_file(rig_yaml) != "the rig\n") throw InputError(rig_yaml, "expected the rig");
-  info.rig = some_info().rig;
-  take_calibration(some_info(), info);
-}
-
 /// With every section there is.
 SessionInfo full_info() {
   SessionInfo info = some_info();
@@ -76,7 +69,7 @@ class DamagedSessionYaml : public testing::Test {
     write(whole_);
   }
   void write(const std::string& yaml) { folder_.write("s/session.yaml", yaml); }
-  SessionFindings examined(const DescribeRig& how = describe) {
+  SessionFindings examined(const DescribeRig& how = describe_rig) {
     SessionFindings found;
     examine_session_yaml(folder_.path() / "s", how, found);
     return found;
@@ -174,13 +167,13 @@ TEST(SessionRecover, KeepsTheHashOfACalibrationThatNothingProves) {
   std::string yaml = folder.read("s/session.yaml");
   const std::string hash = section_of(yaml, "calibration_sha256");
   folder.write("s/session.yaml", yaml.replace(yaml.find("k1: -0.37"), 9, "k1: -0.38"));
-  const RecoverOptions options{.out = {}, .describe = describe, .pictures = {}};  // there is no rig.yaml
+  const RecoverOptions options{.out = {}, .describe = describe_rig, .pictures = {}};  // there is no rig.yaml
   EXPECT_TRUE(recover_session(path, options).finished);
   EXPECT_EQ(section_of(folder.read("s/session.yaml"), "calibration_sha256"), hash);
   const Session session = Session::open(path);
   EXPECT_THAT(session.warnings, ElementsAre(HasSubstr("calibration in session.yaml was changed")));
   EXPECT_THAT(session.info.recovered, Contains(HasSubstr("the calibration is not proven")));
-  EXPECT_TRUE(examine_session(path, describe).whole()) << "told once";
+  EXPECT_TRUE(examine_session(path, describe_rig).whole()) << "told once";
   folder.write("s/rig.yaml", "the rig\n");
   EXPECT_TRUE(recover_session(path, options).finished);
   EXPECT_THAT(Session::open(path).warnings, IsEmpty()) << "proven at last";

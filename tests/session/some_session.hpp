@@ -3,7 +3,10 @@
 
 #include <filesystem>
 
+#include "core/input_error.hpp"
 #include "rig/session/session_writer.hpp"
+#include "rig/session/session_yaml.hpp"
+#include "rig/session/text_files.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace tankrig {
@@ -38,6 +41,21 @@ inline SessionInfo some_info() {
   info.calibration.laser_fan = 1.0 / 1.1;
   info.object = SessionObject{"box.obj", make_transform_rpy({0.5, -0.25, 1.09}, {3.14159, 0, 0.61})};
   return info;
+}
+
+/// Without an object and a rig file.
+inline SessionInfo bare_info() {
+  SessionInfo info = some_info();
+  info.object.reset();
+  info.rig_hash.clear();
+  return info;
+}
+
+/// Stands in for rig/config: a rig.yaml of one line knows the calibration.
+inline void describe_rig(const std::filesystem::path& rig_yaml, SessionInfo& info) {
+  if (read_whole_file(rig_yaml) != "the rig\n") throw InputError(rig_yaml, "expected the rig");
+  info.rig = some_info().rig;
+  take_calibration(some_info(), info);
 }
 
 inline cv::Mat test_image(int seed) {

@@ -14,11 +14,6 @@
 namespace tankrig::testing {
 namespace {
 
-const StereoCalibration& laboratory() {
-  static const StereoCalibration calibration = laboratory_pair(320, 240);
-  return calibration;
-}
-
 StereoPair pair_of(const TexturedScene& scene, const SensorNoise& noise) {
   std::cout << "seed " << noise.seed << "\n";
   return record(render(scene, laboratory()), laboratory(), 1, noise).front();

@@ -21,11 +21,6 @@ namespace {
 
 using ::testing::HasSubstr;
 
-const StereoCalibration& laboratory() {
-  static const StereoCalibration calibration = laboratory_pair(320, 240);
-  return calibration;
-}
-
 std::vector<StereoPair> pairs_of(const TexturedScene& scene, int count, const SensorNoise& noise) {
   std::cout << "seed " << noise.seed << "\n";
   return record(render(scene, laboratory()), laboratory(), count, noise);

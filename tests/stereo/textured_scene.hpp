@@ -37,6 +37,12 @@ struct SensorNoise {
 /// window of `width` x `height` about the image centre.
 StereoCalibration laboratory_pair(int width, int height);
 
+/// Of 320 x 240 pixels.
+inline const StereoCalibration& laboratory() {
+  static const StereoCalibration calibration = laboratory_pair(320, 240);
+  return calibration;
+}
+
 /// The noiseless images in grey levels, averaged over `supersampling`^2 rays per pixel.
 struct CleanPair {
   cv::Mat1f left, right;

@@ -35,12 +35,12 @@ GeneratedStripe generated(const Overexposed& overexposed, bool white, double noi
   return stripe;
 }
 
-struct Errors {
+struct PlateauErrors {
   double mean = 0, rms = 0, worst = 0, worst_normalised = 0;
 };
 
-Errors errors_of(const StripeDetection& detection, const GeneratedStripe& truth) {
-  Errors e;
+PlateauErrors plateau_errors(const StripeDetection& detection, const GeneratedStripe& truth) {
+  PlateauErrors e;
   for (const StripePeak& peak : detection.peaks) {
     const double error = peak.position - truth.true_row(static_cast<int>(peak.column));
     e.mean += error / static_cast<double>(detection.peaks.size());
@@ -71,7 +71,7 @@ TEST(StripePlateau, OfUpToTwentyPixelsIsCentredWithAnHonestSigma) {
             StripeParameters p;
             p.smoothing_px = 0;
             const StripeDetection detection = detect_stripe(image, dark, p);
-            const Errors e = errors_of(detection, stripe);
+            const PlateauErrors e = plateau_errors(detection, stripe);
             SCOPED_TRACE(testing::Message() << "peak " << overexposed.peak << " sd " << overexposed.sd << " plateau "
                                             << overexposed.plateau() << " white " << white << " rows " << rows
                                             << " dark " << with_dark << " noise " << noise << " seed " << seed);

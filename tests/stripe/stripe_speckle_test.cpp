@@ -13,12 +13,12 @@
 namespace tankrig {
 namespace {
 
-struct Errors {
+struct SpeckleErrors {
   double rms = 0, normalised_rms = 0, worst = 0;
 };
 
-Errors errors_of(const StripeDetection& detection, const GeneratedStripe& truth) {
-  Errors e;
+SpeckleErrors speckle_errors(const StripeDetection& detection, const GeneratedStripe& truth) {
+  SpeckleErrors e;
   for (const StripePeak& peak : detection.peaks) {
     const double error = peak.position - truth.true_row(static_cast<int>(peak.column));
     e.rms += error * error;
@@ -61,9 +61,9 @@ TEST(StripeSpeckle, LeavesASmallerErrorThanTheCentreOfMassesInDarkness) {
   for (unsigned seed = 1; seed <= 4; ++seed) {
     const GeneratedStripe stripe = speckled(0, seed);
     const cv::Mat image = stripe.image();
-    const double paper = errors_of(detect_paper(image, PaperStripeParameters::simulation()), stripe).rms;
-    const double raw = errors_of(detect_stripe(image, dark_of(stripe), columns(0)), stripe).rms;
-    const double smoothed = errors_of(detect_stripe(image, dark_of(stripe), columns(10)), stripe).rms;
+    const double paper = speckle_errors(detect_paper(image, PaperStripeParameters::simulation()), stripe).rms;
+    const double raw = speckle_errors(detect_stripe(image, dark_of(stripe), columns(0)), stripe).rms;
+    const double smoothed = speckle_errors(detect_stripe(image, dark_of(stripe), columns(10)), stripe).rms;
     std::cout << "seed " << seed << ": centre of masses " << paper << ", ours unsmoothed " << raw << ", smoothed "
               << smoothed << " px\n";
     EXPECT_LT(smoothed, 0.5 * paper);
@@ -78,7 +78,8 @@ TEST(StripeSpeckle, LeavesSigmaHonest) {
     for (const int smoothing : {0, 10}) {
       GeneratedStripe stripe = speckled(noise, 5);
       stripe.scene = [](int, int) { return 50.0; };
-      const Errors e = errors_of(detect_stripe(stripe.image(), dark_of(stripe), columns(smoothing)), stripe);
+      const SpeckleErrors e =
+          speckle_errors(detect_stripe(stripe.image(), dark_of(stripe), columns(smoothing)), stripe);
       std::cout << "noise " << noise << " DN, smoothing " << smoothing << " (seed 5): rms " << e.rms
                 << " px, normalised " << e.normalised_rms << "\n";
       EXPECT_GT(e.normalised_rms, 0.7);
@@ -93,7 +94,7 @@ TEST(StripeSmoothing, StopsAtABend) {
   const StripeDetection detection = detect_stripe(stripe.image(), dark_of(stripe), columns(10));
   StripeDetection near = detection;
   std::erase_if(near.peaks, [](const StripePeak& peak) { return std::abs(peak.column - 350) > 12; });
-  const Errors e = errors_of(near, stripe);
+  const SpeckleErrors e = speckle_errors(near, stripe);
   std::cout << "within 12 columns of the bend: rms " << e.rms << ", worst " << e.worst << " px (seed 7)\n";
   EXPECT_GE(near.peaks.size(), 24u);
   EXPECT_LT(e.rms, 0.12);

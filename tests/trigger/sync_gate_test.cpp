@@ -12,7 +12,7 @@ namespace tankrig {
 namespace {
 
 using namespace std::chrono_literals;
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 constexpr double kVelocity = 0.1;            // of the elbow [rad/s]
 constexpr double kAny = 1e9;                 // a limit that refuses nothing

@@ -11,7 +11,7 @@
 namespace tankrig {
 namespace {
 
-constexpr double kPeriod = 0.04, kSpacing = 4e-3;
+constexpr double kFramePeriod = 0.04, kFrameSpacing = 4e-3;
 
 struct Asked {
   std::uint64_t requests = 0, skipped = 0;
@@ -20,7 +20,7 @@ struct Asked {
 /// A run of the plan by an arm that follows it; of ten cycles one comes late, by up to `latest` [s].
 Asked run(const ScanPlan& plan, const ScanSettings& settings, TriggerMode mode, unsigned seed, double latest) {
   std::mt19937 random(seed);
-  TriggerSchedule sut(plan, settings, {mode, kSpacing, std::nullopt}, RecordWhen::kAll, kPeriod);
+  TriggerSchedule sut(plan, settings, {mode, kFrameSpacing, std::nullopt}, RecordWhen::kAll, kFramePeriod);
   sut.set_delay(std::chrono::milliseconds{seed % 8});
   Asked asked;
   for (double t = 0; t < plan.duration(); t += 1 / settings.cycle_hz) {
@@ -46,8 +46,8 @@ TEST(TriggerSchedule, AsksForOrCountsEveryExposureOfThePlanHoweverLateTheCycleIs
     for (unsigned seed = 0; seed < 100; ++seed) {
       const double latest = seed == 0 ? 0 : 0.4;
       const Asked asked = run(plan, rig.s, at_angles ? TriggerMode::kPosition : TriggerMode::kSoftware, seed, latest);
-      const std::uint64_t angles = at_angles ? testing_support::planned_angles(rig.s, kSpacing) : 0;
-      EXPECT_EQ(asked.requests + asked.skipped, angles + testing_support::planned_times(plan, kPeriod, !at_angles))
+      const std::uint64_t angles = at_angles ? testing_support::planned_angles(rig.s, kFrameSpacing) : 0;
+      EXPECT_EQ(asked.requests + asked.skipped, angles + testing_support::planned_times(plan, kFramePeriod, !at_angles))
           << "seed " << seed << (at_angles ? " at angles" : " at times");
       EXPECT_EQ(asked.skipped > 0, latest > 0) << "seed " << seed;
     }
