@@ -1,21 +1,15 @@
-# tankrig_library(NAME [PUBLIC target...] [PRIVATE target...]): the folder's *.cpp as the static library tankrig_NAME.
+# tankrig_library(NAME [IN folder...] [PUBLIC target...] [PRIVATE target...]): the *.cpp of the folders, or of this one,
+# as the static library tankrig_NAME.
 function(tankrig_library name)
-  cmake_parse_arguments(ARG "" "" "PUBLIC;PRIVATE" ${ARGN})
-  file(GLOB sources CONFIGURE_DEPENDS *.cpp)
-  if(NOT sources)
-    tankrig_interface(${name} ${ARG_PUBLIC})
-    return()
+  cmake_parse_arguments(ARG "" "" "IN;PUBLIC;PRIVATE" ${ARGN})
+  if(NOT ARG_IN)
+    set(ARG_IN .)
   endif()
+  list(TRANSFORM ARG_IN APPEND /*.cpp)
+  file(GLOB sources CONFIGURE_DEPENDS ${ARG_IN})
   add_library(tankrig_${name} STATIC ${sources})
   target_link_libraries(tankrig_${name} PUBLIC ${ARG_PUBLIC} PRIVATE tankrig_options ${ARG_PRIVATE})
   target_include_directories(tankrig_${name} PUBLIC ${PROJECT_SOURCE_DIR})
-endfunction()
-
-# A folder of headers only.
-function(tankrig_interface name)
-  add_library(tankrig_${name} INTERFACE)
-  target_link_libraries(tankrig_${name} INTERFACE ${ARGN})
-  target_include_directories(tankrig_${name} INTERFACE ${PROJECT_SOURCE_DIR})
 endfunction()
 
 add_library(tankrig_options INTERFACE)

@@ -13,9 +13,9 @@
 #include "apps/tankrig/output.hpp"
 #include "calibration/time_offset/time_offset.hpp"
 #include "core/input_error.hpp"
-#include "rig/session/checksums.hpp"
-#include "rig/session/session_lock.hpp"
-#include "rig/session/text_files.hpp"
+#include "core/text_files.hpp"
+#include "session/checking/checksums.hpp"
+#include "session/recording/session_lock.hpp"
 
 namespace fs = std::filesystem;
 

@@ -22,7 +22,7 @@
 #include "rig/plan/operator_plan.hpp"
 #include "rig/scan/scan.hpp"
 #include "rig/scan/scan_log.hpp"
-#include "rig/session/event_kinds.hpp"
+#include "session/recording/event_kinds.hpp"
 
 namespace tankrig::app {
 namespace {

@@ -9,8 +9,8 @@
 #include <string_view>
 
 #include "core/input_error.hpp"
+#include "core/text_files.hpp"
 #include "reconstruction/stripe/stripe.hpp"
-#include "rig/session/text_files.hpp"
 
 namespace fs = std::filesystem;
 

@@ -12,7 +12,7 @@
 #include "core/input_error.hpp"
 #include "core/shown_text.hpp"
 #include "reconstruction/cloud/cloud_io.hpp"
-#include "rig/session/planes_csv.hpp"
+#include "session/import/planes_csv.hpp"
 
 namespace tankrig::app {
 namespace {

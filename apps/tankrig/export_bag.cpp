@@ -6,12 +6,12 @@
 #include "apps/tankrig/methods.hpp"
 #include "apps/tankrig/session_export.hpp"
 #include "core/input_error.hpp"
+#include "core/text_files.hpp"
 #include "reconstruction/cloud/cloud_io.hpp"
-#include "rig/rosbag/bag_file.hpp"
-#include "rig/session/event_kinds.hpp"
-#include "rig/session/session_tables.hpp"
-#include "rig/session/text_files.hpp"
-#include "rig/session_export/wall_clock.hpp"
+#include "session/export/rosbag/bag_file.hpp"
+#include "session/export/wall_clock.hpp"
+#include "session/reading/session_tables.hpp"
+#include "session/recording/event_kinds.hpp"
 
 namespace fs = std::filesystem;
 

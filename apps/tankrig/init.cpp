@@ -6,8 +6,8 @@
 #include "apps/tankrig/rig_files.hpp"
 #include "core/config_node.hpp"
 #include "core/input_error.hpp"
+#include "core/text_files.hpp"
 #include "rig/config/rig_config.hpp"
-#include "rig/session/text_files.hpp"
 
 namespace fs = std::filesystem;
 

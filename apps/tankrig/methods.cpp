@@ -6,7 +6,7 @@
 #include "core/input_error.hpp"
 #include "drivers/camera/trigger_pairing.hpp"
 #include "reconstruction/cloud/cloud_io.hpp"
-#include "rig/config/rig_config.hpp"
+#include "rig/scan/session_rig.hpp"
 
 namespace fs = std::filesystem;
 

@@ -15,7 +15,7 @@
 #include "reconstruction/stripe/paper_stripe.hpp"
 #include "reconstruction/stripe/stripe_detector.hpp"
 #include "reconstruction/stripe/stripe_reconstruction.hpp"
-#include "rig/session/session.hpp"
+#include "session/reading/session.hpp"
 
 namespace tankrig::app {
 

@@ -1,8 +1,8 @@
 #include "apps/tankrig/open_session.hpp"
 
 #include "core/input_error.hpp"
-#include "rig/session/checksums.hpp"
-#include "rig/session/text_files.hpp"
+#include "core/text_files.hpp"
+#include "session/checking/checksums.hpp"
 
 namespace fs = std::filesystem;
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "apps/tankrig/progress.hpp"
-#include "rig/session/session_tables.hpp"
+#include "session/reading/session_tables.hpp"
 
 namespace tankrig::app {
 

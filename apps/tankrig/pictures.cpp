@@ -10,8 +10,8 @@
 #include "bench/report/report_html.hpp"
 #include "bench/report/stripe_picture.hpp"
 #include "core/atomic_file.hpp"
-#include "rig/session/session_summary.hpp"
-#include "rig/session/text_files.hpp"
+#include "core/text_files.hpp"
+#include "session/reading/session_summary.hpp"
 
 namespace fs = std::filesystem;
 

@@ -3,7 +3,7 @@
 #include "bench/metrics/triangle_mesh.hpp"
 #include "core/input_error.hpp"
 #include "rig/platform/machine.hpp"
-#include "rig/session/spool_pictures.hpp"
+#include "session/recording/spool_pictures.hpp"
 
 namespace tankrig::app {
 namespace {

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "apps/tankrig/backend.hpp"
-#include "rig/session/event_kinds.hpp"
-#include "rig/session/session_writer.hpp"
+#include "session/recording/event_kinds.hpp"
+#include "session/recording/session_writer.hpp"
 #include "sim_backends/faults/faulty_host.hpp"
 
 namespace tankrig::app {

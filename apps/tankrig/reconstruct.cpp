@@ -14,8 +14,8 @@
 #include "core/shown_text.hpp"
 #include "reconstruction/cloud/cloud_io.hpp"
 #include "rig/config/rig_config.hpp"
-#include "rig/session/checksums.hpp"
-#include "rig/session/session_lock.hpp"
+#include "session/checking/checksums.hpp"
+#include "session/recording/session_lock.hpp"
 
 namespace fs = std::filesystem;
 

@@ -10,10 +10,11 @@
 #include "core/opencv_camera_file.hpp"
 #include "rig/capture/beam_view.hpp"
 #include "rig/plan/plan_csv.hpp"
-#include "rig/session/checksums.hpp"
-#include "rig/session/event_kinds.hpp"
-#include "rig/session/session_writer.hpp"
-#include "rig/session/sha256.hpp"
+#include "rig/scan/session_rig.hpp"
+#include "session/checking/checksums.hpp"
+#include "session/checking/sha256.hpp"
+#include "session/recording/event_kinds.hpp"
+#include "session/recording/session_writer.hpp"
 
 namespace fs = std::filesystem;
 
@@ -133,7 +134,7 @@ ScanResult record_scan(const ScanOptions& options, const RigConfig& rig, const S
   info.rig_hash = sha256_of_text(rig_file);
   // As rig.yaml will be read: a pose read and written again is not the same text, and `session recover` proves a
   // calibration by its text.
-  read_rig(ConfigNode::parse(rig_file, path / "rig.yaml")).describe(info);
+  describe(read_rig(ConfigNode::parse(rig_file, path / "rig.yaml")), info);
   SessionWriterOptions writer_options;
   writer_options.wait_when_full = !backend.clock().real_time();
   SessionWriter writer(path, std::move(info), writer_options);

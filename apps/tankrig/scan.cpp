@@ -28,8 +28,8 @@
 #include "core/utc.hpp"
 #include "rig/plan/light_check.hpp"
 #include "rig/scan/before_start.hpp"
-#include "rig/session/checksums.hpp"
-#include "rig/session/session_lock.hpp"
+#include "session/checking/checksums.hpp"
+#include "session/recording/session_lock.hpp"
 
 namespace fs = std::filesystem;
 

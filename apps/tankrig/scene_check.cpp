@@ -7,7 +7,7 @@
 
 #include "core/angles.hpp"
 #include "core/input_error.hpp"
-#include "rig/session/text_files.hpp"
+#include "core/text_files.hpp"
 
 namespace tankrig::app {
 namespace {

@@ -2,7 +2,7 @@
 
 #include "bench/metrics/metrics_json.hpp"
 #include "core/input_error.hpp"
-#include "rig/session/text_files.hpp"
+#include "core/text_files.hpp"
 
 namespace fs = std::filesystem;
 

@@ -7,9 +7,9 @@
 #include "apps/tankrig/output.hpp"
 #include "core/input_error.hpp"
 #include "core/shown_text.hpp"
-#include "rig/session/planes_csv.hpp"
-#include "rig/session/session_import.hpp"
-#include "rig/session/session_summary.hpp"
+#include "session/import/planes_csv.hpp"
+#include "session/import/session_import.hpp"
+#include "session/reading/session_summary.hpp"
 
 namespace tankrig::app {
 

@@ -10,15 +10,15 @@
 #include "apps/tankrig/stop.hpp"
 #include "core/atomic_file.hpp"
 #include "core/shown_text.hpp"
-#include "rig/config/rig_config.hpp"
-#include "rig/session/session_lock.hpp"
-#include "rig/session/session_recover.hpp"
+#include "rig/scan/session_rig.hpp"
+#include "session/checking/session_recover.hpp"
+#include "session/recording/session_lock.hpp"
 
 namespace tankrig::app {
 namespace {
 
 void describe_rig(const std::filesystem::path& rig_yaml, SessionInfo& info) {
-  read_rig(session_rig_file(rig_yaml.parent_path())).describe(info);
+  tankrig::describe(read_rig(session_rig_file(rig_yaml.parent_path())), info);
 }
 
 const char* verdict(const SessionFindings& found) {

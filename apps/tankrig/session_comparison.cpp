@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <sstream>
 
-#include "rig/session/csv.hpp"
-#include "rig/session/text_files.hpp"
+#include "core/csv.hpp"
+#include "core/text_files.hpp"
 
 namespace fs = std::filesystem;
 

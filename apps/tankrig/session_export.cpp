@@ -11,12 +11,12 @@
 #include "core/input_error.hpp"
 #include "core/opencv_camera_file.hpp"
 #include "core/shown_text.hpp"
+#include "core/text_files.hpp"
 #include "drivers/can/can_log.hpp"
 #include "reconstruction/stereo/rectifier.hpp"
-#include "rig/rosbag/bag_file.hpp"
-#include "rig/session/text_files.hpp"
-#include "rig/session_export/export_candump.hpp"
-#include "rig/session_export/export_csv.hpp"
+#include "session/export/export_candump.hpp"
+#include "session/export/export_csv.hpp"
+#include "session/export/rosbag/bag_file.hpp"
 
 namespace fs = std::filesystem;
 

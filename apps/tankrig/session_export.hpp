@@ -7,7 +7,7 @@
 
 #include "apps/tankrig/command_line.hpp"
 #include "apps/tankrig/open_session.hpp"
-#include "rig/session/session.hpp"
+#include "session/reading/session.hpp"
 
 namespace tankrig::app {
 

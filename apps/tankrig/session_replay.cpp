@@ -15,12 +15,12 @@
 #include "core/clock.hpp"
 #include "core/input_error.hpp"
 #include "core/shown_text.hpp"
-#include "rig/config/rig_config.hpp"
+#include "core/text_files.hpp"
 #include "rig/scan/replay.hpp"
-#include "rig/session/checksums.hpp"
-#include "rig/session/session_writer.hpp"
-#include "rig/session/spool.hpp"
-#include "rig/session/text_files.hpp"
+#include "rig/scan/session_rig.hpp"
+#include "session/checking/checksums.hpp"
+#include "session/recording/session_writer.hpp"
+#include "session/recording/spool.hpp"
 
 namespace fs = std::filesystem;
 

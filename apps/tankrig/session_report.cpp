@@ -2,7 +2,7 @@
 
 #include "apps/tankrig/pictures.hpp"
 #include "apps/tankrig/stop.hpp"
-#include "rig/session/checksums.hpp"
+#include "session/checking/checksums.hpp"
 
 namespace tankrig::app {
 

@@ -7,7 +7,7 @@
 #include "apps/tankrig/methods.hpp"
 #include "apps/tankrig/progress.hpp"
 #include "apps/tankrig/scores.hpp"
-#include "rig/session/session.hpp"
+#include "session/reading/session.hpp"
 #include "sim_backends/world/tank_world.hpp"
 
 namespace tankrig::app {

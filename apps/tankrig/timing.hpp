@@ -5,7 +5,7 @@
 
 #include "rig/config/rig_config.hpp"
 #include "rig/scan/scan.hpp"
-#include "rig/session/session_writer.hpp"
+#include "session/recording/session_writer.hpp"
 
 namespace tankrig::app {
 

@@ -1,28 +1,17 @@
 // The manipulator, as the executive sees it: joint angles in, joint velocities out.
 #pragma once
 
-#include <array>
 #include <optional>
 
-#include "core/arm_model.hpp"
+#include "core/joint_state.hpp"
 #include "core/result.hpp"
 #include "drivers/statistics.hpp"
 
 namespace tankrig {
 
-/// Joints as measured by the arm's encoders.
-struct JointState {
-  Stamp stamp{};                               ///< when the encoders were read, latency removed
-  std::array<Duration, kJoints> age{};         ///< a joint that was not read then: how much earlier it was
-  JointVector q = JointVector::Zero();         ///< rad
-  JointVector velocity = JointVector::Zero();  ///< rad/s
-  std::array<std::int32_t, kJoints> ticks{};   ///< raw, unwrapped
-  double current_a = 0;                        ///< master supply current [A]
-};
+class OutputRight;
 
-class GuardedOutputs;
-
-/// Anybody may stop it; motion is for the safety step's outputs alone: rig/safety.
+/// Anybody may stop it; motion is for who holds the right to it: OutputRight.
 /// Threads: one (the cycle's), except where said.
 class Arm {
  public:
@@ -56,7 +45,7 @@ class Arm {
   virtual Statistics statistics() const { return {}; }
 
  protected:
-  friend GuardedOutputs;
+  friend OutputRight;
   /// Sets joint velocities [rad/s]; returns what is really applied (rounded, limited).  RT: safe, never blocks.
   /// Lasts until the next call; a driver stops the arm by itself when none comes within its watchdog time.
   virtual Result<JointVector> write_velocity(const JointVector& velocity) noexcept = 0;

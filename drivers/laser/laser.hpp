@@ -16,9 +16,9 @@ struct LaserState {
   std::optional<bool> interlock_closed{};  ///< the interlock's loop, where the device reads it
 };
 
-class GuardedOutputs;
+class OutputRight;
 
-/// Anybody may switch it off; on is for the safety step's outputs alone: rig/safety.
+/// Anybody may switch it off; on is for who holds the right to it: OutputRight.
 /// Threads: off() from any thread; the rest from one.
 class Laser {
  public:
@@ -35,7 +35,7 @@ class Laser {
   virtual Statistics statistics() const { return {}; }
 
  protected:
-  friend GuardedOutputs;
+  friend OutputRight;
   /// On emits after warm_up(); the rest as off().
   virtual Status set(bool on) noexcept = 0;
   /// For a laser that stands before another.

@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <cstring>
 
-#include "rig/session/event_kinds.hpp"
+#include "session/recording/event_kinds.hpp"
 
 namespace tankrig {
 namespace {

@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "drivers/arm/arm.hpp"
-#include "rig/session/session.hpp"
+#include "session/reading/session.hpp"
 
 namespace tankrig {
 

@@ -1,6 +1,6 @@
 #include "rig/capture/triggers.hpp"
 
-#include "rig/session/event_kinds.hpp"
+#include "session/recording/event_kinds.hpp"
 
 namespace tankrig {
 

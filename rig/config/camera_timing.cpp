@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "core/input_error.hpp"
-#include "rig/session/text_files.hpp"
+#include "core/text_files.hpp"
 
 namespace tankrig {
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "rig/session/text_files.hpp"
+#include "core/text_files.hpp"
 
 namespace tankrig {
 

@@ -1,7 +1,7 @@
 #include "rig/config/real_time_section.hpp"
 
 #include "core/shown_text.hpp"
-#include "rig/session/text_files.hpp"
+#include "core/text_files.hpp"
 
 namespace tankrig {
 namespace {

@@ -2,12 +2,12 @@
 #include <sstream>
 
 #include "core/input_error.hpp"
+#include "core/model_yaml.hpp"
+#include "core/text_files.hpp"
 #include "rig/config/camera_timing.hpp"
 #include "rig/config/limits_section.hpp"
 #include "rig/config/rig_config.hpp"
 #include "rig/config/scan_section.hpp"
-#include "rig/session/model_yaml.hpp"
-#include "rig/session/text_files.hpp"
 
 namespace tankrig {
 namespace {

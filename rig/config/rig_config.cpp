@@ -6,14 +6,13 @@
 #include <set>
 
 #include "core/input_error.hpp"
+#include "core/model_yaml.hpp"
 #include "core/regular_file.hpp"
+#include "core/session_names.hpp"
 #include "core/shown_text.hpp"
 #include "rig/config/camera_timing.hpp"
 #include "rig/config/limits_section.hpp"
 #include "rig/config/scan_section.hpp"
-#include "rig/session/model_yaml.hpp"
-#include "rig/session/session_folder.hpp"
-#include "rig/session/session_names.hpp"
 
 namespace tankrig {
 namespace {
@@ -160,28 +159,12 @@ const RigCamera* RigConfig::find_camera(CameraRole role) const {
   return nullptr;
 }
 
-void RigConfig::describe(SessionInfo& info) const {
-  info.rig = name;
-  info.cameras.clear();
-  for (const RigCamera& camera : cameras)
-    info.cameras.push_back({camera.name, camera.role, camera.model, camera.bMc, camera.time_offset});
-  info.calibration = {arm, laser.ePl, laser.origin_e, laser.direction_e, laser.fan};
-  info.object = SessionObject{object.mesh.filename().string(), object.bMo};
-}
-
 ConfigNode rig_file(const std::filesystem::path& file) {
   const ConfigNode root = ConfigNode::load(file);
   if (!root.has("base")) return root;
   const ConfigNode base = ConfigNode::load(root.path("base"));
   if (base.has("base")) base.fail("base", "found a base of a base, expected a rig file that stands alone");
   return root.over(base);
-}
-
-ConfigNode session_rig_file(const std::filesystem::path& session) {
-  const ConfigNode root =
-      ConfigNode::parse(read_below(session, "rig.yaml", kMostYamlBytes, "a YAML file"), session / "rig.yaml");
-  if (root.has("base")) root.fail("base", "found a base, expected the rig file of a session, which stands alone");
-  return root;
 }
 
 RigConfig load_rig(const std::filesystem::path& file, const std::string& preset) {

@@ -10,10 +10,10 @@
 #include "core/arm_model.hpp"
 #include "core/camera_model.hpp"
 #include "core/config_node.hpp"
+#include "core/frame_record.hpp"
 #include "rig/plan/motion_check.hpp"
 #include "rig/plan/scan_settings.hpp"
 #include "rig/plan/trigger_settings.hpp"
-#include "rig/session/session.hpp"
 
 namespace tankrig {
 
@@ -69,17 +69,11 @@ struct RigConfig {
 
   const RigCamera* find_camera(CameraRole role) const;
 
-  /// Cameras, calibration and object as a session keeps them; the mesh by its file name.
-  void describe(SessionInfo& info) const;
-
   ConfigNode root;  ///< the whole file, for section()
 };
 
 /// A rig file as YAML; with `base: FILE`, all that rig says and this file does not.  Errors: InputError.
 ConfigNode rig_file(const std::filesystem::path& file);
-
-/// The rig file of a session, which is all in its own folder.  Errors: InputError, also if it has a `base`.
-ConfigNode session_rig_file(const std::filesystem::path& session);
 
 /// Reads a rig file and applies one of its presets to its scan ("" for none). Keys of section()s are not looked at
 /// here: whoever reads one calls finish() on it. Errors: InputError "FILE:LINE: key: found ..., expected ..."; an

@@ -3,12 +3,12 @@
 #include <cmath>
 #include <cstdio>
 
+#include "core/model_yaml.hpp"
+#include "core/text_files.hpp"
 #include "rig/config/limits_section.hpp"
 #include "rig/config/real_time_section.hpp"
 #include "rig/config/safety_section.hpp"
 #include "rig/config/sync_section.hpp"
-#include "rig/session/model_yaml.hpp"
-#include "rig/session/text_files.hpp"
 
 namespace tankrig {
 namespace {

@@ -1,6 +1,6 @@
 #include "rig/config/sync_section.hpp"
 
-#include "rig/session/text_files.hpp"
+#include "core/text_files.hpp"
 
 namespace tankrig {
 namespace {

@@ -8,10 +8,10 @@
 
 #include "core/awake_processors.hpp"
 #include "core/clock.hpp"
+#include "core/cycle_times.hpp"
 #include "core/locked_memory.hpp"
 #include "core/watched_silence.hpp"
 #include "rig/executive/cycle_grid.hpp"
-#include "rig/executive/cycle_times.hpp"
 #include "rig/executive/executive.hpp"
 #include "rig/platform/real_time.hpp"
 

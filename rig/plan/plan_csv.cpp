@@ -3,9 +3,9 @@
 #include <array>
 #include <cmath>
 
+#include "core/csv.hpp"
 #include "core/input_error.hpp"
-#include "rig/session/csv.hpp"
-#include "rig/session/text_files.hpp"
+#include "core/text_files.hpp"
 
 namespace tankrig {
 namespace {

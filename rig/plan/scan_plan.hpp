@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
+#include "core/frame_record.hpp"
 #include "rig/plan/motion_profile.hpp"
 #include "rig/plan/scan_settings.hpp"
-#include "rig/session/session.hpp"
 
 namespace tankrig {
 

@@ -27,21 +27,21 @@ Status GuardedOutputs::switch_laser() noexcept {
   const bool on = std::exchange(allowed_.laser, false);
   if (!on) return laser_on_ ? laser_off() : Status{};
   if (laser_on_) return {};
-  const Status done = laser_.set(true);
+  const Status done = right_.light(laser_, true);
   if (done.ok()) laser_on_ = true;
   return done;
 }
 
 Status GuardedOutputs::laser_off() noexcept {
   allowed_.laser = false;
-  const Status done = laser_.set(false);
+  const Status done = laser_.off();
   if (done.ok()) laser_on_ = false;
   return done;
 }
 
 Result<JointVector> GuardedOutputs::move(const JointVector& velocity) noexcept {
   const bool rest = (velocity.array() == 0).all();
-  if (std::exchange(allowed_.motion, false) || rest) return arm_.write_velocity(velocity);
+  if (std::exchange(allowed_.motion, false) || rest) return right_.move(arm_, velocity);
   [[maybe_unused]] const Status stopped = arm_.stop();
   return Error{ErrorCode::kRefused, 0, {}, "arm: motion that the safety step does not allow"};
 }

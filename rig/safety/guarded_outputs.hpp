@@ -3,8 +3,7 @@
 
 #include <optional>
 
-#include "drivers/arm/arm.hpp"
-#include "drivers/laser/laser.hpp"
+#include "drivers/output_right.hpp"
 #include "rig/safety/laser_interlock.hpp"
 #include "rig/safety/safety_settings.hpp"
 
@@ -61,6 +60,7 @@ class GuardedOutputs {
  private:
   Arm& arm_;
   Laser& laser_;
+  const OutputRight right_{};
   const InterlockLimits limits_;
   InterlockState state_{};
   InterlockOutputs allowed_{};  // taken back once used

@@ -5,7 +5,7 @@
 #include "core/input_error.hpp"
 #include "rig/capture/frame_joiner.hpp"
 #include "rig/plan/plan_csv.hpp"
-#include "rig/session/event_kinds.hpp"
+#include "session/recording/event_kinds.hpp"
 
 namespace tankrig {
 namespace {

@@ -7,8 +7,8 @@
 
 #include "rig/capture/scan_sink.hpp"
 #include "rig/plan/scan_plan.hpp"
-#include "rig/session/session.hpp"
-#include "rig/session/session_tables.hpp"
+#include "session/reading/session.hpp"
+#include "session/reading/session_tables.hpp"
 
 namespace tankrig {
 

@@ -15,8 +15,8 @@
 #include "rig/scan/before_start.hpp"
 #include "rig/scan/camera_feeds.hpp"
 #include "rig/scan/scan_log.hpp"
-#include "rig/session/event_kinds.hpp"
-#include "rig/session/frame_account.hpp"
+#include "session/reading/frame_account.hpp"
+#include "session/recording/event_kinds.hpp"
 
 namespace tankrig {
 namespace {

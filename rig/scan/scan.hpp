@@ -9,15 +9,15 @@
 #include <vector>
 
 #include "core/clock.hpp"
+#include "core/cycle_times.hpp"
 #include "drivers/arm/arm.hpp"
 #include "drivers/laser/laser.hpp"
 #include "rig/capture/scan_sink.hpp"
-#include "rig/executive/cycle_times.hpp"
 #include "rig/executive/safe_end.hpp"
 #include "rig/plan/scan_plan.hpp"
 #include "rig/platform/real_time.hpp"
 #include "rig/scan/camera_feeds.hpp"
-#include "rig/session/frame_account.hpp"
+#include "session/reading/frame_account.hpp"
 
 namespace tankrig {
 

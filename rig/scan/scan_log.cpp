@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <utility>
 
-#include "rig/session/event_kinds.hpp"
+#include "session/recording/event_kinds.hpp"
 
 namespace tankrig {
 namespace {

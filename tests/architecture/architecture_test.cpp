@@ -39,7 +39,8 @@ TEST(Architecture, LetsEveryFolderIncludeWhatIsBelowIt) {
   EXPECT_THAT(including("sim_backends/mock/mock_arm.hpp", "drivers/arm/arm.hpp"), IsEmpty());
   EXPECT_THAT(including("rig/executive/executive.hpp", "drivers/arm/arm.hpp"), IsEmpty());
   EXPECT_THAT(including("reconstruction/stripe/stripe.hpp", "core/frames.hpp"), IsEmpty());
-  EXPECT_THAT(including("bench/report/report.hpp", "rig/session/session.hpp"), IsEmpty());
+  EXPECT_THAT(including("rig/capture/frame_joiner.hpp", "session/recording/event_kinds.hpp"), IsEmpty());
+  EXPECT_THAT(including("session/export/export_candump.cpp", "drivers/can/can_log.hpp"), IsEmpty());
   EXPECT_THAT(including("apps/tankrig/main.cpp", "sim_backends/world/tank_world.hpp"), IsEmpty());
   EXPECT_THAT(including("tests/world/world_test.cpp", "sim_backends/world/tank_world.hpp"), IsEmpty());
 }
@@ -47,23 +48,28 @@ TEST(Architecture, LetsEveryFolderIncludeWhatIsBelowIt) {
 TEST(Architecture, RefusesEveryForbiddenPair) {
   const std::pair<const char*, const char*> forbidden[] = {
       {"core/frames.hpp", "drivers/arm/arm.hpp"},
-      {"core/frames.hpp", "rig/session/session.hpp"},
-      {"drivers/arm/arm.hpp", "rig/session/session.hpp"},
+      {"core/frames.hpp", "session/reading/session.hpp"},
+      {"drivers/arm/arm.hpp", "session/reading/session.hpp"},
       {"drivers/arm/arm.hpp", "sim_backends/world/tank_world.hpp"},
       {"sim_backends/mock/mock_arm.hpp", "rig/executive/executive.hpp"},
       {"rig/executive/executive.hpp", "sim_backends/world/tank_world.hpp"},
       {"rig/executive/executive.hpp", "reconstruction/cloud/cloud.hpp"},
       {"rig/executive/executive.hpp", "rig/scan/scan.hpp"},
       {"rig/plan/scan_plan.hpp", "rig/executive/executive.hpp"},
-      {"rig/session/session.hpp", "rig/config/rig_config.hpp"},
-      {"reconstruction/stripe/stripe.hpp", "rig/session/session.hpp"},
+      {"session/reading/session.hpp", "rig/config/rig_config.hpp"},
+      {"reconstruction/stripe/stripe.hpp", "session/reading/session.hpp"},
       {"reconstruction/stripe/stripe.hpp", "drivers/camera/camera.hpp"},
       {"calibration/hand_eye.hpp", "reconstruction/cloud/cloud.hpp"},
       {"bench/metrics/metrics.hpp", "rig/executive/executive.hpp"},
-      {"bench/metrics/metrics.hpp", "rig/session_tools/x.hpp"},
+      {"bench/metrics/metrics.hpp", "session/reading/session.hpp"},
+      {"rig/plan/scan_plan.hpp", "session/reading/session.hpp"},
+      {"rig/config/rig_config.hpp", "session/reading/session.hpp"},
+      {"rig/executive/executive.hpp", "session/recording/session_writer.hpp"},
+      {"session/reading/session.hpp", "drivers/arm/arm.hpp"},
+      {"session/recording/session_writer.hpp", "session/export/export_csv.hpp"},
       {"bench/metrics/metrics.hpp", "sim_backends/world/tank_world.hpp"},
       {"bench/metrics/metrics.hpp", "apps/tankrig/command.hpp"},
-      {"rig/session/session.hpp", "apps/tankrig/command.hpp"},
+      {"session/reading/session.hpp", "apps/tankrig/command.hpp"},
       {"tests/rig/rig_test.cpp", "apps/tankrig/command.hpp"},
       {"apps/tankrig/main.cpp", "tests/world/render_scene.hpp"},
   };

@@ -8,7 +8,7 @@
 #include <opencv2/core.hpp>
 #include <thread>
 
-#include "rig/session/session_writer.hpp"
+#include "session/recording/session_writer.hpp"
 #include "tests/support/machine_witness.hpp"
 #include "tests/support/temporary_folder.hpp"
 

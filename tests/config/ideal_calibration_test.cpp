@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
+#include "core/model_yaml.hpp"
 #include "rig/config/rig_config.hpp"
-#include "rig/session/model_yaml.hpp"
 #include "sim_backends/world/scene.hpp"
 
 namespace tankrig {

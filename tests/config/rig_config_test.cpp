@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "core/input_error.hpp"
+#include "rig/scan/session_rig.hpp"
 #include "tests/config/small_rig.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -111,7 +112,7 @@ TEST(RigConfig, WrittenAsUsedLoadsAgainToTheSame) {
 TEST(RigConfig, DescribesItselfToASession) {
   const TemporaryFolder folder;
   SessionInfo info;
-  load_rig(folder.write("rig.yaml", kSmallRig)).describe(info);
+  describe(load_rig(folder.write("rig.yaml", kSmallRig)), info);
   EXPECT_EQ(info.rig, "small");
   EXPECT_EQ(info.cameras.size(), 3u);
   EXPECT_EQ(info.cameras[2].role, CameraRole::kRight);

@@ -9,7 +9,7 @@
 #include "drivers/arm/backlash_arm.hpp"
 #include "rig/plan/operator_plan.hpp"
 #include "rig/plan/plan_csv.hpp"
-#include "rig/session/event_kinds.hpp"
+#include "session/recording/event_kinds.hpp"
 #include "tests/support/mock_rig.hpp"
 
 namespace tankrig::testing_support {

@@ -3,7 +3,7 @@
 #include <sstream>
 
 #include "core/input_error.hpp"
-#include "rig/session/checksums.hpp"
+#include "session/checking/checksums.hpp"
 #include "tests/fuzz/scratch_file.hpp"
 
 using namespace tankrig;

@@ -4,10 +4,10 @@
 #include <cstdlib>
 
 #include "core/input_error.hpp"
-#include "rig/session/session_findings.hpp"
-#include "rig/session/session_tables.hpp"
-#include "rig/session/session_yaml.hpp"
-#include "rig/session/text_files.hpp"
+#include "core/text_files.hpp"
+#include "session/checking/session_findings.hpp"
+#include "session/reading/session_tables.hpp"
+#include "session/reading/session_yaml.hpp"
 #include "tests/fuzz/scratch_file.hpp"
 
 using namespace tankrig;

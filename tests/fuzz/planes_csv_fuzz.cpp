@@ -1,6 +1,6 @@
 // Tables of laser planes that come with imported pictures.
 #include "core/input_error.hpp"
-#include "rig/session/planes_csv.hpp"
+#include "session/import/planes_csv.hpp"
 #include "tests/fuzz/scratch_file.hpp"
 
 using namespace tankrig;

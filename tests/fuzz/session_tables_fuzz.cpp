@@ -2,8 +2,8 @@
 #include <cstdlib>
 
 #include "core/input_error.hpp"
-#include "rig/session/session_names.hpp"
-#include "rig/session/session_tables.hpp"
+#include "core/session_names.hpp"
+#include "session/reading/session_tables.hpp"
 #include "tests/fuzz/scratch_file.hpp"
 
 using namespace tankrig;

@@ -4,8 +4,8 @@
 #include <tuple>
 
 #include "core/input_error.hpp"
-#include "rig/session/session_names.hpp"
-#include "rig/session/session_yaml.hpp"
+#include "core/session_names.hpp"
+#include "session/reading/session_yaml.hpp"
 #include "tests/fuzz/scratch_file.hpp"
 
 using namespace tankrig;

@@ -5,10 +5,10 @@
 #include <string_view>
 
 #include "core/input_error.hpp"
-#include "rig/session/crc32.hpp"
-#include "rig/session/session_names.hpp"
-#include "rig/session/session_tables.hpp"
-#include "rig/session/spool.hpp"
+#include "core/session_names.hpp"
+#include "session/checking/crc32.hpp"
+#include "session/reading/session_tables.hpp"
+#include "session/recording/spool.hpp"
 #include "tests/fuzz/scratch_file.hpp"
 
 using namespace tankrig;

@@ -1,9 +1,9 @@
 // Pictures as they are judged without decoding: a whole PNG has no byte to spare, and a size has two sides.
 #include <cstdlib>
 
-#include "rig/session/jpeg_file.hpp"
-#include "rig/session/picture_file.hpp"
-#include "rig/session/png_file.hpp"
+#include "session/reading/jpeg_file.hpp"
+#include "session/reading/picture_file.hpp"
+#include "session/recording/png_file.hpp"
 
 using namespace tankrig;
 

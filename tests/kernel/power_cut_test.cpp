@@ -8,8 +8,8 @@
 #include <thread>
 #include <vector>
 
-#include "rig/session/checksums.hpp"
-#include "rig/session/session_recover.hpp"
+#include "session/checking/checksums.hpp"
+#include "session/checking/session_recover.hpp"
 #include "tests/session/some_session.hpp"
 #include "tests/support/machine_witness.hpp"
 

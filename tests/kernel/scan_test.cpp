@@ -9,7 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "drivers/can/can_log.hpp"
-#include "rig/session/session.hpp"
+#include "session/reading/session.hpp"
 #include "sim_backends/mock/mock_laser.hpp"
 #include "sim_backends/wire/arm_emulator.hpp"
 #include "sim_backends/wire/relay_emulator.hpp"

@@ -10,7 +10,7 @@
 #include <csignal>
 #include <cstdlib>
 
-#include "rig/session/session.hpp"
+#include "session/reading/session.hpp"
 #include "tests/program/program.hpp"
 
 namespace fs = std::filesystem;

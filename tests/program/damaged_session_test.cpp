@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include "rig/session/session.hpp"
-#include "rig/session/session_yaml.hpp"
-#include "rig/session/text_files.hpp"
+#include "core/text_files.hpp"
+#include "session/reading/session.hpp"
+#include "session/reading/session_yaml.hpp"
 #include "tests/program/scanned_session.hpp"
 
 namespace fs = std::filesystem;

@@ -6,7 +6,7 @@
 #include <map>
 
 #include "reconstruction/cloud/cloud_io.hpp"
-#include "rig/session/session.hpp"
+#include "session/reading/session.hpp"
 #include "tests/program/program.hpp"
 #include "tests/support/machine_witness.hpp"
 

@@ -5,8 +5,8 @@
 
 #include <cstdlib>
 
-#include "rig/session/checksums.hpp"
-#include "rig/session/session_lock.hpp"
+#include "session/checking/checksums.hpp"
+#include "session/recording/session_lock.hpp"
 #include "tests/program/scanned_session.hpp"
 
 namespace fs = std::filesystem;

@@ -11,8 +11,8 @@
 #include "core/arm_model.hpp"
 #include "core/camera_model.hpp"
 #include "reconstruction/cloud/cloud_io.hpp"
-#include "rig/session/session.hpp"
-#include "rig/session/session_tables.hpp"
+#include "session/reading/session.hpp"
+#include "session/reading/session_tables.hpp"
 #include "tests/program/bag_reader.hpp"
 #include "tests/program/scanned_session.hpp"
 

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "drivers/can/can_log.hpp"
-#include "rig/session/session.hpp"
+#include "session/reading/session.hpp"
 #include "tests/program/program.hpp"
 
 namespace fs = std::filesystem;

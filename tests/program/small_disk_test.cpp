@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include "rig/session/checksums.hpp"
+#include "session/checking/checksums.hpp"
 #include "tests/program/program.hpp"
 #include "tests/session/some_session.hpp"
 

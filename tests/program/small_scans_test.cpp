@@ -8,7 +8,7 @@
 #include <regex>
 #include <thread>
 
-#include "rig/session/session.hpp"
+#include "session/reading/session.hpp"
 #include "tests/program/program.hpp"
 #include "tests/support/machine_witness.hpp"
 

@@ -9,7 +9,7 @@
 #include <sstream>
 
 #include "drivers/can/can_log.hpp"
-#include "rig/session/session.hpp"
+#include "session/reading/session.hpp"
 #include "tests/program/program.hpp"
 #include "tests/support/awake_machine.hpp"
 #include "tests/support/machine_witness.hpp"

@@ -4,7 +4,7 @@
 #include <thread>
 
 #include "core/input_error.hpp"
-#include "rig/session/event_kinds.hpp"
+#include "session/recording/event_kinds.hpp"
 #include "tests/support/machine_witness.hpp"
 #include "tests/support/mock_rig.hpp"
 #include "tests/support/slow_camera.hpp"

@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "rig/capture/scan_sink.hpp"
-#include "rig/session/session_writer.hpp"
+#include "session/recording/session_writer.hpp"
 #include "sim_backends/faults/faulty_host.hpp"
 #include "tests/scenarios/small_rig.hpp"
 

@@ -4,7 +4,7 @@
 #include <cstdio>
 
 #include "core/input_error.hpp"
-#include "rig/session/session.hpp"
+#include "session/reading/session.hpp"
 
 namespace tankrig::scenarios {
 namespace {

@@ -5,7 +5,7 @@
 
 #include "core/input_error.hpp"
 #include "rig/scan/scan_log.hpp"
-#include "rig/session/session_writer.hpp"
+#include "session/recording/session_writer.hpp"
 #include "sim_backends/faults/faulty_arm.hpp"
 #include "sim_backends/faults/faulty_camera.hpp"
 #include "sim_backends/faults/faulty_laser.hpp"

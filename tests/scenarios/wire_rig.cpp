@@ -13,7 +13,7 @@
 #include "drivers/laser/relay_laser.hpp"
 #include "drivers/lux/open_lux_meter.hpp"
 #include "rig/scan/scan_log.hpp"
-#include "rig/session/session_writer.hpp"
+#include "session/recording/session_writer.hpp"
 #include "sim_backends/faults/picture_faults.hpp"
 #include "tests/scenarios/faulty_session.hpp"
 

@@ -7,8 +7,8 @@
 #include <optional>
 #include <thread>
 
-#include "rig/session/session_recover.hpp"
-#include "rig/session/spool.hpp"
+#include "session/checking/session_recover.hpp"
+#include "session/recording/spool.hpp"
 #include "tests/session/disk_door.hpp"
 #include "tests/session/in_child.hpp"
 #include "tests/session/some_session.hpp"

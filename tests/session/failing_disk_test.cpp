@@ -6,9 +6,9 @@
 #include <cerrno>
 #include <cstring>
 
-#include "rig/session/checksums.hpp"
-#include "rig/session/session_recover.hpp"
-#include "rig/session/spool.hpp"
+#include "session/checking/checksums.hpp"
+#include "session/checking/session_recover.hpp"
+#include "session/recording/spool.hpp"
 #include "tests/session/disk_door.hpp"
 #include "tests/session/in_memory.hpp"
 #include "tests/session/some_session.hpp"

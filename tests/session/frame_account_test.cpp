@@ -1,14 +1,14 @@
 // What a session says of frames that are neither recorded nor left out for a reason.
-#include "rig/session/frame_account.hpp"
+#include "session/reading/frame_account.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "rig/session/checksums.hpp"
-#include "rig/session/session_findings.hpp"
-#include "rig/session/session_recover.hpp"
-#include "rig/session/session_summary.hpp"
-#include "rig/session/text_files.hpp"
+#include "core/text_files.hpp"
+#include "session/checking/checksums.hpp"
+#include "session/checking/session_findings.hpp"
+#include "session/checking/session_recover.hpp"
+#include "session/reading/session_summary.hpp"
 #include "tests/session/some_session.hpp"
 
 namespace tankrig {

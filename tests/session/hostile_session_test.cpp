@@ -9,13 +9,13 @@
 #include <thread>
 
 #include "core/input_error.hpp"
-#include "rig/session/checksums.hpp"
-#include "rig/session/session_folder.hpp"
-#include "rig/session/session_lock.hpp"
-#include "rig/session/session_names.hpp"
-#include "rig/session/session_recover.hpp"
-#include "rig/session/spool.hpp"
-#include "rig/session/text_files.hpp"
+#include "core/session_names.hpp"
+#include "core/text_files.hpp"
+#include "session/checking/checksums.hpp"
+#include "session/checking/session_recover.hpp"
+#include "session/reading/session_folder.hpp"
+#include "session/recording/session_lock.hpp"
+#include "session/recording/spool.hpp"
 #include "tests/session/in_memory.hpp"
 #include "tests/session/some_session.hpp"
 

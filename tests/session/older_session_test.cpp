@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <sstream>
 
-#include "rig/session/csv.hpp"
-#include "rig/session/session_recover.hpp"
-#include "rig/session/spool.hpp"
+#include "core/csv.hpp"
+#include "session/checking/session_recover.hpp"
+#include "session/recording/spool.hpp"
 #include "tests/session/some_session.hpp"
 
 namespace tankrig {

@@ -1,5 +1,5 @@
 // The size of a picture, read before it is decoded.
-#include "rig/session/picture_file.hpp"
+#include "session/reading/picture_file.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

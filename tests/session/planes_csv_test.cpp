@@ -1,5 +1,5 @@
 // Planes as people write them.
-#include "rig/session/planes_csv.hpp"
+#include "session/import/planes_csv.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -7,7 +7,7 @@
 #include <random>
 #include <thread>
 
-#include "rig/session/session_recover.hpp"
+#include "session/checking/session_recover.hpp"
 #include "tests/session/disk_door.hpp"
 #include "tests/session/in_memory.hpp"
 #include "tests/session/some_session.hpp"

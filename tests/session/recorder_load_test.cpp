@@ -13,8 +13,8 @@
 #include <thread>
 
 #include "core/input_error.hpp"
-#include "rig/session/checksums.hpp"
-#include "rig/session/session_recover.hpp"
+#include "session/checking/checksums.hpp"
+#include "session/checking/session_recover.hpp"
 #include "tests/session/in_child.hpp"
 #include "tests/session/some_session.hpp"
 #include "tests/support/held_thread.hpp"

@@ -6,10 +6,10 @@
 #include <random>
 
 #include "core/input_error.hpp"
-#include "rig/session/checksums.hpp"
-#include "rig/session/session_recover.hpp"
-#include "rig/session/sha256.hpp"
-#include "rig/session/text_files.hpp"
+#include "core/text_files.hpp"
+#include "session/checking/checksums.hpp"
+#include "session/checking/session_recover.hpp"
+#include "session/checking/sha256.hpp"
 #include "tests/session/in_memory.hpp"
 #include "tests/session/some_session.hpp"
 

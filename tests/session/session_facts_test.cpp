@@ -1,16 +1,16 @@
 // session.yaml damaged anywhere: every section is regained or named as lost, and no calibration is taken for the
 // recorded one that is not proven to be.
-#include "rig/session/session_facts.hpp"
+#include "session/checking/session_facts.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <random>
 
-#include "rig/session/session_recover.hpp"
-#include "rig/session/session_yaml.hpp"
-#include "rig/session/sha256.hpp"
-#include "rig/session/text_files.hpp"
+#include "core/text_files.hpp"
+#include "session/checking/session_recover.hpp"
+#include "session/checking/sha256.hpp"
+#include "session/reading/session_yaml.hpp"
 #include "tests/session/in_memory.hpp"
 #include "tests/session/some_session.hpp"
 

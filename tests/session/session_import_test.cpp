@@ -1,5 +1,5 @@
 // Sessions out of other people's photographs.
-#include "rig/session/session_import.hpp"
+#include "session/import/session_import.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,11 +7,11 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "core/input_error.hpp"
-#include "rig/session/checksums.hpp"
-#include "rig/session/jpeg_file.hpp"
-#include "rig/session/planes_csv.hpp"
-#include "rig/session/session.hpp"
-#include "rig/session/session_findings.hpp"
+#include "session/checking/checksums.hpp"
+#include "session/checking/session_findings.hpp"
+#include "session/import/planes_csv.hpp"
+#include "session/reading/jpeg_file.hpp"
+#include "session/reading/session.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace tankrig {

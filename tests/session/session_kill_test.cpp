@@ -10,8 +10,8 @@
 #include <random>
 #include <thread>
 
-#include "rig/session/checksums.hpp"
-#include "rig/session/session_recover.hpp"
+#include "session/checking/checksums.hpp"
+#include "session/checking/session_recover.hpp"
 #include "tests/session/in_child.hpp"
 #include "tests/session/in_memory.hpp"
 #include "tests/session/some_session.hpp"

@@ -1,5 +1,5 @@
 // A session written and read back: exactly, after a cut at any byte, and with every kind of damage named.
-#include "rig/session/session.hpp"
+#include "session/reading/session.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,9 +9,9 @@
 #include <thread>
 
 #include "core/input_error.hpp"
-#include "rig/session/session_summary.hpp"
-#include "rig/session/session_tables.hpp"
-#include "rig/session/session_writer.hpp"
+#include "session/reading/session_summary.hpp"
+#include "session/reading/session_tables.hpp"
+#include "session/recording/session_writer.hpp"
 #include "tests/session/some_session.hpp"
 
 namespace tankrig {

@@ -1,12 +1,12 @@
 // SHA-256 against the vectors NIST publishes, and the seal on a session.
-#include "rig/session/sha256.hpp"
+#include "session/checking/sha256.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "core/atomic_file.hpp"
 #include "core/input_error.hpp"
-#include "rig/session/checksums.hpp"
+#include "session/checking/checksums.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace tankrig {

@@ -4,9 +4,9 @@
 #include <filesystem>
 
 #include "core/input_error.hpp"
-#include "rig/session/session_writer.hpp"
-#include "rig/session/session_yaml.hpp"
-#include "rig/session/text_files.hpp"
+#include "core/text_files.hpp"
+#include "session/reading/session_yaml.hpp"
+#include "session/recording/session_writer.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace tankrig {

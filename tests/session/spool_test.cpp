@@ -1,16 +1,16 @@
 // The spool, byte by byte: what is written reads back, and a cut or a flipped bit costs the frames it touches, no
 // other.
-#include "rig/session/spool.hpp"
+#include "session/recording/spool.hpp"
 
 #include <gtest/gtest.h>
 
 #include <atomic>
 #include <random>
 
-#include "rig/session/crc32.hpp"
-#include "rig/session/png_file.hpp"
-#include "rig/session/session_tables.hpp"
-#include "rig/session/spool_pictures.hpp"
+#include "session/checking/crc32.hpp"
+#include "session/reading/session_tables.hpp"
+#include "session/recording/png_file.hpp"
+#include "session/recording/spool_pictures.hpp"
 #include "tests/session/in_memory.hpp"
 #include "tests/session/some_session.hpp"
 

@@ -1,15 +1,15 @@
 // A synthesised CAN log, read back by the arm's own driver; stamps as wall time.
-#include "rig/session_export/export_candump.hpp"
+#include "session/export/export_candump.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <deque>
 
+#include "core/csv.hpp"
 #include "core/input_error.hpp"
 #include "drivers/can/can_log.hpp"
-#include "rig/session/csv.hpp"
-#include "rig/session_export/export_csv.hpp"
+#include "session/export/export_csv.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace tankrig {

@@ -1,5 +1,5 @@
 // The account of a scan's frames closes whatever becomes of them, and tells where it does not.
-#include "rig/session/frame_account.hpp"
+#include "session/reading/frame_account.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

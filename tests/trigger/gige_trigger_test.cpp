@@ -6,8 +6,8 @@
 #include <string_view>
 
 #include "rig/plan/plan_csv.hpp"
-#include "rig/session/event_kinds.hpp"
-#include "rig/session/frame_account.hpp"
+#include "session/reading/frame_account.hpp"
+#include "session/recording/event_kinds.hpp"
 #include "tests/camera/gige_rig.hpp"
 #include "tests/support/machine_witness.hpp"
 #include "tests/support/mock_rig.hpp"

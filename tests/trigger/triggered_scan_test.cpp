@@ -5,8 +5,8 @@
 #include <cstdio>
 
 #include "rig/plan/plan_csv.hpp"
-#include "rig/session/event_kinds.hpp"
-#include "rig/session/frame_account.hpp"
+#include "session/reading/frame_account.hpp"
+#include "session/recording/event_kinds.hpp"
 #include "tests/support/mock_rig.hpp"
 
 namespace tankrig {

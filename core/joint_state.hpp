@@ -1,0 +1,22 @@
+// Joints at one moment: what an arm says of itself, and what a session keeps of it.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "core/arm_model.hpp"
+#include "core/time.hpp"
+
+namespace tankrig {
+
+/// Joints as measured by the arm's encoders.
+struct JointState {
+  Stamp stamp{};                               ///< when the encoders were read, latency removed
+  std::array<Duration, kJoints> age{};         ///< a joint that was not read then: how much earlier it was
+  JointVector q = JointVector::Zero();         ///< rad
+  JointVector velocity = JointVector::Zero();  ///< rad/s
+  std::array<std::int32_t, kJoints> ticks{};   ///< raw, unwrapped
+  double current_a = 0;                        ///< master supply current [A]
+};
+
+}  // namespace tankrig

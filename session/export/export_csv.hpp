@@ -1,0 +1,18 @@
+// A session as flat tables for plotting: seconds since its start, poses spelled out, units in every column's name.
+#pragma once
+
+#include <string>
+
+#include "session/export/wall_clock.hpp"
+#include "session/reading/session.hpp"
+#include "session/reading/session_tables.hpp"
+
+namespace tankrig {
+
+/// Columns: docs/export.md. `start`: where time_s is 0. What is not known is an empty field.
+std::string flat_joints_csv(const std::vector<JointState>& joints, Stamp start, const WallClock& clock);
+/// With bMe, the end effector in the arm base, of every frame whose joints and arm are known.
+std::string flat_frames_csv(const Session& session, Stamp start, const WallClock& clock);
+std::string flat_events_csv(const std::vector<SessionEvent>& events, Stamp start, const WallClock& clock);
+
+}  // namespace tankrig

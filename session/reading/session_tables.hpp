@@ -1,0 +1,46 @@
+// The tables of a session, record by record: joints.csv, frames.csv, events.csv.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/joint_state.hpp"
+#include "session/reading/session.hpp"
+
+namespace tankrig {
+
+/// A line of events.csv.
+struct SessionEvent {
+  Stamp stamp{};
+  std::string kind, text;
+};
+
+std::string joints_header();
+std::string frames_header();
+std::string events_header();
+std::string joints_line(const JointState& state);
+std::string frames_line(const FrameRecord& frame);
+std::string events_line(Stamp stamp, std::string_view kind, std::string_view text);
+
+/// One line, with or without its line end; nothing if it is not a whole and proper one.
+std::optional<JointState> parse_joints_line(std::string_view line);
+std::optional<FrameRecord> parse_frames_line(std::string_view line);
+std::optional<SessionEvent> parse_events_line(std::string_view line);
+
+/// A table read back; `cut_short` says that its last line was incomplete and left out.
+template <class Record>
+struct SessionTable {
+  std::vector<Record> records;
+  bool cut_short = false;
+};
+
+/// A table without its whole header is refused, except while `recording`: then it is empty and cut short.
+/// Errors: InputError with file, line and column.
+SessionTable<JointState> read_joints_csv(const std::filesystem::path& file, bool recording = false);
+SessionTable<FrameRecord> read_frames_csv(const std::filesystem::path& file, bool recording = false);
+SessionTable<SessionEvent> read_events_csv(const std::filesystem::path& file, bool recording = false);
+
+}  // namespace tankrig

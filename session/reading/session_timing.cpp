@@ -1,0 +1,119 @@
+#include "session/reading/session_timing.hpp"
+
+#include <array>
+#include <cstdio>
+
+#include "core/text_files.hpp"
+
+namespace tankrig {
+namespace {
+
+struct Named {
+  const char* key;    // in session.yaml
+  const char* words;  // on the screen
+  TimingQuantity SessionTiming::*quantity;
+};
+constexpr std::array<Named, 3> kQuantities{{{"wake_up_us", "wake-up latency", &SessionTiming::wake_up},
+                                            {"execution_us", "execution time", &SessionTiming::execution},
+                                            {"period_us", "period", &SessionTiming::period}}};
+constexpr ConfigNode::Range kMicroseconds{0, 1e12};
+
+double microseconds(Duration d) { return static_cast<double>(d.count()) * 1e-3; }
+
+std::uint64_t read_count(const ConfigNode& node, const char* key) {
+  const std::string text = node.text(key);
+  std::uint64_t value = 0;
+  if (!parse_number(text, value)) node.fail(key, "found '" + text + "', expected a whole number of at least 0");
+  return value;
+}
+
+TimingQuantity quantity_of(const Histogram& h) {
+  return {microseconds(h.quantile(0.5)), microseconds(h.quantile(0.99)), microseconds(h.quantile(0.999)),
+          microseconds(h.max())};
+}
+
+std::string counted(const SessionTiming& t) {
+  char text[160];
+  std::snprintf(text, sizeof text, "%llu cycles at %.6g Hz, %llu late, %llu left out",
+                static_cast<unsigned long long>(t.cycles), t.cycle_hz, static_cast<unsigned long long>(t.overruns),
+                static_cast<unsigned long long>(t.missed_cycles));
+  return text;
+}
+
+}  // namespace
+
+SessionTiming session_timing(const CycleTimes& times, double cycle_hz) {
+  return {cycle_hz,
+          times.cycles,
+          times.overruns,
+          times.missed_cycles,
+          quantity_of(times.wake_up),
+          quantity_of(times.execution),
+          quantity_of(times.period)};
+}
+
+std::string timing_yaml(const SessionTiming& t) {
+  std::string out = "timing:\n  cycle_hz: " + exact_text(t.cycle_hz) + "\n  cycles: " + std::to_string(t.cycles) +
+                    "\n  overruns: " + std::to_string(t.overruns) +
+                    "\n  missed_cycles: " + std::to_string(t.missed_cycles) + "\n";
+  for (const Named& named : kQuantities) {
+    const TimingQuantity& q = t.*named.quantity;
+    out += std::string("  ") + named.key + ": {p50: " + exact_text(q.p50) + ", p99: " + exact_text(q.p99) +
+           ", p99_9: " + exact_text(q.p999) + ", max: " + exact_text(q.max) + "}\n";
+  }
+  return out;
+}
+
+SessionTiming read_timing(const ConfigNode& node) {
+  SessionTiming t;
+  t.cycle_hz = node.number("cycle_hz", {0, 1e6});
+  t.cycles = read_count(node, "cycles");
+  t.overruns = read_count(node, "overruns");
+  t.missed_cycles = read_count(node, "missed_cycles");
+  for (const Named& named : kQuantities) {
+    const ConfigNode child = node.child(named.key);
+    const auto number = [&](const char* key) { return child.number(key, kMicroseconds); };
+    t.*named.quantity = {number("p50"), number("p99"), number("p99_9"), number("max")};
+  }
+  return t;
+}
+
+std::string timing_csv(const CycleTimes& times) {
+  std::string out = "quantity,lower_us,upper_us,count\n";
+  const std::pair<const char*, const Histogram*> histograms[] = {
+      {"wake_up", &times.wake_up}, {"execution", &times.execution}, {"period", &times.period}};
+  for (const auto& [name, histogram] : histograms)
+    histogram->for_each_bin([&out, name = name](const Histogram::Bin& bin) {
+      char line[128];
+      std::snprintf(line, sizeof line, "%s,%.3f,%.3f,%llu\n", name, microseconds(Duration{bin.lower}),
+                    microseconds(Duration{bin.upper}), static_cast<unsigned long long>(bin.count));
+      out += line;
+    });
+  return out;
+}
+
+std::string timing_table(const SessionTiming& t) {
+  std::string out = "cycle: " + counted(t) + "\n";
+  char line[128];
+  std::snprintf(line, sizeof line, "%-20s %10s %10s %10s %10s\n", "", "p50 us", "p99 us", "p99.9 us", "max us");
+  out += line;
+  for (const Named& named : kQuantities) {
+    const TimingQuantity& q = t.*named.quantity;
+    std::snprintf(line, sizeof line, "%-20s %10.1f %10.1f %10.1f %10.1f\n", named.words, q.p50, q.p99, q.p999, q.max);
+    out += line;
+  }
+  return out;
+}
+
+std::vector<std::pair<std::string, std::string>> timing_summary(const SessionTiming& t) {
+  std::vector<std::pair<std::string, std::string>> out{{"cycle", counted(t)}};
+  for (const Named& named : kQuantities) {
+    const TimingQuantity& q = t.*named.quantity;
+    char text[128];
+    std::snprintf(text, sizeof text, "p50 %.1f, p99 %.1f, p99.9 %.1f, max %.1f us", q.p50, q.p99, q.p999, q.max);
+    out.emplace_back(std::string("cycle ") + named.words, text);
+  }
+  return out;
+}
+
+}  // namespace tankrig

@@ -1,0 +1,44 @@
+// session.yaml: everything about a session but its samples.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "core/config_node.hpp"
+#include "session/reading/session.hpp"
+
+namespace tankrig {
+
+/// The cameras, the calibration and the object as session.yaml writes them.
+std::string calibration_yaml(const SessionInfo& info);
+
+/// Whole text of session.yaml, calibration hash included.
+std::string session_yaml(const SessionInfo& info);
+/// The same with the `calibration` as it was written once, and the hash that `info` has: a pose that is read and
+/// written again is not the same text.
+std::string session_yaml(const SessionInfo& info, const std::string& calibration);
+
+/// Errors: InputError with file, line and field.
+SessionInfo read_session_yaml(const std::filesystem::path& file);
+
+/// A top-level key of session.yaml before its calibration, which can be read for itself.
+struct SessionSection {
+  const char* key;
+  bool required;
+  void (*read)(const ConfigNode& root, SessionInfo& info);  ///< errors: InputError
+};
+/// All of them, in the order in which they stand.
+const std::vector<SessionSection>& session_sections();
+
+/// What calibration_yaml() wrote; `file` is for the message.  Errors: InputError; then `info` is unchanged.
+void read_calibration_yaml(const std::string& text, const std::filesystem::path& file, SessionInfo& info);
+void take_calibration(const SessionInfo& from, SessionInfo& to);
+
+/// The calibration in the text of a session.yaml, to the letter; empty if it has none.
+std::string recorded_calibration(const std::string& text);
+
+/// Whether the calibration in `file` is, to the letter, the one its hash was made of.
+bool calibration_is_as_recorded(const std::filesystem::path& file, const SessionInfo& info);
+
+}  // namespace tankrig
