@@ -8,12 +8,12 @@
 #include <set>
 
 #include "apps/tankrig/commands.hpp"
-#include "apps/tankrig/methods.hpp"
 #include "apps/tankrig/open_session.hpp"
 #include "apps/tankrig/output.hpp"
 #include "calibration/time_offset/time_offset.hpp"
 #include "core/input_error.hpp"
 #include "core/text_files.hpp"
+#include "pipeline/reconstruct_session.hpp"
 #include "session/checking/checksums.hpp"
 #include "session/recording/session_lock.hpp"
 
@@ -44,7 +44,7 @@ TimeOffsetRecording recording_of(const OpenedSession& opened, const SessionCamer
   if (opened.joints.empty())
     throw InputError(session.path / "joints.csv", "found no joint samples, expected those of a scan");
   for (const JointState& state : opened.joints) recording.joints.push_back({state.stamp, state.q});
-  const Reconstruction found = reconstruct_session(session, reconstruction_parameters(session), "laser", progress);
+  const Reconstruction found = reconstruct_session(session, pipeline_parameters(session), "laser", progress.callback());
   rows = found.orientation == StripeOrientation::kRows;
   std::map<int, std::size_t> stripe_of;
   for (const FrameRecord* frame : frames) {
@@ -161,7 +161,7 @@ int calibrate_time(const CalibrateTimeOptions& options) {
       if (fs::equivalent(other.session.path, path, unknown))
         throw InputError(path, "is given twice, expected each session once");
     at_rest.emplace_back(path);
-    sessions.push_back(open_session(path, progress));
+    sessions.push_back(open_with_warnings(path, progress));
   }
   const SessionCamera& camera = sessions.front().session.camera(CameraRole::kMono);
   const TimeOffsetSolution solution = solve(problem_of(sessions, progress));

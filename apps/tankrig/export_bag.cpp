@@ -3,10 +3,10 @@
 #include <cstring>
 #include <functional>
 
-#include "apps/tankrig/methods.hpp"
 #include "apps/tankrig/session_export.hpp"
 #include "core/input_error.hpp"
 #include "core/text_files.hpp"
+#include "pipeline/reconstruct_session.hpp"
 #include "reconstruction/cloud/cloud_io.hpp"
 #include "session/export/rosbag/bag_file.hpp"
 #include "session/export/wall_clock.hpp"

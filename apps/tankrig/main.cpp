@@ -10,7 +10,6 @@
 #include "apps/tankrig/commands.hpp"
 #include "apps/tankrig/doctor.hpp"
 #include "apps/tankrig/emulate.hpp"
-#include "apps/tankrig/methods.hpp"
 #include "apps/tankrig/open_session.hpp"
 #include "apps/tankrig/output.hpp"
 #include "apps/tankrig/session_check.hpp"
@@ -19,6 +18,7 @@
 #include "apps/tankrig/stop.hpp"
 #include "core/input_error.hpp"
 #include "core/shown_text.hpp"
+#include "pipeline/reconstruct_session.hpp"
 
 using namespace tankrig::app;
 
@@ -56,7 +56,7 @@ void add_reconstruct(CLI::App& app, ChosenCommand& chosen) {
   ReconstructOptions& o = options_of(c, chosen, &reconstruct);
   c->footer("Example: tankrig reconstruct sessions/monday --method laser --json");
   add_session_option(c, o.session);
-  c->add_option("--method", o.method, "Method")->check(CLI::IsMember(kMethods))->capture_default_str();
+  c->add_option("--method", o.method, "Method")->check(CLI::IsMember(tankrig::kMethods))->capture_default_str();
   c->add_option("--rig", o.rig, "Take reconstruction parameters from this rig file instead of the session's");
   c->add_option("--out", o.out, "Cloud to write, .ply or .pcd (default: both, in SESSION/clouds)");
   c->add_flag("--json", o.json, "Print one JSON object on standard output");

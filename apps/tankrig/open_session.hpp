@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "apps/tankrig/progress.hpp"
-#include "session/reading/session_tables.hpp"
+#include "session/checking/open_session.hpp"
 
 namespace tankrig::app {
 
@@ -26,15 +26,7 @@ void check_in_no_session(const std::filesystem::path& out);
 /// Errors: InputError if `out` is the session or lies in it.
 void check_outside(const std::filesystem::path& out, const std::filesystem::path& session);
 
-struct OpenedSession {
-  Session session;  ///< `warnings` and `all_there` speak of its tables and its seal too
-  std::vector<JointState> joints;
-  std::vector<SessionEvent> events;
-  std::vector<std::string> unlike_seal;  ///< files that are not as they were sealed
-};
-
-/// Opens a session and warns of all that is wrong with it: cut, short or unreadable tables, an edited calibration,
-/// files that are not as they were sealed.  Errors: InputError if it cannot be used at all.
-OpenedSession open_session(const std::filesystem::path& path, Progress& progress);
+/// Opens a session and warns of all that is wrong with it.  Errors: InputError if it cannot be used at all.
+OpenedSession open_with_warnings(const std::filesystem::path& path, Progress& progress);
 
 }  // namespace tankrig::app

@@ -5,6 +5,7 @@
 #include <mutex>
 #include <string>
 
+#include "pipeline/progress_callback.hpp"
 #include "rig/safety/cry_for_help.hpp"
 
 namespace tankrig::app {
@@ -19,6 +20,10 @@ class Progress {
 
   /// `fraction` of `stage` is done, in [0, 1].
   void update(const std::string& stage, double fraction);
+  /// update(), for as long as this lives.
+  ProgressCallback callback() {
+    return [this](const std::string& stage, double fraction) { update(stage, fraction); };
+  }
   /// Lines of their own.
   void note(const std::string& text);
   void warn(const std::string& text);

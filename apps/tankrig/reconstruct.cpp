@@ -6,12 +6,12 @@
 #include "apps/tankrig/open_session.hpp"
 #include "apps/tankrig/output.hpp"
 #include "apps/tankrig/rig_files.hpp"
-#include "apps/tankrig/scores.hpp"
-#include "apps/tankrig/session_report.hpp"
 #include "apps/tankrig/stop.hpp"
 #include "apps/tankrig/summary.hpp"
 #include "core/input_error.hpp"
 #include "core/shown_text.hpp"
+#include "pipeline/report_session.hpp"
+#include "pipeline/score_session.hpp"
 #include "reconstruction/cloud/cloud_io.hpp"
 #include "rig/config/rig_config.hpp"
 #include "session/checking/checksums.hpp"
@@ -34,11 +34,11 @@ int reconstruct(const ReconstructOptions& options) {
   if (!options.out.empty()) check_in_no_session(options.out);
   Progress progress;
   const SessionLock at_rest(options.session, options.out.empty() ? SessionUse::kWrite : SessionUse::kRead);
-  const Session session = open_session(options.session, progress).session;
-  const ReconstructionParameters parameters = options.rig.empty()
-                                                  ? reconstruction_parameters(session)
-                                                  : reconstruction_parameters(rig_file(find_rig(options.rig.string())));
-  const Reconstruction reconstruction = reconstruct_session(session, parameters, options.method, progress);
+  const Session session = open_with_warnings(options.session, progress).session;
+  const PipelineParameters parameters = options.rig.empty()
+                                            ? pipeline_parameters(session)
+                                            : pipeline_parameters(rig_file(find_rig(options.rig.string())));
+  const Reconstruction reconstruction = reconstruct_session(session, parameters, options.method, progress.callback());
   const bool laser = by_laser(options.method);
   fs::path written = options.out, stripe = stripe_file(session, options.method);
   if (options.out.empty()) {
@@ -72,10 +72,11 @@ int reconstruct(const ReconstructOptions& options) {
 int report(const ReportOptions& options) {
   Progress progress;
   const SessionLock at_rest(options.session);
-  const Session session = open_session(options.session, progress).session;
-  const ReconstructionParameters parameters = reconstruction_parameters(session);
+  const Session session = open_with_warnings(options.session, progress).session;
+  const PipelineParameters parameters = pipeline_parameters(session);
   const StopOnSignal stop_on_signal;
-  const auto scores = reconstruct_and_report(session, parameters, nullptr, progress);
+  const auto scores = reconstruct_and_report(session, parameters, StopOnSignal::requested(), progress.callback());
+  progress.finish_line();
   if (!scores) {
     progress.warn("stopped before the report");
     return kPartial;

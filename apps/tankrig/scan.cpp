@@ -17,8 +17,6 @@
 #include "apps/tankrig/recording.hpp"
 #include "apps/tankrig/rig_files.hpp"
 #include "apps/tankrig/scene_check.hpp"
-#include "apps/tankrig/scores.hpp"
-#include "apps/tankrig/session_report.hpp"
 #include "apps/tankrig/stop.hpp"
 #include "apps/tankrig/summary.hpp"
 #include "apps/tankrig/timing.hpp"
@@ -26,6 +24,8 @@
 #include "core/input_error.hpp"
 #include "core/shown_text.hpp"
 #include "core/utc.hpp"
+#include "pipeline/report_session.hpp"
+#include "pipeline/score_session.hpp"
 #include "rig/plan/light_check.hpp"
 #include "rig/scan/before_start.hpp"
 #include "session/checking/checksums.hpp"
@@ -124,7 +124,7 @@ int scan(const ScanOptions& options) {
   check_lux(options.lux);
   Progress progress;
   const RigConfig rig = load_rig(find_rig(options.rig), options.preset);
-  const ReconstructionParameters parameters = reconstruction_parameters(rig.root);
+  const PipelineParameters parameters = pipeline_parameters(rig.root);
   const sim::WorldOptions world{options.light, options.noise, options.sensor, options.particles, options.seed};
   if (options.dry_run) {
     if (!rig.scene.empty())
@@ -178,7 +178,12 @@ int scan(const ScanOptions& options) {
   const SessionLock at_rest(path, SessionUse::kWrite, std::chrono::minutes(10));
   waiting.reset();
   const Session session = Session::open(path);
-  const auto scores = reconstruct_and_report(session, parameters, backend->world(), progress);
+  OutsideView outside;
+  if (const sim::TankWorld* tank = backend->world())
+    outside = [tank](const JointVector& q, bool laser_on) { return tank->render_external(q, laser_on, 1280, 860); };
+  const auto scores =
+      reconstruct_and_report(session, parameters, StopOnSignal::requested(), progress.callback(), outside);
+  progress.finish_line();
   if (!scores) {
     progress.warn("stopped before the report; the scan is complete: tankrig report " + path.string());
     return kPartial;

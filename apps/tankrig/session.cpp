@@ -31,7 +31,7 @@ int import_session(const ImportOptions& options) {
 
 int session_info(const SessionInfoOptions& options) {
   Progress progress;
-  const Session session = open_session(options.session, progress).session;
+  const Session session = open_with_warnings(options.session, progress).session;
   const auto facts = session_summary(session);
   if (options.json) {
     nlohmann::ordered_json out;

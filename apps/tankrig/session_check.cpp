@@ -12,6 +12,7 @@
 #include "core/shown_text.hpp"
 #include "rig/scan/session_rig.hpp"
 #include "session/checking/session_recover.hpp"
+#include "session/reading/session_rig_file.hpp"
 #include "session/recording/session_lock.hpp"
 
 namespace tankrig::app {

@@ -30,7 +30,7 @@ class Export {
   Export(const SessionExportOptions& options, Progress& progress)
       : options_(options),
         progress_(progress),
-        opened_(open_session(options.session, progress)),
+        opened_(open_with_warnings(options.session, progress)),
         out_(options.out.empty() ? fs::path(options.session.string() + "-export") : options.out) {
     check_outside(out_, session_.path);
     if (!joints_.empty())

@@ -9,16 +9,17 @@
 #include "apps/tankrig/commands.hpp"
 #include "apps/tankrig/open_session.hpp"
 #include "apps/tankrig/output.hpp"
-#include "apps/tankrig/scores.hpp"
 #include "apps/tankrig/session_comparison.hpp"
 #include "apps/tankrig/stop.hpp"
 #include "core/clock.hpp"
 #include "core/input_error.hpp"
 #include "core/shown_text.hpp"
 #include "core/text_files.hpp"
+#include "pipeline/score_session.hpp"
+#include "rig/config/rig_config.hpp"
 #include "rig/scan/replay.hpp"
-#include "rig/scan/session_rig.hpp"
 #include "session/checking/checksums.hpp"
+#include "session/reading/session_rig_file.hpp"
 #include "session/recording/session_writer.hpp"
 #include "session/recording/spool.hpp"
 
@@ -151,14 +152,14 @@ bool has_clouds(const Session& session) {
 
 /// Clouds, and scores where there is an object.
 void make_clouds(const Session& replayed, Progress& progress) {
-  const ReconstructionParameters parameters = reconstruction_parameters(replayed);
+  const PipelineParameters parameters = pipeline_parameters(replayed);
   if (replayed.info.object) {
     const ObjectSurface object = object_of(replayed, parameters.thresholds);
-    reconstruct_and_score(replayed, parameters, object, StopOnSignal::requested(), progress);
+    reconstruct_and_score(replayed, parameters, object, StopOnSignal::requested(), progress.callback());
   } else {
     for (const std::string& method : kMethods)
       if (has_cameras(replayed, method) && !StopOnSignal::requested())
-        write_clouds(replayed, reconstruct_session(replayed, parameters, method, progress));
+        write_clouds(replayed, reconstruct_session(replayed, parameters, method, progress.callback()));
   }
   if (StopOnSignal::requested()) throw Interrupted{};
 }
@@ -252,7 +253,7 @@ void add_session_replay(CLI::App& session, ChosenCommand& chosen) {
 int replay_session(const SessionReplayOptions& options) {
   Progress progress;
   const StopOnSignal stop_on_signal;
-  const OpenedSession opened = open_session(options.session, progress);
+  const OpenedSession opened = open_with_warnings(options.session, progress);
   const Session& session = opened.session;
   if (session.info.status == "recording" || !spool_segments(session.path).empty())
     throw InputError(session.path, "was cut short: tankrig session recover it first, then replay what was recovered");

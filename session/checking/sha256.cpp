@@ -1,12 +1,13 @@
 #include "session/checking/sha256.hpp"
 
+#include <openssl/evp.h>
 #include <unistd.h>
 
-#include <algorithm>
-#include <bit>
+#include <array>
 #include <cerrno>
-#include <cstring>
 #include <limits>
+#include <memory>
+#include <stdexcept>
 #include <vector>
 
 #include "core/input_error.hpp"
@@ -15,88 +16,49 @@
 namespace tankrig {
 namespace {
 
-constexpr std::array<std::uint32_t, 64> kRound = {
-    0x428a2f98, 0x71374491, 0xb5c0fbcf, 0xe9b5dba5, 0x3956c25b, 0x59f111f1, 0x923f82a4, 0xab1c5ed5,
-    0xd807aa98, 0x12835b01, 0x243185be, 0x550c7dc3, 0x72be5d74, 0x80deb1fe, 0x9bdc06a7, 0xc19bf174,
-    0xe49b69c1, 0xefbe4786, 0x0fc19dc6, 0x240ca1cc, 0x2de92c6f, 0x4a7484aa, 0x5cb0a9dc, 0x76f988da,
-    0x983e5152, 0xa831c66d, 0xb00327c8, 0xbf597fc7, 0xc6e00bf3, 0xd5a79147, 0x06ca6351, 0x14292967,
-    0x27b70a85, 0x2e1b2138, 0x4d2c6dfc, 0x53380d13, 0x650a7354, 0x766a0abb, 0x81c2c92e, 0x92722c85,
-    0xa2bfe8a1, 0xa81a664b, 0xc24b8b70, 0xc76c51a3, 0xd192e819, 0xd6990624, 0xf40e3585, 0x106aa070,
-    0x19a4c116, 0x1e376c08, 0x2748774c, 0x34b0bcb5, 0x391c0cb3, 0x4ed8aa4a, 0x5b9cca4f, 0x682e6ff3,
-    0x748f82ee, 0x78a5636f, 0x84c87814, 0x8cc70208, 0x90befffa, 0xa4506ceb, 0xbef9a3f7, 0xc67178f2};
+class Sum {
+ public:
+  Sum() : context_(EVP_MD_CTX_new(), EVP_MD_CTX_free) {
+    check(context_ && EVP_DigestInit_ex(context_.get(), EVP_sha256(), nullptr));
+  }
+  void add(std::string_view bytes) { check(EVP_DigestUpdate(context_.get(), bytes.data(), bytes.size())); }
+  std::string hex() {
+    std::array<unsigned char, 32> digest{};
+    check(EVP_DigestFinal_ex(context_.get(), digest.data(), nullptr));
+    std::string out;
+    for (const unsigned char byte : digest)
+      for (const int nibble : {byte >> 4, byte & 15}) out.push_back("0123456789abcdef"[nibble]);
+    return out;
+  }
 
-std::uint32_t big_endian(const unsigned char* p) {
-  return std::uint32_t{p[0]} << 24 | std::uint32_t{p[1]} << 16 | std::uint32_t{p[2]} << 8 | std::uint32_t{p[3]};
-}
+ private:
+  static void check(bool done) {
+    if (!done) throw std::runtime_error("SHA-256: the cryptographic library refuses it");
+  }
+
+  std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> context_;
+};
 
 }  // namespace
 
-void Sha256::block(const unsigned char* bytes) {
-  std::array<std::uint32_t, 64> w;
-  for (int i = 0; i < 16; ++i) w[i] = big_endian(bytes + 4 * i);
-  for (int i = 16; i < 64; ++i) {
-    const std::uint32_t s0 = std::rotr(w[i - 15], 7) ^ std::rotr(w[i - 15], 18) ^ (w[i - 15] >> 3);
-    const std::uint32_t s1 = std::rotr(w[i - 2], 17) ^ std::rotr(w[i - 2], 19) ^ (w[i - 2] >> 10);
-    w[i] = w[i - 16] + s0 + w[i - 7] + s1;
-  }
-  auto [a, b, c, d, e, f, g, h] = state_;
-  for (int i = 0; i < 64; ++i) {
-    const std::uint32_t s1 = std::rotr(e, 6) ^ std::rotr(e, 11) ^ std::rotr(e, 25);
-    const std::uint32_t t1 = h + s1 + ((e & f) ^ (~e & g)) + kRound[i] + w[i];
-    const std::uint32_t s0 = std::rotr(a, 2) ^ std::rotr(a, 13) ^ std::rotr(a, 22);
-    const std::uint32_t t2 = s0 + ((a & b) ^ (a & c) ^ (b & c));
-    h = g, g = f, f = e, e = d + t1, d = c, c = b, b = a, a = t1 + t2;
-  }
-  const std::array<std::uint32_t, 8> add{a, b, c, d, e, f, g, h};
-  for (int i = 0; i < 8; ++i) state_[i] += add[i];
-}
-
-void Sha256::update(std::string_view bytes) {
-  auto* p = reinterpret_cast<const unsigned char*>(bytes.data());
-  std::size_t left = bytes.size();
-  const std::size_t held = length_ % 64;
-  length_ += left;
-  if (held) {
-    const std::size_t take = std::min(left, 64 - held);
-    std::memcpy(pending_.data() + held, p, take);
-    p += take, left -= take;
-    if (held + take < 64) return;
-    block(pending_.data());
-  }
-  for (; left >= 64; p += 64, left -= 64) block(p);
-  if (left) std::memcpy(pending_.data(), p, left);
-}
-
-std::string Sha256::hex() {
-  const std::uint64_t bits = length_ * 8;
-  std::string tail(1, '\x80');
-  tail.append((119 - length_ % 64) % 64, '\0');
-  for (int shift = 56; shift >= 0; shift -= 8) tail.push_back(static_cast<char>(bits >> shift & 0xff));
-  update(tail);
-  std::string out;
-  for (const std::uint32_t word : state_)
-    for (int shift = 28; shift >= 0; shift -= 4) out.push_back("0123456789abcdef"[word >> shift & 15]);
-  return out;
-}
-
 std::string sha256_of_text(std::string_view text) {
-  Sha256 sha;
-  sha.update(text);
-  return sha.hex();
+  Sum sum;
+  sum.add(text);
+  return sum.hex();
 }
 
 std::string sha256_of_file(const std::filesystem::path& file) {
-  const int descriptor = open_regular_file(file, std::numeric_limits<std::uint64_t>::max(), "a file");
-  Sha256 sha;
+  Sum sum;
   std::vector<char> buffer(1 << 16);
+  const int descriptor = open_regular_file(file, std::numeric_limits<std::uint64_t>::max(), "a file");
   ssize_t got = 0;
   do {
     got = ::read(descriptor, buffer.data(), buffer.size());
-    if (got > 0) sha.update({buffer.data(), static_cast<std::size_t>(got)});
+    if (got > 0) sum.add({buffer.data(), static_cast<std::size_t>(got)});
   } while (got > 0 || (got < 0 && errno == EINTR));
   ::close(descriptor);
   if (got < 0) throw InputError(file, "cannot be read to its end");
-  return sha.hex();
+  return sum.hex();
 }
 
 }  // namespace tankrig

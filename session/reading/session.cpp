@@ -23,18 +23,13 @@ void check_cameras(const Session& session) {
                        "camera: found '" + frame.camera + "', expected a camera of session.yaml");
 }
 
-void lose(Session& session, const std::string& what) {
-  session.warnings.push_back(what);
-  session.all_there = false;
-}
-
 /// A recording that was cut, or ran out of disk, can list frames whose images were never written.
 void drop_frames_without_image(Session& session) {
   const std::size_t listed = session.frames.size();
   std::erase_if(session.frames, [&](const FrameRecord& frame) { return !fs::exists(session.path / frame.file); });
   if (const std::size_t lost = listed - session.frames.size())
-    lose(session, std::to_string(lost) + " frames of " + std::to_string(listed) +
-                      " in frames.csv have no image and are left out");
+    session.lose(std::to_string(lost) + " frames of " + std::to_string(listed) +
+                 " in frames.csv have no image and are left out");
 }
 
 }  // namespace
@@ -59,19 +54,19 @@ Session Session::open(const fs::path& path) {
   session.path = path;
   session.info = read_session_yaml(path / "session.yaml");
   const bool unfinished = session.info.status == "recording";
-  if (unfinished) lose(session, "the recording was cut short: it never reached its end");
+  if (unfinished) session.lose("the recording was cut short: it never reached its end");
   if (!calibration_is_as_recorded(path / "session.yaml", session.info))
     session.warnings.push_back("calibration in session.yaml was changed after the recording: its SHA-256 differs");
 
   auto table = read_frames_csv(path / "frames.csv", unfinished);
   session.frames = std::move(table.records);
-  if (table.cut_short) lose(session, "frames.csv: its last line is incomplete and left out");
+  if (table.cut_short) session.lose("frames.csv: its last line is incomplete and left out");
   if (const std::string missing = lines_missing(session.info, "frames", session.frames.size()); !missing.empty())
-    lose(session, missing);
+    session.lose(missing);
   check_cameras(session);
   if (session.info.status != "complete" || has_spool(path)) drop_frames_without_image(session);
   if (!spool_segments(path).empty())
-    lose(session, "frames in the spool are not pictures yet: tankrig session recover " + path.string());
+    session.lose("frames in the spool are not pictures yet: tankrig session recover " + path.string());
   return session;
 }
 

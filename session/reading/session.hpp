@@ -98,6 +98,12 @@ struct Session {
   std::vector<std::string> warnings;  ///< what was cut short, left out, or changed since the recording
   bool all_there = true;              ///< no frame of the recording is known to be missing from `frames`
 
+  /// A warning, and no longer all_there.
+  void lose(const std::string& what) {
+    warnings.push_back(what);
+    all_there = false;
+  }
+
   /// Errors: InputError naming file, line, field.
   static Session open(const std::filesystem::path& path);
 

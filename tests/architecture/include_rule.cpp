@@ -38,9 +38,14 @@ const std::vector<Rule>& rules() {
       {"calibration", {"core", "calibration"}},
       {"reconstruction", {"core", "reconstruction"}},
       {"bench", {"core", "reconstruction", "bench"}},
-      {"apps", {"core", "drivers", "sim_backends", "session", "rig", "calibration", "reconstruction", "bench", "apps"}},
+      {"pipeline", {"core", "session", "calibration", "reconstruction", "bench", "pipeline"}},
+      {"examples", {"core", "session", "calibration", "reconstruction", "bench", "pipeline"}},
+      {"apps",
+       {"core", "drivers", "sim_backends", "session", "rig", "calibration", "reconstruction", "bench", "pipeline",
+        "apps"}},
       {"tests",
-       {"core", "drivers", "sim_backends", "session", "rig", "calibration", "reconstruction", "bench", "tests"}},
+       {"core", "drivers", "sim_backends", "session", "rig", "calibration", "reconstruction", "bench", "pipeline",
+        "tests"}},
   };
   return table;
 }

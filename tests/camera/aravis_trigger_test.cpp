@@ -10,7 +10,7 @@
 #include <iostream>
 #include <set>
 
-#include "drivers/camera/trigger_pairing.hpp"
+#include "core/trigger_pairing.hpp"
 #include "tests/camera/gige_rig.hpp"
 
 namespace tankrig::testing {

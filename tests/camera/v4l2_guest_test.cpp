@@ -20,7 +20,7 @@ namespace tankrig {
 namespace {
 
 using namespace std::chrono_literals;
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 std::vector<Frame> grab(V4l2Camera& camera, std::size_t count) {
   std::vector<Frame> frames;
@@ -55,7 +55,7 @@ void set_vivid(const std::string& control, std::int32_t value) {
 
 enum VividPattern { kWhite = 6, kRed = 7, kGreen = 8, kBlue = 9, kAlternatingRows = 15 };
 
-class V4l2Guest : public testing::Test {
+class V4l2Guest : public ::testing::Test {
  protected:
   void SetUp() override {
     if (!std::filesystem::exists("/sys/module/vivid") || !std::filesystem::exists("/dev/video0"))
@@ -349,7 +349,7 @@ TEST_F(V4l2GuestGrabber, WovenFieldsHaveTheirRowsInPlaceInEveryFieldOrder) {
   }
 }
 
-class V4l2GuestLoopback : public testing::Test {
+class V4l2GuestLoopback : public ::testing::Test {
  protected:
   void SetUp() override {
     if (!std::filesystem::exists("/sys/module/v4l2loopback") || !std::filesystem::exists("/dev/video10"))

@@ -23,7 +23,7 @@ namespace tankrig::sim {
 namespace {
 
 using namespace std::chrono_literals;
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 struct Sent {
   std::vector<std::uint8_t> bytes;
@@ -128,7 +128,7 @@ class ScriptedOutput final : public V4l2Device {
   std::uint32_t free_ = 0;
 };
 
-class V4l2Output : public testing::Test {
+class V4l2Output : public ::testing::Test {
  protected:
   V4l2Output() {
     settings.width = 6;

@@ -13,7 +13,7 @@
 
 namespace tankrig {
 
-class V4l2Rig : public testing::Test {
+class V4l2Rig : public ::testing::Test {
  protected:
   std::shared_ptr<V4l2Script> script = std::make_shared<V4l2Script>();
   V4l2CameraSettings settings = [] {

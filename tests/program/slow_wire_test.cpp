@@ -5,6 +5,7 @@
 #include "drivers/can/can_log.hpp"
 #include "session/reading/session.hpp"
 #include "tests/program/program.hpp"
+#include "tests/support/machine_witness.hpp"
 
 namespace fs = std::filesystem;
 
@@ -52,9 +53,11 @@ class SlowWireScan : public testing::TestWithParam<const char*> {};
 
 TEST_P(SlowWireScan, IsWholeAndReplaysToTheSameBits) {
   const fs::path session = scratch_folder() / "session";
+  const testing_support::MachineWitness witness;
   const ProgramRun scan =
       run_tankrig({"scan", "--rig", slow_rig().string(), "--carrier", GetParam(), "--json", "--out", session.string()});
   if (forbids_private_network(scan)) GTEST_SKIP() << scan.err;
+  if (scan.exit_code != 0) TANKRIG_SKIP_IF_LATE(witness, testing_support::kStarved);
   ASSERT_EQ(scan.exit_code, 0) << scan.err;
   EXPECT_LT(scan.json().at("laser").at("mean_error_m").get<double>(), 1e-3);
   EXPECT_EQ(run_tankrig({"session", "check", session.string()}).exit_code, 0);

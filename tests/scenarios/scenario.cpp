@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <ostream>
 
 #include "core/input_error.hpp"
 #include "session/reading/session.hpp"
@@ -10,11 +11,11 @@ namespace tankrig::scenarios {
 namespace {
 
 namespace fs = std::filesystem;
+using namespace std::string_literals;
 
 constexpr ConfigRange kWholeScan{1, 2000};  // cycles
 
-Expected expected_from(const fs::path& file) {
-  const ConfigNode node = ConfigNode::load(file);
+Expected expected_from(const ConfigNode& node) {
   Expected e;
   e.status = node.text("status");
   if (node.has("tells")) e.tells = node.texts("tells");
@@ -76,12 +77,11 @@ void compare_session(const Scenario& s, const Outcome& o, const fs::path& path, 
   }
 }
 
-}  // namespace
-
-Scenario load_scenario(const fs::path& folder) {
-  const ConfigNode node = ConfigNode::load(folder / "scenario.yaml");
+Scenario scenario_from(const std::string& name, const ConfigNode& node) {
   Scenario s;
-  s.name = folder.filename().string();
+  s.name = name;
+  for (const char* told : {"goes_wrong", "must_happen"})
+    if (node.text(told).empty()) node.fail(told, "expected a sentence");
   s.plan = sim::FaultPlan::from(node);
   s.disk_kib = node.integer_or("disk_kib", 0);
   s.file_kib = node.integer_or("file_kib", 0);
@@ -89,18 +89,27 @@ Scenario load_scenario(const fs::path& folder) {
     const auto size = node.numbers("picture_px", 2);
     s.picture = {static_cast<int>(size[0]), static_cast<int>(size[1])};
   }
+  s.expected = expected_from(node.child("expected"));
   node.finish();
-  s.expected = expected_from(folder / "expected.yaml");
   return s;
 }
 
-std::vector<fs::path> scenario_folders() {
-  std::vector<fs::path> folders;
-  for (const fs::directory_entry& entry : fs::directory_iterator(fs::path(TANKRIG_SOURCE_DIR) / "tests/scenarios"))
-    if (entry.is_directory()) folders.push_back(entry.path());
-  std::sort(folders.begin(), folders.end());
-  return folders;
+}  // namespace
+
+ConfigNode table_of(sim::FaultDevice device) {
+  return ConfigNode::load(fs::path(TANKRIG_SOURCE_DIR) / "tests/scenarios" / (sim::to_string(device) + ".yaml"s));
 }
+
+std::vector<Scenario> scenarios() {
+  std::vector<Scenario> all;
+  for (auto d = std::uint8_t{0}; d <= static_cast<std::uint8_t>(sim::FaultDevice::kSupervisor); ++d) {
+    const ConfigNode table = table_of(static_cast<sim::FaultDevice>(d)).child("scenarios");
+    for (const std::string& name : table.keys()) all.push_back(scenario_from(name, table.child(name)));
+  }
+  return all;
+}
+
+std::ostream& operator<<(std::ostream& out, const Scenario& scenario) { return out << scenario.name; }
 
 std::vector<std::string> differences(const Scenario& s, const Outcome& o, const fs::path& session) {
   std::vector<std::string> wrong;

@@ -1,7 +1,8 @@
-// A scenario folder: what goes wrong (scenario.yaml) and what must happen then (expected.yaml).
+// The table of scenarios, a file a device: what goes wrong, and what must happen then. Keys: docs/faults.md.
 #pragma once
 
 #include <filesystem>
+#include <iosfwd>
 #include <map>
 #include <string>
 #include <utility>
@@ -35,9 +36,12 @@ struct Scenario {
   int file_kib = 0;            ///< no file may become larger than this; 0: no limit
 };
 
-/// Errors: InputError with file and line.
-Scenario load_scenario(const std::filesystem::path& folder);
-std::vector<std::filesystem::path> scenario_folders();
+/// tests/scenarios/DEVICE.yaml.  Errors: InputError with file and line.
+ConfigNode table_of(sim::FaultDevice device);
+/// Every device's, in the order of the tables.  Errors: InputError with file and line.
+std::vector<Scenario> scenarios();
+/// Its name, for messages of a test.
+std::ostream& operator<<(std::ostream& out, const Scenario& scenario);
 
 /// What is not as expected, a line each. `session`: the one that was left.
 std::vector<std::string> differences(const Scenario& scenario, const Outcome& outcome,

@@ -1,4 +1,4 @@
-// Every scenario folder: a scan with its faults, and whether what must happen happens.
+// Every scenario of the table: a scan with its faults, and whether what must happen happens.
 #include "tests/scenarios/scenario.hpp"
 
 #include <gtest/gtest.h>
@@ -82,10 +82,10 @@ std::string played_in_want_of_room(const Scenario& scenario, const fs::path& fol
   return text;
 }
 
-class Scenarios : public testing::TestWithParam<fs::path> {};
+class Scenarios : public testing::TestWithParam<Scenario> {};
 
 TEST_P(Scenarios, EndsAsExpected) {
-  const Scenario scenario = load_scenario(GetParam());
+  const Scenario& scenario = GetParam();
   const TemporaryFolder folder;
   bool forbidden = false;
   const std::string wrong = scenario.disk_kib > 0 || scenario.file_kib > 0
@@ -95,8 +95,8 @@ TEST_P(Scenarios, EndsAsExpected) {
   EXPECT_EQ(wrong, "");
 }
 
-INSTANTIATE_TEST_SUITE_P(Faults, Scenarios, testing::ValuesIn(scenario_folders()),
-                         [](const auto& folder) { return folder.param.filename().string(); });
+INSTANTIATE_TEST_SUITE_P(Faults, Scenarios, testing::ValuesIn(scenarios()),
+                         [](const auto& scenario) { return scenario.param.name; });
 
 }  // namespace
 }  // namespace tankrig::scenarios

@@ -73,6 +73,7 @@ struct Rig {
   Outcome scan() {
     Outcome out;
     SessionWriterOptions options;
+    options.ring_bytes = 0;  // a frame at a time: when a full disk is found is not chance's
     SessionInfo info;
     info.seed = 1;
     for (const auto& camera : cameras) info.cameras.push_back(described(camera->info()));

@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "rig/plan/scan_settings.hpp"
+#include "tests/scenarios/scenario.hpp"
 
 namespace tankrig::scenarios {
 namespace {
@@ -14,22 +15,6 @@ using K = sim::FaultKind;
 
 constexpr Duration kMockAt = 2s, kWireAt = 1200ms;  // after the laser's first command: in the sweep
 
-struct Argument {
-  double ratio = -1;  // below 0: the plan's default; so are times of 0
-  Duration delay{}, duration{}, jump{};
-  bool from_start = false;
-};
-
-struct Case {
-  D device;
-  K kind;
-  Argument argument;
-  const char *mock, *can, *serial;  // what must come of it there; null: no trial
-  const char* lux = "";
-  const char* counted = "";
-};
-
-constexpr char kDone[] = "complete";
 constexpr char kDark[] = "beam not seen";
 constexpr char kRepeats[] = "repeats its picture";
 constexpr char kJumped[] = "its clock jumped";
@@ -38,91 +23,6 @@ constexpr char kNoRoom[] = "No space left on device";
 constexpr char kBadDisk[] = "Input/output error";
 constexpr char kDied[] = "supervisor: died";
 constexpr char kHeartbeat[] = "heartbeat late";
-constexpr char kSilent[] = "arm: silent or arm silent";  // by the driver, or by the cycle that had no news
-constexpr char kNone[] = "";
-
-// clang-format off
-constexpr Case kCases[] = {
-    {D::kArm, K::kOff,          {}, "arm silent", kSilent, kSilent},
-    {D::kArm, K::kStuck,        {}, "following error", "repeats old readings", "repeats old readings"},
-    {D::kArm, K::kGarbage,      {}, "joint limit", kDone, "complete or repeats old readings"},
-    {D::kArm, K::kWrong,        {}, "joint too fast", "an encoder lost its reference", "an encoder lost its reference"},
-    {D::kArm, K::kSlow,         {.ratio = 0.1}, "following error", "following error", "following error"},
-    {D::kArm, K::kDelayed,      {.delay = 400ms}, "arm silent", kSilent, kSilent},
-    {D::kArm, K::kIntermittent, {}, "arm silent", kSilent, kSilent},
-    {D::kArm, K::kBusOff,       {}, "arm: bus-off", "arm: bus-off", nullptr},
-    {D::kArm, K::kEnobufs,      {}, "arm silent", kSilent, nullptr},
-    {D::kArm, K::kUnplugged,    {}, "arm: carrier lost", kSilent, "arm: carrier lost"},
-    {D::kArm, K::kDropped,      {.ratio = 0.05}, kDone, kDone, kDone},
-    {D::kArm, K::kDropped,      {.ratio = 1}, "arm silent", kSilent, kSilent},
-    {D::kArm, K::kTorn,         {}, kDone, kSilent, kSilent},
-    {D::kArm, K::kClockJump,    {}, "following error", nullptr, nullptr},
-    {D::kArm, K::kWriteError,   {}, "arm: write set-points", nullptr, nullptr},
-    {D::kCamera, K::kOff,          {}, "camera mono", "camera mono", "camera mono"},
-    {D::kCamera, K::kStuck,        {}, kRepeats, kRepeats, kRepeats},
-    {D::kCamera, K::kGarbage,      {}, kDark, kDark, kDark},
-    {D::kCamera, K::kWrong,        {}, kDark, kDark, kDark},
-    {D::kCamera, K::kSlow,         {.delay = 400ms, .duration = 100ms}, kHeartbeat, nullptr, nullptr},
-    {D::kCamera, K::kDelayed,      {.delay = 30ms}, kDone, kDone, nullptr},
-    {D::kCamera, K::kIntermittent, {}, "camera mono", "camera mono", "camera mono"},
-    {D::kCamera, K::kUnplugged,    {}, "camera mono", "camera mono", "camera mono"},
-    {D::kCamera, K::kDropped,      {.ratio = 0.05}, kDone, nullptr, nullptr, kNone, "mono.lost"},
-    {D::kCamera, K::kDropped,      {.ratio = 0.05}, nullptr, kDone, nullptr, kNone, "mono.incomplete"},  // packets, not frames
-    {D::kCamera, K::kTorn,         {}, "camera mono", "camera mono", "camera mono", kNone, "mono.incomplete"},
-    {D::kCamera, K::kClockJump,    {}, kJumped, kDone, nullptr},
-    {D::kCamera, K::kClockJump,    {.jump = -500ms}, kJumped, kDone, nullptr},
-    {D::kCamera, K::kClockJump,    {.jump = -30ms}, nullptr, kDone, nullptr, kNone, "mono.clock_unsure"},  // less than a frame's period
-    {D::kLaser, K::kOff,          {}, kRelay, kRelay, kRelay},
-    {D::kLaser, K::kStuck,        {}, "laser: on though not commanded", "laser: on though not commanded", "laser: on though not commanded"},
-    {D::kLaser, K::kGarbage,      {}, kRelay, kRelay, kRelay},
-    {D::kLaser, K::kWrong,        {}, "stray beam", kRelay, kRelay},
-    {D::kLaser, K::kSlow,         {.delay = 2s, .from_start = true}, "laser: dark after its warm-up", nullptr, nullptr},
-    {D::kLaser, K::kDelayed,      {}, "laser: on though not commanded", kRelay, kRelay},
-    {D::kLaser, K::kIntermittent, {}, kRelay, kRelay, kRelay},
-    {D::kLaser, K::kUnplugged,    {}, kRelay, kRelay, kRelay},
-    {D::kLaser, K::kDropped,      {.ratio = 1, .from_start = true}, "laser: dark after its warm-up", nullptr, nullptr},
-    {D::kLaser, K::kDropped,      {.ratio = 1}, "laser: on though not commanded", nullptr, nullptr},
-    {D::kLaser, K::kWriteError,   {}, "laser: switch", nullptr, nullptr},
-    {D::kBeam, K::kOff,          {}, kDark, kDark, kDark},
-    {D::kBeam, K::kStuck,        {}, "stray beam", "stray beam", "stray beam"},
-    {D::kBeam, K::kIntermittent, {}, kDark, kDark, kDark},
-    {D::kLuxMeter, K::kOff,          {}, kDone, kDone, nullptr, "no answer"},
-    {D::kLuxMeter, K::kStuck,        {}, kDone, kDone, nullptr, "60.0"},
-    {D::kLuxMeter, K::kGarbage,      {}, kDone, kDone, nullptr, "protocol error"},
-    {D::kLuxMeter, K::kWrong,        {}, kDone, kDone, nullptr, "72.0"},
-    {D::kLuxMeter, K::kSlow,         {}, kDone, kDone, nullptr, "60.0"},
-    {D::kLuxMeter, K::kIntermittent, {.ratio = 1}, kDone, kDone, nullptr, "no answer"},
-    {D::kLuxMeter, K::kUnplugged,    {}, kDone, kDone, nullptr, "disconnected"},
-    {D::kLuxMeter, K::kTorn,         {}, kDone, kDone, nullptr, "protocol error"},
-    {D::kInterlock, K::kOff,          {}, "interlock open", "interlock open", "interlock open"},
-    {D::kInterlock, K::kIntermittent, {}, "interlock open", "interlock open", "interlock open"},
-    {D::kDisk, K::kDiskFull,   {}, kNoRoom, kNoRoom, kNoRoom},
-    {D::kDisk, K::kWriteError, {}, kBadDisk, kBadDisk, kBadDisk},
-    {D::kDisk, K::kSlow,       {.duration = 1s}, kHeartbeat, kHeartbeat, kHeartbeat},
-    {D::kDisk, K::kStuck,      {.duration = 1s}, kHeartbeat, kHeartbeat, kHeartbeat},
-    {D::kSupervisor, K::kOff,   {}, kDied, kDied, kDied},
-    {D::kSupervisor, K::kStuck, {.duration = 1s}, kHeartbeat, kHeartbeat, kHeartbeat},
-    {D::kSupervisor, K::kSlow,  {.duration = 1s}, kHeartbeat, kHeartbeat, kHeartbeat},
-};
-// clang-format on
-
-sim::FaultSpec fault_of(const Case& c, Place place) {
-  sim::FaultSpec s;
-  s.device = c.device;
-  s.kind = c.kind;
-  s.origin = c.argument.from_start ? sim::FaultOrigin::kStart : sim::FaultOrigin::kLaserOn;
-  if (!c.argument.from_start) s.at = place == Place::kMock ? kMockAt : kWireAt;
-  if (c.device == D::kCamera) s.camera = "mono";
-  if (c.argument.ratio >= 0) s.ratio = c.argument.ratio;
-  if (c.argument.delay.count() > 0) s.delay = c.argument.delay;
-  if (c.argument.jump.count() != 0) s.jump = c.argument.jump;
-  s.duration = c.argument.duration;
-  return s;
-}
-
-const char* must(const Case& c, Place place) {
-  return place == Place::kMock ? c.mock : place == Place::kCan ? c.can : c.serial;
-}
 
 constexpr Duration kOnItsWay = 50ms;         // switched, exchanged over the serial line and back, seen by the cycle
 constexpr Duration kSilence = 250ms;         // the arm driver's silence_timeout_ms
@@ -216,10 +116,24 @@ std::string argument(const sim::FaultSpec& fault) {
 }
 
 std::vector<Trial> trials() {
+  constexpr D kOrder[] = {D::kArm,      D::kCamera,    D::kLaser, D::kBeam,
+                          D::kLuxMeter, D::kInterlock, D::kDisk,  D::kSupervisor};
   std::vector<Trial> all;
-  for (const Case& c : kCases)
-    for (const Place place : {Place::kMock, Place::kCan, Place::kSerial})
-      if (must(c, place)) all.push_back({place, fault_of(c, place), must(c, place), c.lux, c.counted});
+  for (const D device : kOrder)
+    for (const ConfigNode& row : table_of(device).items("trials")) {
+      const std::vector<sim::FaultSpec> faults = sim::FaultPlan::from(row).faults;
+      if (faults.size() != 1 || faults[0].device != device)
+        row.fail("faults", std::string("expected one, of the ") + sim::to_string(device));
+      const std::string lux = row.text_or("lux", ""), counted = row.text_or("counted", "");
+      for (const Place place : {Place::kMock, Place::kCan, Place::kSerial}) {
+        const std::string must = row.text_or(to_string(place), "");
+        if (must.empty()) continue;
+        all.push_back({place, faults[0], must, lux, counted});
+        if (faults[0].origin == sim::FaultOrigin::kLaserOn)
+          all.back().fault.at = place == Place::kMock ? kMockAt : kWireAt;
+      }
+      row.finish();
+    }
   return all;
 }
 

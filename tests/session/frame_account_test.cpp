@@ -34,7 +34,7 @@ std::filesystem::path session_with(const TemporaryFolder& folder, std::uint64_t 
   return folder.path() / "s";
 }
 
-void describe(const std::filesystem::path&, SessionInfo&) {}
+void describe_nothing(const std::filesystem::path&, SessionInfo&) {}
 
 TEST(FrameAccount, IsKeptInTheSessionAndClosesWhereEveryFrameHasItsFate) {
   const TemporaryFolder folder;
@@ -42,7 +42,7 @@ TEST(FrameAccount, IsKeptInTheSessionAndClosesWhereEveryFrameHasItsFate) {
   ASSERT_TRUE(session.info.account.contains("mono"));
   EXPECT_EQ(session.info.account.at("mono").expected, 8u);
   EXPECT_EQ(session.info.account.at("mono").unaccounted, 0);
-  EXPECT_THAT(examine_session(session.path, describe).losses, Not(Contains(HasSubstr("mono"))));
+  EXPECT_THAT(examine_session(session.path, describe_nothing).losses, Not(Contains(HasSubstr("mono"))));
   EXPECT_THAT(session_summary(session), Contains(Pair("frames of mono", "5 of 7 frames recorded: incomplete 2")));
 }
 
@@ -50,7 +50,7 @@ TEST(FrameAccount, ThatDoesNotCloseIsALossOfTheSession) {
   const TemporaryFolder folder;
   const auto path = session_with(folder, 11);
   EXPECT_EQ(Session::open(path).info.account.at("mono").unaccounted, 3);
-  EXPECT_THAT(examine_session(path, describe).losses,
+  EXPECT_THAT(examine_session(path, describe_nothing).losses,
               Contains("camera mono: of 11 frames 3 are neither recorded nor left out for a reason"));
   EXPECT_THAT(session_summary(Session::open(path)),
               Contains(Pair("frames of mono", "5 of 10 frames recorded: incomplete 2, unaccounted 3")));
@@ -60,7 +60,7 @@ TEST(FrameAccount, ThatCountsAFrameTwiceIsALossToo) {
   const TemporaryFolder folder;
   const auto path = session_with(folder, 7);
   EXPECT_EQ(Session::open(path).info.account.at("mono").unaccounted, -1);
-  EXPECT_THAT(examine_session(path, describe).losses, Contains("camera mono: of 7 frames 1 are counted twice"));
+  EXPECT_THAT(examine_session(path, describe_nothing).losses, Contains("camera mono: of 7 frames 1 are counted twice"));
 }
 
 TEST(FrameAccount, IsToldOnceOfASessionThatWasRecovered) {
@@ -68,14 +68,14 @@ TEST(FrameAccount, IsToldOnceOfASessionThatWasRecovered) {
   const auto path = session_with(folder, 11);
   std::filesystem::remove(path / "frames/mono/000002.png");
   RecoverOptions how;
-  how.describe = describe;
+  how.describe = describe_nothing;
   recover_session(path, how);
   const Session session = Session::open(path);
   EXPECT_THAT(session.info.recovered, Contains(HasSubstr("3 are neither recorded")));
   EXPECT_EQ(session.info.counts.at("mono.recorded"), 4u);
   EXPECT_EQ(session.info.counts.at("mono.lost_from_session"), 1u);
   EXPECT_EQ(unaccounted(session.info.counts, "mono", 11), 3) << "of the recording, as before";
-  EXPECT_THAT(examine_session(path, describe).losses, Not(Contains(HasSubstr("mono"))));
+  EXPECT_THAT(examine_session(path, describe_nothing).losses, Not(Contains(HasSubstr("mono"))));
 }
 
 TEST(FrameAccount, TakesForReasonsWhatTheCameraHasCountsOf) {
@@ -107,10 +107,10 @@ TEST(FrameAccount, WhoseCountsAreLostIsGivenUp) {
   yaml.replace(yaml.find("\ncounts:"), 8, "\ncovnts:");
   write_whole_file(path / "session.yaml", yaml);
   RecoverOptions how;
-  how.describe = describe;
+  how.describe = describe_nothing;
   recover_session(path, how);
   EXPECT_FALSE(Session::open(path).info.account.contains("mono"));
-  EXPECT_TRUE(examine_session(path, describe).whole());
+  EXPECT_TRUE(examine_session(path, describe_nothing).whole());
 }
 
 }  // namespace

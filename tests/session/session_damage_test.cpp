@@ -400,7 +400,7 @@ TEST(SessionRecover, DoesNotSealWhatCannotBeOpened) {
   const fs::path path = finished(folder);
   fs::remove(path / "session.yaml");
   const DescribeRig beyond_range = [](const fs::path& rig, SessionInfo& info) {
-    describe(rig, info);
+    describe_rig(rig, info);
     info.cameras[0].model.fx = -1;  // written, and refused by every reader
   };
   EXPECT_THAT(

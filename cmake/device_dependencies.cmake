@@ -1,0 +1,9 @@
+# Debian's packages that devices, their emulators and the program stand on, as imported targets.
+find_package(spdlog REQUIRED)
+pkg_check_modules(PUGIXML REQUIRED IMPORTED_TARGET pugixml)
+find_package(CLI11 REQUIRED)
+find_package(JPEG REQUIRED)
+pkg_check_modules(ARAVIS REQUIRED IMPORTED_TARGET aravis-0.8)
+pkg_check_modules(GIO REQUIRED IMPORTED_TARGET gio-2.0)
+pkg_check_modules(LIBSERIAL REQUIRED IMPORTED_TARGET libserial)
+find_path(NANOFLANN_INCLUDE_DIR nanoflann.hpp REQUIRED)

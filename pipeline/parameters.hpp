@@ -1,0 +1,31 @@
+// What the rig file says of everything after a scan: its `reconstruction`, `workspace` and `evaluation` sections.
+#pragma once
+
+#include <optional>
+
+#include "bench/metrics/metrics.hpp"
+#include "reconstruction/stereo/paper_stereo.hpp"
+#include "reconstruction/stereo/stereo.hpp"
+#include "reconstruction/stripe/paper_stripe.hpp"
+#include "reconstruction/stripe/stripe_detector.hpp"
+#include "reconstruction/stripe/stripe_reconstruction.hpp"
+#include "session/reading/session.hpp"
+
+namespace tankrig {
+
+struct PipelineParameters {
+  StripeParameters laser;
+  PaperStripeParameters laser_paper;
+  StereoParameters stereo;
+  PaperStereoParameters stereo_paper;
+  std::optional<WorkspaceBox> workspace;  ///< in b; points outside are left out of every cloud, and counted
+  MetricThresholds thresholds;
+};
+
+/// Errors: InputError with file and line; sections that are not there keep their defaults.
+PipelineParameters pipeline_parameters(const ConfigNode& rig_file);
+
+/// Of the rig.yaml inside the session; defaults for an imported session, which has none.
+PipelineParameters pipeline_parameters(const Session& session);
+
+}  // namespace tankrig

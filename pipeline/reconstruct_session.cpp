@@ -1,0 +1,162 @@
+#include "pipeline/reconstruct_session.hpp"
+
+#include <algorithm>
+#include <chrono>
+
+#include "core/input_error.hpp"
+#include "core/shown_text.hpp"
+#include "core/trigger_pairing.hpp"
+#include "reconstruction/cloud/cloud_io.hpp"
+
+namespace fs = std::filesystem;
+
+namespace tankrig {
+namespace {
+
+void tell(const ProgressCallback& progress, const std::string& stage, double fraction) {
+  if (progress) progress(stage, fraction);
+}
+
+bool contains(const WorkspaceBox& box, const Vector3d& p) {
+  return (p.array() >= box.min.array()).all() && (p.array() <= box.max.array()).all();
+}
+
+bool dark(const FrameRecord& frame) { return frame.phase == Phase::kDarkBefore || frame.phase == Phase::kDarkAfter; }
+
+std::vector<cv::Mat> images_of(const Session& session, const std::vector<const FrameRecord*>& frames) {
+  std::vector<cv::Mat> out;
+  for (const FrameRecord* frame : frames) out.push_back(session.image(*frame));
+  return out;
+}
+
+void reconstruct_laser(const Session& session, const PipelineParameters& parameters, const ProgressCallback& progress,
+                       Reconstruction& reconstruction) {
+  const SessionCamera& camera = session.camera(CameraRole::kMono);
+  const bool scan = session.info.kind == "scan";
+  std::vector<StripeFrame> frames;
+  for (const FrameRecord* record : frames_of(session, camera, [](const FrameRecord& f) { return f.laser_on; }))
+    frames.push_back({[&session, record] { return session.image(*record); }, session.laser_plane(*record),
+                      record->index, camera.bMc});
+  if (frames.empty()) {
+    reconstruction.reason = "no frame with the laser on";
+    return;
+  }
+  StripeReconstructionParameters job;
+  if (scan) job.workspace = parameters.workspace;
+  cv::Mat background;
+  if (reconstruction.method == "laser") {
+    job.detector = parameters.laser;
+    const std::vector<const FrameRecord*> dark_frames = frames_of(session, camera, dark);
+    if (!dark_frames.empty()) background = median_background(images_of(session, dark_frames));
+  } else {
+    job.detector = parameters.laser_paper;
+    job.particle_run = 0;
+  }
+  StripeResult result = reconstruct_stripe(
+      frames, camera.model, background, job, scan ? "b" : "c", [&](std::size_t done, std::size_t total) {
+        tell(progress, "reconstruct: " + reconstruction.method, static_cast<double>(done) / total);
+      });
+  reconstruction.cloud = std::move(result.cloud);
+  reconstruction.rows = std::move(result.rows);
+  reconstruction.orientation = result.orientation;
+  for (const auto& [reason, count] : counts(result.statistics)) reconstruction.rejections[reason] = count;
+  reconstruction.rejected = result.statistics.columns - result.statistics.no_peak - result.statistics.points;
+  if (reconstruction.cloud.points.empty())
+    reconstruction.reason = "no stripe found in " + std::to_string(frames.size()) + " frames";
+}
+
+/// Left and right frames with the laser off. What they show is at rest, so cameras that run free may be half a period
+/// of 25 frames/s apart. At most `count` pairs; `single` becomes the number of frames without a partner.
+std::vector<StereoPair> stereo_pairs(const Session& session, const SessionCamera& left, const SessionCamera& right,
+                                     std::size_t count, std::size_t& single) {
+  const auto lefts = frames_of(session, left, dark), rights = frames_of(session, right, dark);
+  TriggerPairing<FrameRecord> pairing({.tolerance = std::chrono::milliseconds(20)});
+  for (const FrameRecord* l : lefts) pairing.add_left(*l);
+  for (const FrameRecord* r : rights) pairing.add_right(*r);
+  std::vector<StereoPair> pairs;
+  single = lefts.size() + rights.size();
+  while (const auto pair = pairing.next()) {
+    single -= 2;
+    if (pairs.size() < count)
+      pairs.push_back({session.image(pair->left), session.image(pair->right), pair->left.index});
+  }
+  return pairs;
+}
+
+void reconstruct_stereo(const Session& session, const PipelineParameters& parameters, const ProgressCallback& progress,
+                        Reconstruction& reconstruction) {
+  const SessionCamera& left = session.camera(CameraRole::kLeft);
+  const SessionCamera& right = session.camera(CameraRole::kRight);
+  tell(progress, "reconstruct: " + reconstruction.method, 0);
+  const std::size_t wanted = reconstruction.method == "stereo" ? session.frames.size() : 1;
+  std::size_t single = 0;
+  const std::vector<StereoPair> pairs = stereo_pairs(session, left, right, wanted, single);
+  reconstruction.rejections["single_frames"] = single;
+  if (pairs.empty()) {
+    reconstruction.reason = "no pair of frames with the laser off";
+    return;
+  }
+  const StereoCalibration calibration{left.model, right.model, right.bMc.inverse() * left.bMc};
+  StereoResult result = reconstruction.method == "stereo"
+                            ? tankrig::reconstruct(pairs, calibration, parameters.stereo)
+                            : reconstruct_paper(pairs.front(), calibration, parameters.stereo_paper);
+  reconstruction.cloud.frame = "b";
+  std::size_t outside = 0;
+  for (CloudPoint point : result.cloud.points) {
+    point.p = left.bMc * point.p;
+    if (parameters.workspace && !contains(*parameters.workspace, point.p)) {
+      ++outside;
+      continue;
+    }
+    reconstruction.cloud.points.push_back(point);
+  }
+  for (const StereoRejection& r : result.rejected) {
+    reconstruction.rejections[r.reason] = r.pixels;
+    reconstruction.rejected += r.pixels;
+  }
+  reconstruction.rejections["outside_workspace"] = outside;
+  reconstruction.rejected += outside;
+  reconstruction.reason = result.reason;
+  tell(progress, "reconstruct: " + reconstruction.method, 1);
+}
+
+}  // namespace
+
+std::vector<const FrameRecord*> frames_of(const Session& session, const SessionCamera& camera,
+                                          bool (*wanted)(const FrameRecord&)) {
+  std::vector<const FrameRecord*> out;
+  for (const FrameRecord& frame : session.frames)
+    if (frame.camera == camera.name && wanted(frame)) out.push_back(&frame);
+  return out;
+}
+
+Reconstruction reconstruct_session(const Session& session, const PipelineParameters& parameters,
+                                   const std::string& method, const ProgressCallback& progress) {
+  if (std::find(kMethods.begin(), kMethods.end(), method) == kMethods.end())
+    throw InputError("method: found '" + shown_text(method) + "', expected laser, laser_paper, stereo or stereo_paper");
+  const auto began = std::chrono::steady_clock::now();
+  Reconstruction reconstruction;
+  reconstruction.method = method;
+  reconstruction.rejections = nlohmann::json::object();
+  if (by_laser(method))
+    reconstruct_laser(session, parameters, progress, reconstruction);
+  else
+    reconstruct_stereo(session, parameters, progress, reconstruction);
+  reconstruction.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+  return reconstruction;
+}
+
+fs::path stripe_file(const Session& session, const std::string& method) {
+  return session.path / "clouds" / (method == "laser" ? "stripe.csv" : "stripe_paper.csv");
+}
+
+void write_clouds(const Session& session, const Reconstruction& reconstruction) {
+  const fs::path clouds = session.path / "clouds";
+  fs::create_directories(clouds);
+  write_cloud(clouds / (reconstruction.method + ".ply"), reconstruction.cloud);
+  write_cloud(clouds / (reconstruction.method + ".pcd"), reconstruction.cloud);
+  if (by_laser(reconstruction.method))
+    write_stripe_csv(stripe_file(session, reconstruction.method), reconstruction.rows, reconstruction.orientation);
+}
+
+}  // namespace tankrig

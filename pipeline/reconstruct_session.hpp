@@ -1,0 +1,47 @@
+// From a session to clouds: the four methods on the same frames, with the rig file's parameters.
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "pipeline/parameters.hpp"
+#include "pipeline/progress_callback.hpp"
+#include "reconstruction/cloud/cloud.hpp"
+
+namespace tankrig {
+
+/// The methods in the order they are reported.
+inline const std::vector<std::string> kMethods{"laser", "laser_paper", "stereo", "stereo_paper"};
+
+/// A stripe method of the mono camera; the others are the stereo pair's.
+inline bool by_laser(std::string_view method) { return method.starts_with("laser"); }
+
+struct Reconstruction {
+  std::string method;
+  PointCloud cloud;             ///< in b for a scan, in c for an imported session
+  std::vector<StripeRow> rows;  ///< laser methods: every stripe point
+  StripeOrientation orientation = StripeOrientation::kColumns;
+  std::size_t rejected = 0;   ///< candidate points turned down by the method
+  nlohmann::json rejections;  ///< by reason
+  std::string reason;         ///< why the cloud is empty
+  double seconds = 0;
+};
+
+/// Frames of one camera, in file order.
+std::vector<const FrameRecord*> frames_of(const Session& session, const SessionCamera& camera,
+                                          bool (*wanted)(const FrameRecord&));
+
+/// Reconstructs; writes nothing.  Errors: InputError if the session lacks what the method needs.
+Reconstruction reconstruct_session(const Session& session, const PipelineParameters& parameters,
+                                   const std::string& method, const ProgressCallback& progress = {});
+
+/// clouds/stripe.csv, or clouds/stripe_paper.csv.
+std::filesystem::path stripe_file(const Session& session, const std::string& method);
+
+/// Writes clouds/METHOD.ply and .pcd, and the stripe_file() of the laser methods.
+void write_clouds(const Session& session, const Reconstruction& reconstruction);
+
+}  // namespace tankrig

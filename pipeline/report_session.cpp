@@ -1,0 +1,147 @@
+#include "pipeline/report_session.hpp"
+
+#include <limits>
+#include <opencv2/imgcodecs.hpp>
+
+#include "bench/metrics/verdict_cloud.hpp"
+#include "bench/report/cloud_picture.hpp"
+#include "bench/report/coverage_picture.hpp"
+#include "bench/report/figures.hpp"
+#include "bench/report/report_html.hpp"
+#include "bench/report/stripe_picture.hpp"
+#include "core/atomic_file.hpp"
+#include "core/text_files.hpp"
+#include "session/checking/checksums.hpp"
+#include "session/reading/session_summary.hpp"
+
+namespace fs = std::filesystem;
+
+namespace tankrig {
+namespace {
+
+/// Pictures of one session: each is saved as PNG, brought to the disk with the others before they are sealed, and
+/// listed for the report.
+class Album {
+ public:
+  explicit Album(const Session& session) : session_(session), folder_(session.path / "pictures") {
+    fs::create_directories(folder_);
+  }
+
+  void add(const std::string& name, const std::string& caption, const cv::Mat& image) {
+    const fs::path file = folder_ / (name + ".png");
+    std::vector<unsigned char> png;
+    if (!cv::imencode(".png", image, png)) throw InputError(file, "cannot be encoded");
+    write_whole_file(file, {reinterpret_cast<const char*>(png.data()), png.size()});
+    pictures_.push_back({caption, image, file});
+  }
+  void keep(const std::string& name, const std::string& caption) {
+    const fs::path file = folder_ / (name + ".png");
+    if (fs::exists(file)) pictures_.push_back({caption, {}, file});
+  }
+  const std::vector<ReportPicture>& pictures() const { return pictures_; }
+
+ private:
+  const Session& session_;
+  fs::path folder_;
+  std::vector<ReportPicture> pictures_;
+};
+
+/// The frame of the sweep whose sheet passes nearest to the object's origin; null if no frame has laser and joints.
+const FrameRecord* frame_over_object(const Session& session) {
+  const FrameRecord* best = nullptr;
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const FrameRecord& frame : session.frames) {
+    if (!frame.laser_on || !frame.q) continue;
+    const Plane sheet_b = session.info.calibration.arm->bMe(*frame.q) * *session.info.calibration.ePl;
+    const double distance = std::abs(sheet_b.distance(session.info.object->bMo.translation()));
+    if (distance < nearest) nearest = distance, best = &frame;
+  }
+  return best;
+}
+
+/// Outside view at the moment the sheet is over the object's origin.
+void add_rig_picture(const Session& session, const OutsideView& outside, Album& album) {
+  const char* caption = "The rig from outside: arm, projector and sheet, cameras, black box (the paper's Figure 3)";
+  if (!outside) return album.keep("rig", caption);
+  const FrameRecord* over_object = frame_over_object(session);
+  const JointVector q = over_object ? *over_object->q : JointVector::Zero();
+  album.add("rig", caption, outside(q, over_object != nullptr));
+}
+
+void add_stripe_picture(const Session& session, const Score& score, Album& album) {
+  const FrameRecord* frame = frame_over_object(session);
+  if (!frame) return;
+  std::vector<Vector2d> stripe;
+  for (const StripeRow& row : score.reconstruction.rows)
+    if (row.frame == frame->index)
+      stripe.push_back(score.reconstruction.orientation == StripeOrientation::kRows
+                           ? Vector2d(row.peak.position, row.peak.column)
+                           : Vector2d(row.peak.column, row.peak.position));
+  album.add(
+      score.method() + "_frame",
+      score.method() + ": frame " + std::to_string(frame->index) + " of " + frame->camera + " with its detected stripe",
+      draw_stripe_frame(session.image(*frame), stripe));
+}
+
+void add_method_pictures(const Session& session, const ObjectSurface& object, const Score& score, Album& album) {
+  const PointCloud cloud = cloud_in_object(session, score.reconstruction);
+  write_verdict_cloud(session.path / "clouds" / (score.method() + "_verdict.ply"), cloud, score.metrics.verdicts);
+  const bool laser = by_laser(score.method());
+  const SessionCamera& camera = session.camera(laser ? CameraRole::kMono : CameraRole::kLeft);
+  const Vector3d camera_o = (session.info.object->bMo.inverse() * camera.bMc).translation();
+  for (const auto& [name, view] :
+       {std::pair{"camera", view_from(camera_o, object.mesh())}, std::pair{"back", back_view()}}) {
+    CloudPictureOptions options;
+    options.view = view;
+    options.title = score.method();
+    album.add(score.method() + "_" + name, score.method() + ": cloud over the object, from the " + name,
+              draw_cloud_over_object(cloud, score.metrics.verdicts, object.mesh(), options));
+  }
+  const double threshold = score.metrics.thresholds.coverage_headline_m;
+  album.add(score.method() + "_coverage",
+            score.method() + ": coverage at " + millimetres(threshold) + " on the unfolded object",
+            draw_coverage_map(object.mesh(), object.samples(),
+                              covered_samples(object.samples(), cloud, score.metrics.verdicts, threshold),
+                              score.ceiling.reachable, score.method()));
+}
+
+}  // namespace
+
+void write_pictures_and_report(const Session& session, const ObjectSurface& object, const std::vector<Score>& scores,
+                               const OutsideView& outside) {
+  Album album(session);
+  add_rig_picture(session, outside, album);
+  for (const Score& score : scores)
+    if (score.method() == "laser") add_stripe_picture(session, score, album);
+  for (const Score& score : scores) add_method_pictures(session, object, score, album);
+
+  ReportData report;
+  report.title = "Session " + session.info.name;
+  report.facts = session_summary(session);
+  for (const Score& score : scores) report.methods.push_back({score.method(), score.json});
+  report.pictures = album.pictures();
+  report.warnings = session.warnings;
+  report.command = "tankrig report " + session.path.filename().string();
+  write_report_html(session.path / "report.html", report);
+}
+
+std::optional<std::vector<Score>> reconstruct_and_report(const Session& session, const PipelineParameters& parameters,
+                                                         const std::atomic<bool>& stop,
+                                                         const ProgressCallback& progress, const OutsideView& outside) {
+  const ObjectSurface object = object_of(session, parameters.thresholds);
+  std::vector<Score> scores = reconstruct_and_score(session, parameters, object, stop, progress);
+  const bool stopped = stop;
+  const auto tell = [&](double fraction) {
+    if (progress) progress("pictures and report", fraction);
+  };
+  if (!stopped) {
+    tell(0);
+    write_pictures_and_report(session, object, scores, outside);
+    tell(1);
+  }
+  if (session.info.status != "recording") write_checksums(session.path);
+  if (stopped) return std::nullopt;
+  return scores;
+}
+
+}  // namespace tankrig

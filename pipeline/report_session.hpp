@@ -1,0 +1,29 @@
+// The pictures of a session and its report: what people look at first.
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <opencv2/core.hpp>
+#include <optional>
+#include <vector>
+
+#include "pipeline/score_session.hpp"
+
+namespace tankrig {
+
+/// The rig from outside, with the arm at `q`: BGR. Empty where nobody can draw it: a picture of it that is there already
+/// is kept.
+using OutsideView = std::function<cv::Mat(const JointVector& q, bool laser_on)>;
+
+/// Writes pictures/*.png and report.html into the session.
+void write_pictures_and_report(const Session& session, const ObjectSurface& object, const std::vector<Score>& scores,
+                               const OutsideView& outside = {});
+
+/// Clouds, scores, pictures, report.html and SHA256SUMS. Nothing if `stop` was set on the way: then there is no report,
+/// and the check sums are of what there is.
+std::optional<std::vector<Score>> reconstruct_and_report(const Session& session, const PipelineParameters& parameters,
+                                                         const std::atomic<bool>& stop,
+                                                         const ProgressCallback& progress = {},
+                                                         const OutsideView& outside = {});
+
+}  // namespace tankrig

@@ -1,0 +1,47 @@
+// From clouds to scores: every method against the session's object.
+#pragma once
+
+#include <atomic>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "pipeline/reconstruct_session.hpp"
+
+namespace tankrig {
+
+/// One method of a session, reconstructed and scored.
+struct Score {
+  Reconstruction reconstruction;
+  Metrics metrics;
+  Ceiling ceiling;
+  nlohmann::json json;  ///< what is printed, and stored in results/
+
+  const std::string& method() const { return reconstruction.method; }
+};
+
+/// Whether the session has the cameras that a method needs.
+bool has_cameras(const Session& session, const std::string& method);
+
+/// The session's object, prepared for scoring.  Errors: InputError if the session has none.
+ObjectSurface object_of(const Session& session, const MetricThresholds& thresholds);
+
+/// The reconstruction's cloud in the object's frame o.
+PointCloud cloud_in_object(const Session& session, const Reconstruction& reconstruction);
+
+/// One method's figures; writes nothing.  Errors: InputError if the session has no calibration to see the ceiling by.
+Score score_reconstruction(const Session& session, const MetricThresholds& thresholds, const ObjectSurface& object,
+                           Reconstruction reconstruction);
+
+/// All methods the session has cameras for: clouds written, scored against `object`, results/METHOD.json written. Ends
+/// early, with the methods done, when `stop` is set.
+std::vector<Score> reconstruct_and_score(const Session& session, const PipelineParameters& parameters,
+                                         const ObjectSurface& object, const std::atomic<bool>& stop,
+                                         const ProgressCallback& progress = {});
+
+/// {METHOD: score, ...}
+nlohmann::ordered_json scores_json(const std::vector<Score>& scores);
+
+/// (method, score) as score_table() takes them.
+std::vector<std::pair<std::string, nlohmann::json>> tabled(const std::vector<Score>& scores);
+
+}  // namespace tankrig
