@@ -34,7 +34,8 @@ class NotOnDisk : public CannotWrite {
 };
 
 /// Replaces `file` by way of a temporary file beside it: a reader sees the old or the new one, never a part. The new
-/// one and its name are on the disk itself when this returns. Errors: CannotWrite; the temporary file is removed.
+/// one and its name are on the disk itself when this returns.
+/// Errors: CannotWrite; the temporary file is removed.
 void write_file_durably(const std::filesystem::path& file, std::string_view bytes);
 
 /// The same without waiting for the disk: for what a FileSystemSync or a seal covers, or nobody misses after a power
@@ -52,7 +53,8 @@ class UnfinishedFile {
 
   const std::filesystem::path& path() const { return path_; }
   int descriptor() const { return descriptor_; }
-  /// Gives it its name. Durably: file and name are on the disk when this returns.  Errors: CannotWrite.
+  /// Gives it its name. Durably: file and name are on the disk when this returns.
+  /// Errors: CannotWrite.
   void put_in_place();
   void put_in_place_durably();
 
@@ -67,7 +69,8 @@ class UnfinishedFile {
 /// unless it is put in place.
 class UnfinishedFolder {
  public:
-  /// Makes the folders above it where they are missing.  Errors: InputError naming `target`.
+  /// Makes the folders above it where they are missing.
+  /// Errors: InputError naming `target`.
   explicit UnfinishedFolder(const std::filesystem::path& target);
   ~UnfinishedFolder();
   UnfinishedFolder(const UnfinishedFolder&) = delete;
@@ -76,21 +79,24 @@ class UnfinishedFolder {
   const std::filesystem::path& path() const { return path_; }
   /// Absolute, without a slash at its end.
   const std::filesystem::path& target() const { return target_; }
-  /// Its name is on the disk when this returns; what is in it is the caller's to sync. Errors: InputError if something
-  /// else has the name by now; NotOnDisk.
+  /// Its name is on the disk when this returns; what is in it is the caller's to sync.
+  /// Errors: InputError if something else has the name by now; NotOnDisk.
   void put_in_place();
 
  private:
   std::filesystem::path target_, path_;
 };
 
-/// Takes from `bytes` what is written.  Errors: CannotWrite naming `file`.
+/// Takes from `bytes` what is written.
+/// Errors: CannotWrite naming `file`.
 void write_all(const std::filesystem::path& file, int descriptor, std::string_view& bytes);
 
-/// What was written to an open file, its length included, is on the disk.  Errors: NotOnDisk naming `file`.
+/// What was written to an open file, its length included, is on the disk.
+/// Errors: NotOnDisk naming `file`.
 void sync_file(const std::filesystem::path& file, int descriptor);
 
-/// The names in `folder` are on the disk.  Errors: NotOnDisk.
+/// The names in `folder` are on the disk.
+/// Errors: NotOnDisk.
 void sync_folder(const std::filesystem::path& folder);
 
 /// Everything written to one file system from its construction on, brought to the disk in one go.
@@ -98,7 +104,8 @@ void sync_folder(const std::filesystem::path& folder);
 /// was told of yet.
 class FileSystemSync {
  public:
-  /// `folder` is on that file system.  Errors: NotOnDisk.
+  /// `folder` is on that file system.
+  /// Errors: NotOnDisk.
   explicit FileSystemSync(std::filesystem::path folder);
   ~FileSystemSync();
   FileSystemSync(const FileSystemSync&) = delete;

@@ -47,7 +47,8 @@ std::vector<Vector3d> pixel_rays(const CameraModel& camera);
 CameraModel read_camera_file(const std::filesystem::path& file);
 
 /// How an image is turned and projected to become rectified, as ROS's camera_info has it: a camera-frame point p falls
-/// on the rectified pixel P * (R p, 1).  Units: pixels; the last column of P is metres times pixels.
+/// on the rectified pixel P * (R p, 1).
+/// Units: pixels; the last column of P is metres times pixels.
 struct Rectification {
   cv::Matx33d R = cv::Matx33d::eye();
   cv::Matx34d P = cv::Matx34d::zeros();

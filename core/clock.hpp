@@ -20,11 +20,13 @@ class Clock {
   virtual void sleep_until(Stamp when) noexcept = 0;
   /// Time passes whether anybody sleeps or not.
   virtual bool real_time() const noexcept = 0;
-  /// now() stands still meanwhile, so every time-out looks fresh afterwards: see SuspendWatch.  RT: safe.
+  /// now() stands still meanwhile, so every time-out looks fresh afterwards: see SuspendWatch.
+  /// RT: safe.
   virtual TimeAsleep asleep() const noexcept { return {}; }
 };
 
-/// CLOCK_MONOTONIC with clock_nanosleep(TIMER_ABSTIME); asleep by what CLOCK_BOOTTIME is ahead of it.  RT: safe.
+/// CLOCK_MONOTONIC with clock_nanosleep(TIMER_ABSTIME); asleep by what CLOCK_BOOTTIME is ahead of it.
+/// RT: safe.
 class MonotonicClock final : public Clock {
  public:
   Stamp now() const noexcept override;
@@ -36,7 +38,8 @@ class MonotonicClock final : public Clock {
   static const MonotonicClock& one() noexcept;
 };
 
-/// Time that moves only when somebody sleeps.  Threads: one sleeps, any may ask.
+/// Time that moves only when somebody sleeps.
+/// Threads: one sleeps, any may ask.
 class VirtualClock final : public Clock {
  public:
   explicit VirtualClock(Stamp start = {}) : now_ns_(start.ns) {}

@@ -13,7 +13,8 @@ struct ClockPair {
   std::int64_t offset_ns() const noexcept { return wall_ns - stamp.ns; }
 };
 
-/// Reads both clocks close together: the closest of a few tries, commonly within a microsecond.  RT: safe.
+/// Reads both clocks close together: the closest of a few tries, commonly within a microsecond.
+/// RT: safe.
 ClockPair read_clock_pair(const Clock& clock) noexcept;
 
 }  // namespace tankrig

@@ -14,7 +14,8 @@ namespace tankrig {
 /// Log-linear bins, as HdrHistogram has them: every power of two is cut into 64 equal ones, and below 128 ns each
 /// nanosecond has its own. What quantile() tells is never below the true value, and above it by less than 1/64 (1.6 %).
 /// min and max are exact. Durations below zero count as zero, those beyond 68 s as one bin.
-/// Threads: one.  RT: add() is safe; its memory is part of the object (17 kB).
+/// Threads: one.
+/// RT: add() is safe; its memory is part of the object (17 kB).
 class Histogram {
  public:
   /// Durations from `lower` up to and with `upper`, in nanoseconds.

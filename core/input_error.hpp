@@ -7,7 +7,8 @@
 
 namespace tankrig {
 
-/// Message is one line: "FILE:LINE: what was found, what was expected".  RT: never.
+/// Message is one line: "FILE:LINE: what was found, what was expected".
+/// RT: never.
 class InputError : public std::runtime_error {
  public:
   explicit InputError(const std::string& message) : std::runtime_error(message) {}

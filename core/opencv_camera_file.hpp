@@ -8,7 +8,8 @@
 
 namespace tankrig {
 
-/// Read back exactly by FileStorage and by read_camera_file().  Errors: InputError naming the file.
+/// Read back exactly by FileStorage and by read_camera_file().
+/// Errors: InputError naming the file.
 void write_opencv_camera_file(const std::filesystem::path& file, const CameraModel& camera, const std::string& name);
 
 }  // namespace tankrig

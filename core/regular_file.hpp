@@ -24,7 +24,8 @@ std::uint64_t most_table_bytes();
 /// message says was expected.
 int open_regular_file(const std::filesystem::path& file, std::uint64_t most, const std::string& expected);
 
-/// All of `file`.  Errors: as open_regular_file().
+/// All of `file`.
+/// Errors: as open_regular_file().
 std::string read_regular_file(const std::filesystem::path& file, std::uint64_t most, const std::string& expected);
 
 /// The same of a descriptor that open(2) gave for `file`, or of -1. Closes it.

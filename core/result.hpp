@@ -25,7 +25,8 @@ enum class ErrorCode : std::uint8_t {
 
 const char* to_string(ErrorCode code) noexcept;
 
-/// What went wrong on a device or in the cycle: trivially copyable, made without allocation.  RT: safe.
+/// What went wrong on a device or in the cycle: trivially copyable, made without allocation.
+/// RT: safe.
 struct Error {
   ErrorCode code = ErrorCode::kInternal;
   int os_errno = 0;  ///< errno of the failed call, 0 if none
@@ -33,7 +34,8 @@ struct Error {
   const char* where = "";  ///< string literal: device and action, e.g. "arm: read joints"
 };
 
-/// "arm: read joints: timeout (errno 5)".  RT: never.
+/// "arm: read joints: timeout (errno 5)".
+/// RT: never.
 std::string describe(const Error& error);
 
 /// A T or an Error.

@@ -7,8 +7,8 @@
 
 namespace tankrig {
 
-/// Threads: one writer (try_push), one reader (try_pop).  RT: both never block; memory is taken at construction, and
-/// assigning a T must not allocate.
+/// Threads: one writer (try_push), one reader (try_pop).
+/// RT: both never block; memory is taken at construction, and assigning a T must not allocate.
 template <class T>
 class SpscRing {
  public:

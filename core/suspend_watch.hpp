@@ -8,7 +8,8 @@
 
 namespace tankrig {
 
-/// Threads: one.  RT: safe.
+/// Threads: one.
+/// RT: safe.
 class SuspendWatch {
  public:
   /// Both clocks are rounded to nanoseconds; a machine sleeps longer than this.

@@ -27,8 +27,8 @@ bool stays_inside(const std::filesystem::path& name);
 /// Whether `path`, there or not, is `folder` or below it, symbolic links followed.
 bool lies_within(const std::filesystem::path& path, const std::filesystem::path& folder);
 
-/// Copies a file into place by a temporary file and a rename, without waiting for the disk.  Errors: InputError naming
-/// both files.
+/// Copies a file into place by a temporary file and a rename, without waiting for the disk.
+/// Errors: InputError naming both files.
 void copy_whole_file(const std::filesystem::path& from, const std::filesystem::path& to);
 
 /// `text` as a number of type T, all of it.
@@ -39,8 +39,8 @@ bool parse_number(std::string_view text, T& value) {
 }
 
 /// A text file that only grows, written when flushed.
-/// Threads: one.  Errors: CannotWrite; what could not be written is kept, and a later flush
-/// goes on at the very byte.
+/// Threads: one.
+/// Errors: CannotWrite; what could not be written is kept, and a later flush goes on at the very byte.
 class AppendFile {
  public:
   explicit AppendFile(std::filesystem::path file);

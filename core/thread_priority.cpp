@@ -5,14 +5,14 @@
 
 namespace tankrig {
 
-bool keep_time(const char* name, int priority) noexcept {
+bool set_fifo(const char* name, int priority) noexcept {
   pthread_setname_np(pthread_self(), name);
   sched_param parameters{};
   parameters.sched_priority = priority;
   return pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters) == 0;
 }
 
-bool stay_on_cpu(int cpu) noexcept {
+bool pin_to_cpu(int cpu) noexcept {
   if (cpu < 0 || cpu >= CPU_SETSIZE) return false;
   cpu_set_t only;
   CPU_ZERO(&only);

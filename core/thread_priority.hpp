@@ -5,9 +5,9 @@ namespace tankrig {
 
 /// Gives the calling thread SCHED_FIFO at `priority` (1 .. 99) and a name of at most 15 characters. Where the system
 /// does not allow it the thread stays as it was, and works on an idle machine. True if it was allowed.
-bool keep_time(const char* name, int priority) noexcept;
+bool set_fifo(const char* name, int priority) noexcept;
 
 /// Runs the calling thread on processor `cpu` only. False, and nothing changed, if it may not or there is no such one.
-bool stay_on_cpu(int cpu) noexcept;
+bool pin_to_cpu(int cpu) noexcept;
 
 }  // namespace tankrig

@@ -7,7 +7,8 @@
 
 namespace tankrig {
 
-/// Threads: as write_velocity() and set().  RT: safe, never blocks.
+/// Threads: as write_velocity() and set().
+/// RT: safe, never blocks.
 class OutputRight {
  public:
   /// Joint velocities [rad/s]; returns what is really applied.

@@ -34,7 +34,8 @@ struct Reconstruction {
 std::vector<const FrameRecord*> frames_of(const Session& session, const SessionCamera& camera,
                                           bool (*wanted)(const FrameRecord&));
 
-/// Reconstructs; writes nothing.  Errors: InputError if the session lacks what the method needs.
+/// Reconstructs; writes nothing.
+/// Errors: InputError if the session lacks what the method needs.
 Reconstruction reconstruct_session(const Session& session, const PipelineParameters& parameters,
                                    const std::string& method, const ProgressCallback& progress = {});
 

@@ -22,13 +22,15 @@ struct Score {
 /// Whether the session has the cameras that a method needs.
 bool has_cameras(const Session& session, const std::string& method);
 
-/// The session's object, prepared for scoring.  Errors: InputError if the session has none.
+/// The session's object, prepared for scoring.
+/// Errors: InputError if the session has none.
 ObjectSurface object_of(const Session& session, const MetricThresholds& thresholds);
 
 /// The reconstruction's cloud in the object's frame o.
 PointCloud cloud_in_object(const Session& session, const Reconstruction& reconstruction);
 
-/// One method's figures; writes nothing.  Errors: InputError if the session has no calibration to see the ceiling by.
+/// One method's figures; writes nothing.
+/// Errors: InputError if the session has no calibration to see the ceiling by.
 Score score_reconstruction(const Session& session, const MetricThresholds& thresholds, const ObjectSurface& object,
                            Reconstruction reconstruction);
 

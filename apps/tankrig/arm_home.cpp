@@ -29,7 +29,7 @@ HomingResult home(Arm5e& arm, Clock& clock, Progress& progress) {
   });
 }
 
-nlohmann::ordered_json json_of(const HomingResult& result, const OutputsLeft& left) {
+nlohmann::ordered_json json_of(const HomingResult& result, const EndState& left) {
   nlohmann::ordered_json out;
   out["status"] = result.message();
   for (std::size_t j = 0; j < kJoints; ++j) {
@@ -57,7 +57,7 @@ void print(const HomingResult& result) {
 }
 
 /// Errors: InputError with what was left.
-void keep(const std::filesystem::path& zero_file, const ArmZero& zero, const OutputsLeft& left, Progress& progress) {
+void keep(const std::filesystem::path& zero_file, const ArmZero& zero, const EndState& left, Progress& progress) {
   if (zero_file.empty()) {
     progress.warn("the zero is known to this program only: the rig file names no devices: arm: zero_file");
     return;
@@ -97,7 +97,7 @@ int arm_home(const ArmCommandOptions& options) {
 
   const HomingResult result = home(*arm, backend->clock(), progress);
   const auto laser = backend->laser().state();
-  const OutputsLeft left = motion.look(laser.ok() && !laser.value().powered && !laser.value().emitting);
+  const EndState left = motion.look(laser.ok() && !laser.value().powered && !laser.value().emitting);
   progress.finish_line();
   if (options.json)
     print_json(json_of(result, left));

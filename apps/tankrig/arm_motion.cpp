@@ -168,9 +168,9 @@ void Motion::run(ScanJob& job) {
   over();
 }
 
-OutputsLeft Motion::look(bool laser_dark) {
+EndState Motion::look(bool laser_dark) {
   looked_ = true;
-  left_ = OutputsLeft{laser_dark, true};
+  left_ = EndState{laser_dark, true};
   left_->arm_at_rest = came_to_rest(backend_.arm(), backend_.clock(), rest_timeout_, [&](bool at_rest) {
     left_->arm_at_rest = at_rest;
     progress_.cut(to_cut(*left_));

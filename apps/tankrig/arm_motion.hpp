@@ -17,7 +17,8 @@ namespace tankrig::app {
 /// Errors: InputError if that is not confirmed within the rig's rest timeout.
 void make_laser_dark(Backend& backend, const ScanSettings& settings);
 
-/// Where the arm is.  Errors: InputError that says what to do, if the arm is silent or does not know its joints yet.
+/// Where the arm is.
+/// Errors: InputError that says what to do, if the arm is silent or does not know its joints yet.
 JointVector homed_posture(Backend& backend, const std::string& rig);
 
 /// While it lives, the arm may move. However it ends, the arm is looked at once more, and what proves its zero to the
@@ -34,16 +35,16 @@ class Motion {
   void run(ScanJob& job);
   /// Does the arm rest? Its encoders say the same for a while, within the rig's rest timeout; works without angles too.
   /// What must be cut is told where it takes no stop, says nothing, or goes on.
-  OutputsLeft look(bool laser_dark);
+  EndState look(bool laser_dark);
   void end() noexcept;
   /// How laser and arm were left; nothing if they were not touched.
-  const std::optional<OutputsLeft>& left() const { return left_; }
+  const std::optional<EndState>& left() const { return left_; }
 
  private:
   Backend& backend_;
   const Duration rest_timeout_;
   Progress& progress_;
-  std::optional<OutputsLeft> left_;
+  std::optional<EndState> left_;
   bool looked_ = false, ended_ = false;
 };
 
@@ -56,9 +57,9 @@ struct ArmTarget {
 /// Where to, from where the arm is.
 using TargetFrom = std::function<ArmTarget(const RigConfig& rig, const JointVector& now)>;
 
-/// Checks the motion against limits, speeds and obstacles, moves, and prints where the arm came to rest.
-/// Returns kOk; kPartial if it was stopped by a signal; kFailure after a fault, or if rest or darkness is not
-/// confirmed. Errors: InputError before anything moves.
+/// Checks the motion against limits, speeds and obstacles, moves, and prints where the arm came to rest. Returns kOk;
+/// kPartial if it was stopped by a signal; kFailure after a fault, or if rest or darkness is not confirmed.
+/// Errors: InputError before anything moves.
 int move_arm(const ArmCommandOptions& options, const TargetFrom& target_from);
 
 }  // namespace tankrig::app

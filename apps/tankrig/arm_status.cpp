@@ -37,7 +37,8 @@ struct ArmReport {
   bool at_rest(const RigConfig& rig) const { return (fastest.array() < rig.scan.safety.rest_velocity).all(); }
 };
 
-/// Listens for a while.  Errors: InputError if the arm says nothing, with the driver's reason if there is one.
+/// Listens for a while.
+/// Errors: InputError if the arm says nothing, with the driver's reason if there is one.
 ArmReport listen(Arm& arm, Clock& clock) {
   ArmReport report;
   const Stamp begin = clock.now();

@@ -95,13 +95,13 @@ nlohmann::ordered_json facts_of(const std::string& camera, Duration applied, con
       {"effect_mm", 1e3 * s.effect},
       {"effect_sigma_mm", 1e3 * s.effect_sigma},
       {"speed_on_target_m_s", s.speed_on_target},
-      {"offset_per_play_s_rad", s.offset_per_play},
+      {"offset_per_backlash_s_rad", s.offset_per_backlash},
       {"clouds_before", distance_json(s.before)},
       {"clouds_after", distance_json(s.after)},
       {"places", s.pairs},
       {"frames", s.stripes},
       {"speeds_rad_s", s.speeds}};
-  if (s.play) out["play_mrad"] = 1e3 * *s.play, out["play_sigma_mrad"] = 1e3 * s.play_sigma;
+  if (s.backlash) out["backlash_mrad"] = 1e3 * *s.backlash, out["backlash_sigma_mrad"] = 1e3 * s.backlash_sigma;
   return out;
 }
 
@@ -124,13 +124,13 @@ void print(const TimeOffsetSolution& s, const nlohmann::ordered_json& facts) {
               1e3 * s.effect_sigma, 1e3 * s.speed_on_target);
   std::printf("the clouds there and back: %.3f mm apart before, %.3f mm after (median of %zu places, %zu frames)\n",
               1e3 * s.before.median, 1e3 * s.after.median, s.pairs, s.stripes);
-  if (s.play)
-    std::printf("play between encoder and link: %.3f +- %.3f mrad\n", 1e3 * *s.play, 1e3 * s.play_sigma);
+  if (s.backlash)
+    std::printf("backlash between encoder and link: %.3f +- %.3f mrad\n", 1e3 * *s.backlash, 1e3 * s.backlash_sigma);
   else
     std::printf(
-        "play between encoder and link is taken as none: 1 mrad of it would read as %.2f ms; a session of "
+        "backlash between encoder and link is taken as none: 1 mrad of it would read as %.2f ms; a session of "
         "another speed tells them apart\n",
-        s.offset_per_play);
+        s.offset_per_backlash);
   std::printf("for the rig file: camera %s: time_offset_s: %.6f\n", facts.at("camera").get<std::string>().c_str(),
               facts.at("time_offset_s").get<double>());
 }
@@ -147,7 +147,7 @@ void add_calibrate(CLI::App& app, ChosenCommand& chosen) {
   c->footer("Example: tankrig calibrate time sessions/there-and-back --json");
   add_sessions_option(c, o.sessions,
                       "Session directories, each with a sweep there and back; of different speed "
-                      "to tell play between encoder and link from time");
+                      "to tell backlash between encoder and link from time");
   c->add_flag("--json", o.json, "Print one JSON object on standard output");
 }
 

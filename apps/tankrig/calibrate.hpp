@@ -9,7 +9,7 @@
 namespace tankrig::app {
 
 struct CalibrateTimeOptions {
-  std::vector<std::filesystem::path> sessions;  ///< of one rig; of different speed to tell play from time
+  std::vector<std::filesystem::path> sessions;  ///< of one rig; of different speed to tell backlash from time
   bool json = false;
 };
 

@@ -146,8 +146,8 @@ class LitSink final : public ScanSink {
   Progress& progress_;
 };
 
-/// The camera delivers, before the laser goes on for it.  Errors: InputError with the driver's last word if it does
-/// not.
+/// The camera delivers, before the laser goes on for it.
+/// Errors: InputError with the driver's last word if it does not.
 void require_frames(Camera& camera, Clock& clock) {
   const Waiting told("a frame of camera " + camera.info().name);
   std::string why = "none came";

@@ -22,7 +22,8 @@ struct PreviewSummary {
 };
 
 /// Takes every frame of one camera and shows one of them per refresh period.
-/// Threads: one.  Errors: InputError if picture or page cannot be written.
+/// Threads: one.
+/// Errors: InputError if picture or page cannot be written.
 class PreviewOutput {
  public:
   /// Writes the page: a folder that takes no files is told before any device is touched.
@@ -61,7 +62,8 @@ class PreviewOutput {
   PreviewSummary summary_;
 };
 
-/// Folder and name of the page beside a picture.  Errors: InputError if the picture is no .png.
+/// Folder and name of the page beside a picture.
+/// Errors: InputError if the picture is no .png.
 std::filesystem::path page_of(const std::filesystem::path& picture);
 
 /// Shows `picture`, a file beside it, anew every `period_ms`.

@@ -20,13 +20,15 @@ CLI::Option* add_session_option(CLI::App* command, std::filesystem::path& sessio
 CLI::Option* add_sessions_option(CLI::App* command, std::vector<std::filesystem::path>& sessions,
                                  const std::string& what);
 
-/// For a file to be written.  Errors: InputError if it would lie in a session, whichever.
+/// For a file to be written.
+/// Errors: InputError if it would lie in a session, whichever.
 void check_in_no_session(const std::filesystem::path& out);
 
 /// Errors: InputError if `out` is the session or lies in it.
 void check_outside(const std::filesystem::path& out, const std::filesystem::path& session);
 
-/// Opens a session and warns of all that is wrong with it.  Errors: InputError if it cannot be used at all.
+/// Opens a session and warns of all that is wrong with it.
+/// Errors: InputError if it cannot be used at all.
 OpenedSession open_with_warnings(const std::filesystem::path& path, Progress& progress);
 
 }  // namespace tankrig::app

@@ -11,7 +11,8 @@
 
 namespace tankrig::app {
 
-/// The plan against limits, box, floor and walls of the rig file.  Errors: InputError if it is not safe.
+/// The plan against limits, box, floor and walls of the rig file.
+/// Errors: InputError if it is not safe.
 MotionCheck check_plan(const RigConfig& rig, const ScanPlan& plan);
 
 /// As its driver delivers it.

@@ -14,7 +14,8 @@
 
 namespace tankrig::app {
 
-/// Nothing at all on a backend without a plan.  Threads: one, the supervisor's.
+/// Nothing at all on a backend without a plan.
+/// Threads: one, the supervisor's.
 class PlayedFaults {
  public:
   /// `file`: the plan; empty: none. One that is played on emulated devices is only kept.
@@ -26,7 +27,8 @@ class PlayedFaults {
     writer.add_text("faults.yaml", script_->plan().yaml());
   }
 
-  /// Before every write.  Errors: FaultyHost::write's.
+  /// Before every write.
+  /// Errors: FaultyHost::write's.
   void write(bool frame) {
     if (host_) host_->write(frame);
   }

@@ -27,7 +27,8 @@ class Progress {
   /// Lines of their own.
   void note(const std::string& text);
   void warn(const std::string& text);
-  /// A warning that comes again and again, until `what` is empty or the program ends.  Threads: one.
+  /// A warning that comes again and again, until `what` is empty or the program ends.
+  /// Threads: one.
   void cut(const std::string& what) { cry_.cut(what); }
   /// Ends the moving line: something else is about to be printed.
   void finish_line();

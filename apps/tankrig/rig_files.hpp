@@ -7,7 +7,8 @@
 
 namespace tankrig::app {
 
-/// The rig.yaml that `name_or_path` means.  Errors: InputError listing the rigs that exist.
+/// The rig.yaml that `name_or_path` means.
+/// Errors: InputError listing the rigs that exist.
 std::filesystem::path find_rig(const std::string& name_or_path);
 
 }  // namespace tankrig::app

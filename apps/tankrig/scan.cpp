@@ -49,7 +49,7 @@ fs::path default_session(std::string rig) {
   return path;
 }
 
-int told_stopped(const fs::path& path, const std::string& why, const std::optional<OutputsLeft>& left, bool finished,
+int told_stopped(const fs::path& path, const std::string& why, const std::optional<EndState>& left, bool finished,
                  Progress& progress) {
   progress.warn("scan " + why + "; " + (left ? to_string(*left) : "laser and arm were not touched") +
                 ", session kept in " + printable(path.string()) +
@@ -57,7 +57,7 @@ int told_stopped(const fs::path& path, const std::string& why, const std::option
   return kPartial;
 }
 
-int stopped(const fs::path& path, const std::string& why, const std::optional<OutputsLeft>& left, Progress& progress) {
+int stopped(const fs::path& path, const std::string& why, const std::optional<EndState>& left, Progress& progress) {
   bool sealed = false;
   try {
     write_checksums(path);

@@ -13,7 +13,8 @@ namespace tankrig::app {
 /// mistake. A line each.
 std::vector<std::string> calibration_errors(const RigConfig& rig, const sim::TankWorld& world);
 
-/// The scene's camera behind one of the rig's.  Errors: InputError if there is none, or of another size.
+/// The scene's camera behind one of the rig's.
+/// Errors: InputError if there is none, or of another size.
 const sim::SceneCamera& scene_camera(const RigConfig& rig, const RigCamera& camera, const sim::TankWorld& world);
 
 /// What of the scene is not simulated, and where the rig file contradicts it.

@@ -17,8 +17,8 @@ struct CameraView {
   Transform oMc = Transform::Identity();
 };
 
-/// The laser sheet while one frame was exposed. Frames: o. The light leaves `origin` within `fan_half_angle` [rad] of
-/// `forward`, a unit vector in the sheet.
+/// The laser sheet while one frame was exposed.
+/// Frames: o. The light leaves `origin` within `fan_half_angle` [rad] of `forward`, a unit vector in the sheet.
 struct LaserView {
   Plane sheet;
   Vector3d origin = Vector3d::Zero();

@@ -9,7 +9,8 @@
 namespace tankrig {
 
 /// Straight lines of sight among meshes that share one frame, by ray casting. Cast with one instruction set on every
-/// machine, so that grazing rays fall alike everywhere.  Threads: const members from any number of threads.
+/// machine, so that grazing rays fall alike everywhere.
+/// Threads: const members from any number of threads.
 class LineOfSight {
  public:
   explicit LineOfSight(const std::vector<const TriangleMesh*>& meshes);

@@ -10,7 +10,8 @@
 
 namespace tankrig {
 
-/// The surface seen from one point. Units: metres.
+/// The surface seen from one point.
+/// Units: metres.
 struct SurfaceDistance {
   double distance = 0;         ///< to the nearest triangle, >= 0
   double signed_distance = 0;  ///< negative inside a closed mesh; equals `distance` for an open one
@@ -20,7 +21,9 @@ struct SurfaceDistance {
 
 /// Point-to-triangle distance. Embree's hierarchy (single precision, radii widened by its rounding) only proposes
 /// triangles; every distance is computed and compared in double, so the result does not depend on threads, order or
-/// instruction set. Frames: the mesh's. Threads: const members from any number of threads.
+/// instruction set.
+/// Frames: the mesh's.
+/// Threads: const members from any number of threads.
 class MeshDistance {
  public:
   /// Errors: InputError if the mesh has no triangle.

@@ -27,7 +27,8 @@ struct MetricThresholds {
 };
 
 /// Reads inlier_m, outlier_m, coverage_m, coverage_headline_m, ground_band_m, max_incidence_deg, surface_samples; each
-/// has its default.  Errors: InputError.
+/// has its default.
+/// Errors: InputError.
 MetricThresholds metric_thresholds_from(const ConfigNode& evaluation);
 
 /// The object prepared for scoring many clouds.
@@ -62,7 +63,8 @@ struct Coverage {
   std::optional<double> of_ceiling_sigma;
 };
 
-/// Distances over the object's points. Units: metres.
+/// Distances over the object's points.
+/// Units: metres.
 struct ErrorFigures {
   double mean = 0;
   double median = 0;

@@ -8,7 +8,8 @@
 
 namespace tankrig {
 
-/// Frames: o, the mesh file's own. Units: metres. Corners run counter-clockwise seen from outside.
+/// Frames: o, the mesh file's own.
+/// Units: metres. Corners run counter-clockwise seen from outside.
 struct TriangleMesh {
   std::vector<Vector3d> vertices;
   std::vector<Eigen::Vector3i> triangles;
@@ -34,8 +35,9 @@ MeshTopology topology(const TriangleMesh& welded);
 
 /// Any format assimp reads. Faces with more corners are cut into triangles, the scene's node transforms are applied,
 /// equal vertices are welded, a closed mesh with inward normals is turned over. A Collada file's up axis is left as it
-/// is. With a `root`, nothing outside of that folder is read: a mesh may name other files. Errors: InputError if the
-/// file is missing, unreadable, has a coordinate that is not finite, no face, or a size that is not one of metres.
+/// is. With a `root`, nothing outside of that folder is read: a mesh may name other files.
+/// Errors: InputError if the file is missing, unreadable, has a coordinate that is not finite, no face, or a size that
+/// is not one of metres.
 TriangleMesh read_mesh(const std::filesystem::path& file, const std::filesystem::path& root = {});
 
 }  // namespace tankrig

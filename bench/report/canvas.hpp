@@ -12,7 +12,8 @@ namespace tankrig {
 /// Blue, green, red of the sheet's colours.
 using Colour = cv::Vec3b;
 
-/// From where one looks. Frames: whatever the drawn things are in.
+/// From where one looks.
+/// Frames: whatever the drawn things are in.
 struct Viewpoint {
   Vector3d towards_viewer{1, -1, 1};  ///< any length
   Vector3d up{0, 0, 1};               ///< what is up on the sheet; another is taken if parallel to the line of sight

@@ -26,7 +26,8 @@ Viewpoint view_from(const Vector3d& camera_o, const TriangleMesh& mesh);
 
 /// Ground black, object green, outliers blue, points between the thresholds grey; the object in light grey with its
 /// edges. Points far beyond the object's surroundings fall off the sheet; the legend counts them all.
-/// Frames: `cloud` and `mesh` in o. `verdicts` has one entry per point.  Errors: InputError if it has not.
+/// Frames: `cloud` and `mesh` in o. `verdicts` has one entry per point.
+/// Errors: InputError if it has not.
 cv::Mat draw_cloud_over_object(const PointCloud& cloud, const std::vector<PointVerdict>& verdicts,
                                const TriangleMesh& mesh, const CloudPictureOptions& options = {});
 

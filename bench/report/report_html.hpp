@@ -36,7 +36,8 @@ struct ReportData {
 /// Errors: InputError naming a picture that cannot be read or encoded.
 std::string report_html(const ReportData& data);
 
-/// report_html() to `file`, whole or not at all.  Errors: InputError.
+/// report_html() to `file`, whole or not at all.
+/// Errors: InputError.
 void write_report_html(const std::filesystem::path& file, const ReportData& data);
 
 std::string html_escaped(std::string_view text);

@@ -16,13 +16,13 @@ constexpr double kReach = 0.1;       // [s] of joints wanted beyond the first an
 constexpr double kLeastSine = 0.02;  // of the angle between ray and laser plane
 constexpr std::size_t kLeastPairs = 200;
 constexpr double kLeastFrames = 21;  // of a pass that see places of the other: three waves for the sigma
-constexpr double kSpeedRatio = 1.2;  // of recordings from which the play is estimated
+constexpr double kSpeedRatio = 1.2;  // of recordings from which the backlash is estimated
 constexpr double kOutlier = 4;       // robust standard deviations beyond which a pair does not count
 constexpr double kTimeStep = 2e-2;   // [s] of the derivatives: joint samples nearer to each other err by ticks
 constexpr double kPlayStep = 1e-4;   // [rad]
 constexpr int kIterations = 20;
 
-using Parameters = Eigen::Vector2d;  // offset [s], play [rad]
+using Parameters = Eigen::Vector2d;  // offset [s], backlash [rad]
 
 JointVector joints_at(const std::vector<TimedJoints>& joints, Stamp when) {
   auto after =
@@ -208,8 +208,8 @@ struct Normal {
     h += l.weight[i] * j * j.transpose();
     g -= l.weight[i] * j * l.r[i];
   }
-  Parameters step(bool with_play) const {
-    if (with_play) return h.ldlt().solve(g);
+  Parameters step(bool with_backlash) const {
+    if (with_backlash) return h.ldlt().solve(g);
     return {g[0] / h(0, 0), 0};
   }
 };
@@ -232,10 +232,10 @@ struct Spread {
 /// Neighbouring places err alike: they share frames, a frame's places share the joints' error, and joints in whole
 /// ticks err alike for many frames. So the variance is that of the slowest waves of the error along the sweep (Lazarus,
 /// Lewis, Stock and Watson 2018: equal-weighted cosines, their number of them), each recording for itself.
-Spread spread_of(const std::vector<Sweeps>& recordings, const Linear& l, const Normal& all, bool with_play) {
+Spread spread_of(const std::vector<Sweeps>& recordings, const Linear& l, const Normal& all, bool with_backlash) {
   Eigen::Matrix2d inverse = Eigen::Matrix2d::Zero();
   inverse(0, 0) = 1 / all.h(0, 0);
-  if (with_play) inverse = all.h.inverse();
+  if (with_backlash) inverse = all.h.inverse();
   Spread out;
   double squares = 0;
   Eigen::Index first = 0;
@@ -296,7 +296,7 @@ TimeOffsetSolution solve(const TimeOffsetProblem& problem) {
     slowest = std::min(slowest, s.speed);
     fastest = std::max(fastest, s.speed);
   }
-  const bool with_play = fastest > kSpeedRatio * slowest;
+  const bool with_backlash = fastest > kSpeedRatio * slowest;
 
   Parameters p = Parameters::Zero();
   Linear linear = linearise(residuals, p);
@@ -305,7 +305,7 @@ TimeOffsetSolution solve(const TimeOffsetProblem& problem) {
     Normal normal;
     for (Eigen::Index k = 0; k < linear.r.size(); ++k) normal.add(linear, k);
     if (!(normal.h(0, 0) > 0)) throw InputError("time offset: the stripe does not move between frames");
-    const Parameters step = normal.step(with_play);
+    const Parameters step = normal.step(with_backlash);
     p += step;
     linear = linearise(residuals, p);
     if (std::abs(step[0]) < 1e-8) break;
@@ -317,12 +317,12 @@ TimeOffsetSolution solve(const TimeOffsetProblem& problem) {
     normal.add(linear, k);
     speeds.push_back(std::abs(linear.jacobian(k, 0)) / 2);
   }
-  const Spread spread = spread_of(residuals.sweeps(), linear, normal, with_play);
+  const Spread spread = spread_of(residuals.sweeps(), linear, normal, with_backlash);
   out.offset = p[0];
   out.sigma = std::sqrt(spread.covariance(0, 0));
   out.half_width = student_quantile(spread.freedom) * out.sigma;
-  if (with_play) out.play = p[1], out.play_sigma = std::sqrt(spread.covariance(1, 1));
-  out.offset_per_play = normal.h(0, 1) / normal.h(0, 0);
+  if (with_backlash) out.backlash = p[1], out.backlash_sigma = std::sqrt(spread.covariance(1, 1));
+  out.offset_per_backlash = normal.h(0, 1) / normal.h(0, 0);
   out.speed_on_target = median_of(speeds);
   out.effect = out.speed_on_target * std::abs(out.offset);
   out.effect_sigma = out.speed_on_target * out.sigma;

@@ -17,16 +17,19 @@ class Arm {
  public:
   virtual ~Arm() = default;
 
-  /// Newest state not yet returned; nothing if none has come since.  RT: safe, never blocks.
+  /// Newest state not yet returned; nothing if none has come since.
+  /// RT: safe, never blocks.
   virtual Result<std::optional<JointState>> try_read() noexcept = 0;
 
-  /// Asks for rest as a set-point: tells, where stop() does not, that the arm cannot be driven. Errors: the driver's.
+  /// Asks for rest as a set-point: tells, where stop() does not, that the arm cannot be driven.
+  /// Errors: the driver's.
   Status rest() noexcept {
     const auto applied = write_velocity(JointVector::Zero());
     return applied.ok() ? Status{} : Status{applied.error()};
   }
 
-  /// Commands rest.  RT: safe. May be called from any thread, also after a failure.
+  /// Commands rest.
+  /// RT: safe. May be called from any thread, also after a failure.
   virtual Status stop() noexcept = 0;
 
   /// The program is dying: rest, whatever its threads are doing; from here on nothing else is demanded. Call it again
@@ -34,7 +37,8 @@ class Arm {
   /// Threads: any, also in the middle of any other call.  Async-signal-safe; never blocks.
   virtual void last_resort() noexcept { [[maybe_unused]] const Status rest = stop(); }
 
-  /// Accepts the faults that the driver keeps, where they are over. RT: safe.
+  /// Accepts the faults that the driver keeps, where they are over.
+  /// RT: safe.
   /// Errors: the fault that is not over.
   virtual Status clear_faults() noexcept { return {}; }
 
@@ -46,8 +50,9 @@ class Arm {
 
  protected:
   friend OutputRight;
-  /// Sets joint velocities [rad/s]; returns what is really applied (rounded, limited).  RT: safe, never blocks.
-  /// Lasts until the next call; a driver stops the arm by itself when none comes within its watchdog time.
+  /// Sets joint velocities [rad/s]; returns what is really applied (rounded, limited).
+  /// RT: safe, never blocks. Lasts until the next call; a driver stops the arm by itself when none comes within its
+  /// watchdog time.
   virtual Result<JointVector> write_velocity(const JointVector& velocity) noexcept = 0;
   /// For an arm that stands before another.
   static Result<JointVector> write_velocity(Arm& behind, const JointVector& velocity) noexcept {

@@ -507,7 +507,7 @@ Statistics Arm5e::statistics() const {
 /// The keeper: stops an arm whose cycle hangs, or whose machine was suspended, and opens a lost line, which may take
 /// its time.
 void Arm5e::keep() try {
-  keep_time("arm-keeper", kKeeperPriority);
+  set_fifo("arm-keeper", kKeeperPriority);
   std::unique_lock lock(keeper_mutex_);
   while (!keeper_wake_.wait_for(lock, kKeeperPeriod, [this] { return keeper_ends_; })) {
     const Stamp now = clock_.now();

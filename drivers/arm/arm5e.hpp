@@ -9,7 +9,7 @@
 #include <thread>
 
 #include "core/clock.hpp"
-#include "core/sign_of_life.hpp"
+#include "core/heartbeat.hpp"
 #include "core/suspend_watch.hpp"
 #include "drivers/arm/arm.hpp"
 #include "drivers/arm/arm5e_settings.hpp"
@@ -20,10 +20,10 @@
 
 namespace tankrig {
 
-/// Set-points are exchanged against encoder readings at the rate of the settings; in between the newest waits.
-/// A joint state of an arm that is not homed has ticks since power-up and angles that are not numbers.
-/// With a fast joint, set-points and readings of the others take kFastRound exchanges to come round; stop() and the
-/// first request after a silence are whole all the same. An arm of which anything has not been heard of is silent.
+/// Set-points are exchanged against encoder readings at the rate of the settings; in between the newest waits. A joint
+/// state of an arm that is not homed has ticks since power-up and angles that are not numbers. With a fast joint,
+/// set-points and readings of the others take kFastRound exchanges to come round; stop() and the first request after a
+/// silence are whole all the same. An arm of which anything has not been heard of is silent.
 ///
 /// The encoders were read at some time between a request and its answer, and nothing in an answer says to which request
 /// it is. So nothing but a stop is sent while an answer may still come, and one that comes too late, unasked, or first
@@ -36,7 +36,8 @@ namespace tankrig {
 /// Threads: the cycle's; stop(), last_resort() and statistics() any. Whoever is inside holds a flag that nobody waits
 /// for: a stop() that finds it taken leaves its wish behind, and the holder sends it before it goes. A thread of its
 /// own, where the clock is real, stops an arm that gets no set-points (also when the cycle hangs, and past it where it
-/// hangs inside) and opens a line that came back. RT: try_read, write_velocity, write_ticks, stop, clear_faults.
+/// hangs inside) and opens a line that came back.
+/// RT: try_read, write_velocity, write_ticks, stop, clear_faults.
 class Arm5e final : public Arm {
  public:
   /// `clock` outlives the arm.
@@ -59,32 +60,39 @@ class Arm5e final : public Arm {
   Statistics statistics() const override;
 
   /// Speed demands without angles, for homing and jogging: whole ticks/s, within +-4095. Not refused for want of a
-  /// zero.  Threads, RT: the cycle's.
+  /// zero. Threads,
+  /// RT: the cycle's.
   Status write_ticks(const std::array<int, kJoints>& ticks_per_s) noexcept;
 
   /// The zero of a file, believed or not with the first readings; until begin_motion() nothing is driven.  Before
   /// anything else is called.
   void set_proof(ZeroProof proof);
   /// Why the zero of the file is not believed, or no longer; empty where there is no such file in the settings.
-  /// Threads: the cycle's.  RT: never, nor the next three.
+  /// Threads: the cycle's.
+  /// RT: never, nor the next three.
   std::string why_not_homed() const;
   /// The arm may be driven from here on. Without end_motion() it has to be homed before the next program drives it.
   /// Errors: InputError.
   void begin_motion();
-  /// It is not driven any more. `rests`: that was seen just now.  Errors: InputError.
+  /// It is not driven any more. `rests`: that was seen just now.
+  /// Errors: InputError.
   void end_motion(bool rests);
-  /// Where the zero was lost: voids the file too.  Errors: InputError.
+  /// Where the zero was lost: voids the file too.
+  /// Errors: InputError.
   void keep_loss();
 
   bool homed() const noexcept { return homed_.load(std::memory_order_relaxed); }
-  /// From here on angles are known. The zero is checked against the limits with the next reading.  Threads: the
-  /// cycle's.
+  /// From here on angles are known. The zero is checked against the limits with the next reading.
+  /// Threads: the cycle's.
   void set_zero(const ArmZero& zero) noexcept;
-  /// Before homing: angles are no longer known, and what homing ends is forgotten.  Threads: the cycle's.
+  /// Before homing: angles are no longer known, and what homing ends is forgotten.
+  /// Threads: the cycle's.
   void forget_zero() noexcept;
-  /// Of the newest answer.  Threads: the cycle's.
+  /// Of the newest answer.
+  /// Threads: the cycle's.
   const ArmReadings& readings() const noexcept { return readings_; }
-  /// As newest believed: unlike readings().raw never a false zero far from where it was.  Threads: the cycle's.
+  /// As newest believed: unlike readings().raw never a false zero far from where it was.
+  /// Threads: the cycle's.
   std::uint16_t believed_raw(Joint joint) const noexcept { return tracks_[joint].raw(); }
   Stamp believed_at(Joint joint) const noexcept { return tracks_[joint].when(); }
   /// Errors: kRefused while it is not over, or while the arm is just being stopped; what only homing ends.
@@ -163,7 +171,7 @@ class Arm5e final : public Arm {
   std::mutex keeper_mutex_;
   std::condition_variable keeper_wake_;
   bool keeper_ends_ = false;
-  SignOfLife keeper_life_;
+  Heartbeat keeper_life_;
   SuspendWatch keeper_suspend_watch_;
   std::thread keeper_;
 };

@@ -58,7 +58,8 @@ CarrierLoad carrier_load(const Arm5eSettings& settings);
 void check_carrier_load(const Arm5eSettings& settings);
 
 /// Reads everything but `driver`; the caller finishes the section. Paths that begin with "runtime/" lie in `runtime`.
-/// `carrier`: "can" or "serial" instead of the section's own; empty: its own.  Errors: InputError with line.
+/// `carrier`: "can" or "serial" instead of the section's own; empty: its own.
+/// Errors: InputError with line.
 Arm5eSettings arm5e_settings_from(const ConfigNode& arm, const std::filesystem::path& runtime,
                                   const std::string& carrier = {});
 

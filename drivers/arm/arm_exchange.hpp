@@ -30,8 +30,9 @@ struct ArmExchange {
 
 /// The order of requests. Without a fast joint each is a whole one. With one, each carries that joint's demand, asks
 /// for its sensor slot, and has one thing more: another joint's demand, another joint's sensor slot, or the master's
-/// bytes, in turn. So a request and its answer are three slots at most, and everything has come round after
-/// kFastRound of them. No two that follow each other are alike.  RT: safe.
+/// bytes, in turn. So a request and its answer are three slots at most, and everything has come round after kFastRound
+/// of them. No two that follow each other are alike.
+/// RT: safe.
 class ExchangeSchedule {
  public:
   static constexpr int kFastRound = 2 * (kJoints - 1) + 1;
@@ -71,7 +72,8 @@ class ExchangeSchedule {
   bool whole_next_ = false;
 };
 
-/// When the arm has last spoken of each joint and of itself.  RT: safe.
+/// When the arm has last spoken of each joint and of itself.
+/// RT: safe.
 class LastHeard {
  public:
   explicit LastHeard(Stamp begin = {}) { everything(begin); }

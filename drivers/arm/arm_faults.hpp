@@ -13,7 +13,8 @@ namespace tankrig {
 enum class ArmFault : std::uint8_t { kNone, kOverCurrent, kWater, kEncoder, kPosture, kSuspended };
 
 /// The first fault is kept: told once, refusing set-points until it is cleared or homed away.
-/// Threads: one.  RT: safe.
+/// Threads: one.
+/// RT: safe.
 class ArmFaults {
  public:
   /// `settings` outlive it.
@@ -41,7 +42,8 @@ class ArmFaults {
   std::optional<Stamp> over_current_since_;
 };
 
-/// Is a joint farther outside its limits than `margin` [rad]? One that turns without end never is.  RT: safe.
+/// Is a joint farther outside its limits than `margin` [rad]? One that turns without end never is.
+/// RT: safe.
 bool outside_limits(const ArmModel& model, const JointVector& q, double margin) noexcept;
 
 }  // namespace tankrig

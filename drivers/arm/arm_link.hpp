@@ -34,22 +34,25 @@ struct ArmLinkCounters {
 };
 
 /// One request is on its way at a time; a stop may overtake. An answer is to the oldest that is outstanding.
-/// Threads: one at a time, except where said.  RT: all but reopen().
+/// Threads: one at a time, except where said.
+/// RT: all but reopen().
 class ArmLink {
  public:
   virtual ~ArmLink() = default;
 
   /// Sends those demands that `exchange` names, whole or not at all as far as the carrier can, and asks for what it
-  /// names. A carrier that cannot do less exchanges everything.  Errors: kRefused when its buffer is full (ordinary,
-  /// counted), kDisconnected.
+  /// names. A carrier that cannot do less exchanges everything.
+  /// Errors: kRefused when its buffer is full (ordinary, counted), kDisconnected.
   virtual Status try_send(const ArmDemands& demands, const ArmExchange& exchange, Stamp now) noexcept = 0;
   virtual Status try_send(const PidSlot& gains, Stamp now) noexcept = 0;
 
   /// Puts whole demands on the wire, whatever state it is in and another thread is doing with it. They may fall into
-  /// the middle of that one's request: once more, and they are understood.  Threads: any.  Async-signal-safe.
+  /// the middle of that one's request: once more, and they are understood.
+  /// Threads: any. Async-signal-safe.
   virtual void send_regardless(const ArmDemands& demands) const noexcept = 0;
 
-  /// Next whole answer that has come; nothing if none.  Errors: kDisconnected and what the carrier says.
+  /// Next whole answer that has come; nothing if none.
+  /// Errors: kDisconnected and what the carrier says.
   virtual Result<std::optional<ArmAnswer>> try_receive(Stamp now) noexcept = 0;
 
   /// Would what is sent now come out? Errors: kNotReady (bus-off).
@@ -59,7 +62,8 @@ class ArmLink {
   /// Nothing will come of them any more; drops any part of an answer.
   virtual void forget() noexcept = 0;
 
-  /// After kDisconnected, from a thread that may wait.  Errors: kNotReady while the device is away.
+  /// After kDisconnected, from a thread that may wait.
+  /// Errors: kNotReady while the device is away.
   virtual Status reopen() noexcept = 0;
   /// It does not come back without reopen().
   virtual bool needs_reopen() const noexcept = 0;
@@ -67,7 +71,8 @@ class ArmLink {
   /// Wire time of a whole request and its answer.
   virtual Duration exchange_time() const noexcept = 0;
   virtual ArmLinkCounters counters() const noexcept = 0;
-  /// Of what lies below, if it counts.  Threads: any.
+  /// Of what lies below, if it counts.
+  /// Threads: any.
   virtual Statistics carrier_statistics() const { return {}; }
 };
 

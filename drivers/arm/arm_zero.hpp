@@ -35,7 +35,8 @@ struct ArmZero {
 /// Errors: InputError with file and line.
 ArmZero load_arm_zero(const std::filesystem::path& file);
 
-/// Whole or not at all.  Errors: InputError.
+/// Whole or not at all.
+/// Errors: InputError.
 void save_arm_zero(const std::filesystem::path& file, const ArmZero& zero);
 
 }  // namespace tankrig

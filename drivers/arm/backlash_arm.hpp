@@ -1,4 +1,4 @@
-// An arm whose joints are told where its links are, not its encoders: the play between them taken off.
+// An arm whose joints are told where its links are, not its encoders: the backlash between them taken off.
 #pragma once
 
 #include <array>
@@ -7,10 +7,10 @@
 
 namespace tankrig {
 
-/// The encoders sit at the actuators; a link trails behind its encoder by half the play in the direction of its last
-/// motion. Each link is dragged along by its encoder, as in the real axis; until a joint has first moved by its play it
-/// is taken to stand in the middle. Commands, ticks and measured velocities pass unchanged.
-/// Threads, RT, Errors: those of the arm behind it.
+/// The encoders sit at the actuators; a link trails behind its encoder by half the backlash in the direction of its
+/// last motion. Each link is dragged along by its encoder, as in the real axis; until a joint has first moved by its
+/// backlash it is taken to stand in the middle. Commands, ticks and measured velocities pass unchanged. Threads, RT,
+/// Errors: those of the arm behind it.
 class BacklashArm final : public Arm {
  public:
   /// `arm` outlives it. `play_ticks`: from end to end, of every axis; 0 where it is not known.

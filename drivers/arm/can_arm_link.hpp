@@ -28,7 +28,8 @@ struct ArmCanIds {
 };
 
 /// Reads `demand`, `pid`, `sensors`, `pid_answer`, `demand_echo` (five numbers each, in the order of `Joint`) and
-/// `master`.  Errors: InputError with line, also when an identifier stands twice.
+/// `master`.
+/// Errors: InputError with line, also when an identifier stands twice.
 ArmCanIds arm_can_ids_from(const ConfigNode& node);
 
 /// The last byte of a demand frame. 0: the arm waits for all five and answers with everything (the whole exchange).

@@ -16,7 +16,8 @@ struct EncoderTrackSettings {
 
 /// A reading is believed where the speed before it takes the encoder, within `jump_ticks` and what the fastest axis
 /// does meanwhile; exactly 0, which is what a false one reads, only within kFalseZero of there or of where it was.
-/// Threads: one.  RT: safe.
+/// Threads: one.
+/// RT: safe.
 class EncoderTrack {
  public:
   enum class Reading : std::uint8_t {

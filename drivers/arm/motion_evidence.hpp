@@ -14,7 +14,9 @@ namespace tankrig {
 /// An encoder is frozen once it has read the same for longer than `longest` while its joint was driven and the arm drew
 /// no stall current, or for half of that when the drive ended; until it reads something else. An arm at rest repeats
 /// its readings too: of a frozen encoder nobody can tell whether its joint stands. Times are those of readings, so
-/// silence is not standing.  Threads: one.  RT: safe.
+/// silence is not standing.
+/// Threads: one.
+/// RT: safe.
 class MotionEvidence {
  public:
   static constexpr int kDrivenTicks = 50;  ///< slower demands may well move nothing [ticks/s]

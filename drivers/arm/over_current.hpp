@@ -14,7 +14,8 @@ struct OverCurrentLimit {
   Duration duration = std::chrono::milliseconds(1500);
 };
 
-/// Threads: one.  RT: safe.
+/// Threads: one.
+/// RT: safe.
 class OverCurrentWatch {
  public:
   /// Is it over `limit` at this reading, and has been at every reading of the last `limit.duration`?

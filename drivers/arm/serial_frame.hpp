@@ -31,7 +31,8 @@ struct SerialContent {
   bool operator==(const SerialContent&) const = default;
 };
 
-/// Sum of bytes 0..48 modulo 256.  RT: safe.
+/// Sum of bytes 0..48 modulo 256.
+/// RT: safe.
 std::uint8_t serial_checksum(const SerialFrame& frame) noexcept;
 SerialFrame encode(const SerialContent& content) noexcept;
 SerialContent decode_content(const SerialFrame& frame) noexcept;
@@ -46,7 +47,8 @@ struct SerialDecoderCounters {
 
 /// Finds frames in a stream of bytes. E7 and E5 are also data, so a start counts only with its end and its sum; after a
 /// failure every byte is tried as a start.
-/// Threads: one.  RT: safe.
+/// Threads: one.
+/// RT: safe.
 class SerialDecoder {
  public:
   /// Takes one byte; true when it completes a frame, which content() then holds.

@@ -29,7 +29,8 @@ inline double signed_slope(const Actuator& actuator, double ticks) noexcept {
   return actuator.d == 0 ? actuator.rad_per_tick : actuator.sign * actuator.resolution(actuator.angle(ticks));
 }
 
-/// The demand of axes that stand at `ticks`; nothing if a velocity is not a number.  RT: safe.
+/// The demand of axes that stand at `ticks`; nothing if a velocity is not a number.
+/// RT: safe.
 inline std::optional<VelocityDemand> velocity_demand(const ArmModel& model, const VelocityShaping& shaping,
                                                      const std::array<double, kJoints>& ticks,
                                                      const JointVector& velocity) noexcept {
@@ -56,7 +57,8 @@ inline std::optional<VelocityDemand> velocity_demand(const ArmModel& model, cons
   return demand;
 }
 
-/// What the wire makes of it: no demand's low byte is 0x0A. RT: safe.
+/// What the wire makes of it: no demand's low byte is 0x0A.
+/// RT: safe.
 inline void make_sendable(VelocityDemand& demand) noexcept {
   for (std::size_t j = 0; j < kJoints; ++j) {
     const double asked = demand.ticks_per_s[j];

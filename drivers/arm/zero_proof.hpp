@@ -20,7 +20,9 @@ void check_nobody_moves(const std::filesystem::path& zero_file);
 /// A zero is believed if the program that moved the arm last saw it at rest at its end and kept that posture in the
 /// file, if the encoders read the same now, within kSettled, and if no joint that homing drives reads as at power-up.
 /// While a program may move the arm, the file holds no such posture, so that whoever is killed leaves no proof; that
-/// program holds the lock FILE.lock.  Threads: one.  RT: judge() and what is const and noexcept.
+/// program holds the lock FILE.lock.
+/// Threads: one.
+/// RT: judge() and what is const and noexcept.
 class ZeroProof {
  public:
   /// An encoder at rest wavers by a tick, and an arm left to itself settles by a few: 5 ticks of the elbow are 2 mrad.

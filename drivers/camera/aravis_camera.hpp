@@ -45,15 +45,16 @@ struct AravisSettings {
 /// discovery_timeout_s, offset_x_px, offset_y_px, pixel_format, exposure_us, gain_db | gain_raw, trigger (off |
 /// software | LineN), packet_size_bytes, packet_resend, socket (auto | datagram | packet), buffers, stamp_at
 /// (exposure_start | exposure_end | frame_start: the start of the transfer), chunk_stamps, readout_us,
-/// transfer_delay_us, transfer_delay_sigma_us, clock_interval_s, timestamp_latch, stall_periods. Errors: InputError
-/// with file and line. The caller finishes the node.
+/// transfer_delay_us, transfer_delay_sigma_us, clock_interval_s, timestamp_latch, stall_periods.
+/// Errors: InputError with file and line. The caller finishes the node.
 AravisSettings aravis_settings_from(const ConfigNode& node, const CameraInfo& info);
 
 struct AravisDevice {
   std::string address, serial, vendor, model, id;
 };
 
-/// Everything that answers a search now; takes about a second. Threads: any.
+/// Everything that answers a search now; takes about a second.
+/// Threads: any.
 std::vector<AravisDevice> find_aravis_devices();
 
 /// Frame stamps are the middle of the exposure: the device's stamp, moved by half an exposure, on our clock through a
@@ -76,9 +77,10 @@ std::vector<AravisDevice> find_aravis_devices();
 /// one kTimeout; so is a clock that does not answer while a frame waits for it.
 ///
 /// Threads: as Camera; try_grab and trigger may be in different threads. try_grab never waits for the device; stop does
-/// not for one that has stalled: its own thread does. Errors: kInternal if that thread has ended; the constructor
-/// throws InputError with what to do. The destructor takes up to 10 s while a vanished camera's connection is being
-/// ended (Aravis' control time-outs), else a fraction of a second.
+/// not for one that has stalled: its own thread does.
+/// Errors: kInternal if that thread has ended; the constructor throws InputError with what to do. The destructor takes
+/// up to 10 s while a vanished camera's connection is being ended (Aravis' control time-outs), else a fraction of a
+/// second.
 class AravisCamera final : public Camera {
  public:
   explicit AravisCamera(const AravisSettings& settings);

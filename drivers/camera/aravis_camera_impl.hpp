@@ -7,7 +7,7 @@
 #include <mutex>
 #include <thread>
 
-#include "core/sign_of_life.hpp"
+#include "core/heartbeat.hpp"
 #include "drivers/camera/aravis_link.hpp"
 #include "drivers/camera/clock_trust.hpp"
 #include "drivers/camera/frame_id.hpp"
@@ -88,7 +88,7 @@ struct AravisCamera::Impl {
   std::shared_ptr<AravisLink> link;
   bool running = false, stopping = false, poked = false, suspect = false;
   bool stop_owed = false;  ///< to a camera that may have gone: it would keep its reader waiting
-  SignOfLife keeper_life;
+  Heartbeat keeper_life;
   std::atomic<bool> latch{false};  ///< the device's clock can be asked
   ClockTrust trust;
   ArrivalEnvelope envelope;

@@ -7,7 +7,8 @@
 
 namespace tankrig {
 
-/// Opened and under our control.  Errors: InputError: not found (with what was), or controlled by another program.
+/// Opened and under our control.
+/// Errors: InputError: not found (with what was), or controlled by another program.
 ArvPtr<ArvCamera> open_aravis_camera(const AravisSettings& settings);
 
 }  // namespace tankrig

@@ -34,7 +34,8 @@ struct AravisStreamCounts {
 /// Threads: start, stop, trigger, pop and read_clock may be called from different threads.
 class AravisLink {
  public:
-  /// Opens, sets every feature, reads exposure and rate back.  Errors: InputError, naming the feature.
+  /// Opens, sets every feature, reads exposure and rate back.
+  /// Errors: InputError, naming the feature.
   explicit AravisLink(const AravisSettings& settings);
   ~AravisLink();
   AravisLink(const AravisLink&) = delete;

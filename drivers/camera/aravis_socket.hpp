@@ -14,7 +14,8 @@ struct SocketLimits {
   bool packet_sockets = false;   ///< CAP_NET_RAW
 };
 
-/// Asks the system. Threads: any.
+/// Asks the system.
+/// Threads: any.
 SocketLimits socket_limits();
 
 struct SocketPlan {
@@ -23,8 +24,8 @@ struct SocketPlan {
 };
 
 /// An ordinary socket whose buffer holds two frames (eight, where the system allows that): it is the faster one; else a
-/// packet socket. With the default buffer nearly every frame loses packets. Errors: InputError with the command that
-/// cures it.
+/// packet socket. With the default buffer nearly every frame loses packets.
+/// Errors: InputError with the command that cures it.
 SocketPlan plan_socket(const std::string& camera, AravisSettings::Socket wanted, std::size_t frame_bytes,
                        const SocketLimits& limits);
 

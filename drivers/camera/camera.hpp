@@ -39,20 +39,22 @@ struct CameraCounters {
   std::uint64_t left_out() const noexcept { return lost + incomplete + overrun + unread + clock_unsure; }
 };
 
-/// Threads: start, try_grab and stop from one thread, trigger from any, none the cycle's.  RT: never.
+/// Threads: start, try_grab and stop from one thread, trigger from any, none the cycle's.
+/// RT: never.
 class Camera {
  public:
   virtual ~Camera() = default;
   virtual CameraInfo info() const = 0;
   virtual Status start() = 0;
-  /// The next complete frame; nothing if none is ready.  Errors: kNotReady before start().
+  /// The next complete frame; nothing if none is ready.
+  /// Errors: kNotReady before start().
   virtual Result<std::optional<Frame>> try_grab() = 0;
   /// When the next frame may be ready, if the camera knows (paced ones do): lets a waiting thread sleep.
   virtual std::optional<Stamp> next_frame_at() const { return std::nullopt; }
   virtual void stop() noexcept = 0;
   virtual CameraCounters counters() const = 0;
-  /// Exposes one frame now, on a started camera that is set to software trigger.  Errors: kRefused on one that is not
-  /// set to it, kNotReady before start().
+  /// Exposes one frame now, on a started camera that is set to software trigger.
+  /// Errors: kRefused on one that is not set to it, kNotReady before start().
   virtual Status trigger() { return Error{ErrorCode::kRefused, 0, {}, "camera: not set to software trigger"}; }
   virtual Statistics statistics() const { return {}; }
 };

@@ -72,7 +72,8 @@ class ClockFit {
 };
 
 /// For a device whose clock cannot be asked: frames arrive after they were stamped, never before, so the earliest
-/// arrivals of a while, less the known transfer delay, are readings of both clocks. Threads: one.
+/// arrivals of a while, less the known transfer delay, are readings of both clocks.
+/// Threads: one.
 class ArrivalEnvelope {
  public:
   /// `frames` arrivals make one sample; `floor` is the least sigma it claims.

@@ -58,11 +58,12 @@ struct RawPicture {
   bool full_range = false;  ///< kYuyv, kUyvy: Y and chroma use 0..255; else ITU-R BT.601's 16..235, 16..240
 };
 
-/// An image of its own memory, 8-bit, `channels` 1 or 3 (BGR). It does the conversion and no other copy.
-/// To one channel: luma as coded (YUV; head room above 235 is kept), weighted 0.299 R + 0.587 G + 0.114 B (RGB, Bayer).
-/// To three: ITU-R BT.601 (YUV), bilinear (Bayer). JPEG: full range, as JFIF says.
+/// An image of its own memory, 8-bit, `channels` 1 or 3 (BGR). It does the conversion and no other copy. To one
+/// channel: luma as coded (YUV; head room above 235 is kept), weighted 0.299 R + 0.587 G + 0.114 B (RGB, Bayer). To
+/// three: ITU-R BT.601 (YUV), bilinear (Bayer). JPEG: full range, as JFIF says.
 /// Errors: kProtocol, the bytes are short or damaged; kOutOfRange, a width, height, stride or channel count cannot be.
-/// Threads: any.  RT: never.
+/// Threads: any.
+/// RT: never.
 Result<cv::Mat> to_image(const RawPicture& picture, int channels);
 
 }  // namespace tankrig

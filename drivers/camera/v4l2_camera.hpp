@@ -11,9 +11,10 @@
 
 namespace tankrig {
 
-/// Streams from memory-mapped buffers; a picture is copied once, by its conversion to 8-bit grey or BGR.
-/// A lost device is looked for again from try_grab, every `settings.retry`; it must come back as it was.
-/// Threads: one, never the cycle's.  RT: never.
+/// Streams from memory-mapped buffers; a picture is copied once, by its conversion to 8-bit grey or BGR. A lost device
+/// is looked for again from try_grab, every `settings.retry`; it must come back as it was.
+/// Threads: one, never the cycle's.
+/// RT: never.
 /// Errors: the constructor throws InputError, one line that says what to do. try_grab: kDisconnected while the device
 /// is away; kTimeout once when it is silent for `settings.timeout`; kIo when it fails again and again.
 class V4l2Camera final : public Camera {

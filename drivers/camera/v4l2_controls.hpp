@@ -18,7 +18,9 @@ struct V4l2ControlInfo {
   std::int32_t minimum = 0, maximum = 0;
 };
 
-/// The controls of one open device.  Threads: one.  RT: never.
+/// The controls of one open device.
+/// Threads: one.
+/// RT: never.
 class V4l2Controls {
  public:
   explicit V4l2Controls(V4l2Device& device);
@@ -27,7 +29,8 @@ class V4l2Controls {
   /// By name or by id ("0x00980913", "9963795"). Names that kernel 5.17 changed are known by both, the old and the new.
   const V4l2ControlInfo* find(const std::string& name_or_id) const;
 
-  /// Returns what the device then has.  Errors: InputError, naming what it has or the range it takes.
+  /// Returns what the device then has.
+  /// Errors: InputError, naming what it has or the range it takes.
   std::int32_t set(const std::string& name_or_id, std::int32_t value);
   std::optional<std::int32_t> get(std::uint32_t id) const;
 

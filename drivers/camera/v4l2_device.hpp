@@ -10,7 +10,9 @@
 
 namespace tankrig {
 
-/// One device node. Calls return 0 or errno.  Threads: one.  RT: never.
+/// One device node. Calls return 0 or errno.
+/// Threads: one.
+/// RT: never.
 class V4l2Device {
  public:
   virtual ~V4l2Device() = default;

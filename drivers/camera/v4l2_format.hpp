@@ -34,7 +34,8 @@ FieldLayout field_layout(std::uint32_t field, bool top_first) noexcept;
 std::string field_order_name(std::uint32_t field);
 
 /// Opens `settings.device`, checks that it captures and streams, and agrees on a format; adds to `warnings` what is not
-/// as asked but can be lived with.  Errors: InputError, one line that says what to do.
+/// as asked but can be lived with.
+/// Errors: InputError, one line that says what to do.
 V4l2Format open_v4l2(V4l2Device& device, const V4l2CameraSettings& settings, std::vector<std::string>& warnings);
 
 }  // namespace tankrig

@@ -23,7 +23,8 @@ struct V4l2Taken {
 };
 
 /// A buffer gives none, one or (two fields) two frames, in the order of their exposure.
-/// Threads: one.  RT: never.
+/// Threads: one.
+/// RT: never.
 class V4l2Pictures {
  public:
   struct Counts {

@@ -10,7 +10,8 @@
 
 namespace tankrig {
 
-/// Threads: one.  RT: safe.
+/// Threads: one.
+/// RT: safe.
 class V4l2Sequence {
  public:
   struct Place {

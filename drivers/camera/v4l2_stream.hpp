@@ -14,7 +14,9 @@ struct v4l2_buffer;
 
 namespace tankrig {
 
-/// Memory-mapped streaming of an open device whose format is agreed.  Threads: one.  RT: never.
+/// Memory-mapped streaming of an open device whose format is agreed.
+/// Threads: one.
+/// RT: never.
 class V4l2Stream {
  public:
   explicit V4l2Stream(V4l2Device& device) : device_(device) {}

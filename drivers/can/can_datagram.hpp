@@ -21,7 +21,8 @@ struct CanDatagram {
   bool fd() const noexcept { return bytes == CANFD_MTU && frame.len <= CANFD_MAX_DLEN; }
 };
 
-/// Never blocks; EAGAIN if none waits.  RT: safe.
+/// Never blocks; EAGAIN if none waits.
+/// RT: safe.
 CanDatagram receive_datagram(int descriptor) noexcept;
 
 /// After an empty datagram: will the other side send nothing more, and has everything been read?  RT: safe.

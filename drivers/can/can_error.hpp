@@ -26,7 +26,8 @@ struct CanErrorReport {
   std::optional<std::uint8_t> transmit_errors, receive_errors;  ///< counters, where the frame carries them
 };
 
-/// Nothing in particular of a frame that is no error frame.  RT: safe.
+/// Nothing in particular of a frame that is no error frame.
+/// RT: safe.
 CanErrorReport decode_error_frame(const can_frame& frame) noexcept;
 
 }  // namespace tankrig

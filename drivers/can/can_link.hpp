@@ -17,8 +17,8 @@ struct CanLink {
   bool listen_only = false;  ///< acknowledges nothing and cannot send
 };
 
-/// Asks the kernel (rtnetlink, linux/can/netlink.h). Nothing if there is no such interface or it does not say.  RT:
-/// never.
+/// Asks the kernel (rtnetlink, linux/can/netlink.h). Nothing if there is no such interface or it does not say.
+/// RT: never.
 std::optional<CanLink> read_can_link(const std::string& interface);
 
 }  // namespace tankrig

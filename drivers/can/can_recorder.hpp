@@ -23,8 +23,9 @@ struct CanRecorderCounters {
 
 /// A node of its own that only listens: all frames, those the rig sends included, error frames, CAN FD. Written out at
 /// least every half second, so a kill costs no more; a disk that is full is tried again, and its frames kept in memory
-/// while there is room. An interface that goes away is waited for. Threads: a thread of its own; counters() and the
-/// rest from any.  RT: never.
+/// while there is room. An interface that goes away is waited for.
+/// Threads: a thread of its own; counters() and the rest from any.
+/// RT: never.
 class CanRecorder {
  public:
   static constexpr std::size_t kMostBytesWaiting = 4 << 20;

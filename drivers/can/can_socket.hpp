@@ -13,9 +13,10 @@
 
 namespace tankrig {
 
-/// A bus-off ends with the kernel's restart (restart-ms, or by hand `ip link set can0 type can
-/// restart`), with the interface set down and up, or with the first frame received.
-/// Threads: one at a time; state(), counters() and send_regardless() any.  RT: all but the constructor and reopen().
+/// A bus-off ends with the kernel's restart (restart-ms, or by hand `ip link set can0 type can restart`), with the
+/// interface set down and up, or with the first frame received.
+/// Threads: one at a time; state(), counters() and send_regardless() any.
+/// RT: all but the constructor and reopen().
 class CanSocket final : public CanBus {
  public:
   CanSocket(CanCarrier carrier, const CanSettings& settings, const Clock& clock);

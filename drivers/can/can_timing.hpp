@@ -11,8 +11,8 @@
 namespace tankrig {
 
 /// Bits a classic frame takes from its start of frame to the end of the intermission, with the stuff bits of its very
-/// content. Layout, CRC-15 (polynomial 0x4599) and stuffing: Bosch CAN Specification 2.0 (1991), ISO 11898-1.  RT:
-/// safe.
+/// content. Layout, CRC-15 (polynomial 0x4599) and stuffing: Bosch CAN Specification 2.0 (1991), ISO 11898-1.
+/// RT: safe.
 int frame_bits(const can_frame& frame) noexcept;
 
 /// The same at worst, for any content of `length` bytes: g + 8n + 13 + floor((g + 8n - 1) / 4) with g = 34 for 11-bit

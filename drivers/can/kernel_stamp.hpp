@@ -9,7 +9,9 @@
 namespace tankrig {
 
 /// Reads both clocks close together. Never later than now, never earlier than the stamp before: a step of the wall
-/// clock between a frame and its reading costs at most that frame's accuracy, not the order. Threads: one.  RT: safe.
+/// clock between a frame and its reading costs at most that frame's accuracy, not the order.
+/// Threads: one.
+/// RT: safe.
 class StampConverter {
  public:
   /// Of a clock that does not keep real time every stamp is its now().

@@ -23,7 +23,8 @@ class OutputRight;
 class Laser {
  public:
   virtual ~Laser() = default;
-  /// Takes effect at once.  RT: safe (queued to the device's thread), never blocks.
+  /// Takes effect at once.
+  /// RT: safe (queued to the device's thread), never blocks.
   Status off() noexcept { return set(false); }
   virtual Result<LaserState> state() noexcept = 0;
   virtual Duration warm_up() const noexcept = 0;

@@ -8,7 +8,8 @@
 namespace tankrig {
 
 /// Three slots: the writer always has one of its own, the reader another, the newest complete value lies in the third.
-/// Threads: one writer, one reader.  RT: both wait-free.
+/// Threads: one writer, one reader.
+/// RT: both wait-free.
 template <class T>
 class LatestValue {
  public:

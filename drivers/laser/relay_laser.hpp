@@ -10,7 +10,7 @@
 
 #include "core/clock.hpp"
 #include "core/config_node.hpp"
-#include "core/sign_of_life.hpp"
+#include "core/heartbeat.hpp"
 #include "core/suspend_watch.hpp"
 #include "drivers/laser/laser.hpp"
 #include "drivers/laser/latest_value.hpp"
@@ -33,11 +33,13 @@ struct RelayLaserSettings {
   Duration opening_timeout = std::chrono::seconds{3};
 };
 
-/// Reads `on_byte`, `off_byte`, `status_query`.  Errors: InputError, also if two are the same.
+/// Reads `on_byte`, `off_byte`, `status_query`.
+/// Errors: InputError, also if two are the same.
 RelayProtocol relay_protocol_from(const ConfigNode& laser);
 
 /// Reads `device`, `baud`, `on_byte`, `off_byte`, `status_query`, `warm_up_s`, `refresh_ms`, `query_period_ms`,
-/// `answer_timeout_ms`, `attempts`, `caller_timeout_ms`, `opening_timeout_s`.  Errors: InputError.
+/// `answer_timeout_ms`, `attempts`, `caller_timeout_ms`, `opening_timeout_s`.
+/// Errors: InputError.
 RelayLaserSettings relay_laser_settings_from(const ConfigNode& laser, const std::filesystem::path& runtime);
 
 /// Where the cycle hangs, the laser must go off before the arm is stopped.
@@ -48,15 +50,16 @@ void check_goes_off_first(const ConfigNode& laser, const RelayLaserSettings& set
 /// end; a line that hangs up, a relay that does not answer or answers wrongly, a caller that has gone silent, and a
 /// machine that was suspended, which no time-out sees, drop the command, which stays off until it is set again.
 /// `powered` is the read-back contact where a status query is configured, else the last echo. `since` is when the
-/// answer came: the contact moved at most answer_timeout before. Threads: as Laser; its own thread talks to the line.
+/// answer came: the contact moved at most answer_timeout before.
+/// Threads: as Laser; its own thread talks to the line.
 /// RT: set() and state() never wait, lock or allocate. Errors of state(): kDisconnected (the line is gone), kTimeout
 /// (no answer), kProtocol (a wrong one), kSuspended (until the relay has confirmed off after it), kInternal (its thread
 /// has ended or hangs: the refreshes end, and a relay with a watchdog opens); set(true) is refused with the same while
 /// they last. set(false) is always taken; state() says when it is true.
 class RelayLaser final : public Laser {
  public:
-  /// Waits until the relay has confirmed off. `clock`: real, and outlives it.  Errors: InputError: SerialPort's, no
-  /// answer, wrong answer.
+  /// Waits until the relay has confirmed off. `clock`: real, and outlives it.
+  /// Errors: InputError: SerialPort's, no answer, wrong answer.
   explicit RelayLaser(const RelayLaserSettings& settings, const Clock& clock = MonotonicClock::one());
   /// Sends off, at least twice if it is not confirmed.
   ~RelayLaser() override;
@@ -70,7 +73,8 @@ class RelayLaser final : public Laser {
   Statistics statistics() const override;
 
   /// The interlock's loop as last read back; nothing without a status query, and while the relay is not to be trusted.
-  /// Threads: any.  RT: safe.
+  /// Threads: any.
+  /// RT: safe.
   std::optional<bool> interlock_closed() const noexcept;
 
  private:
@@ -120,7 +124,7 @@ class RelayLaser final : public Laser {
   std::atomic<Loop> loop_{Loop::kUnknown};
   std::atomic<std::int64_t> last_call_ns_{0};
   LatestValue<Reading> published_;
-  SignOfLife life_{SignOfLife::kUsual + settings_.answer_timeout};
+  Heartbeat life_{Heartbeat::kUsual + settings_.answer_timeout};
   std::mutex opening_mutex_;  // guards opened_, not used by RT calls
   std::condition_variable opening_;
   bool opened_ = false;

@@ -12,7 +12,7 @@ namespace tankrig {
 namespace {
 
 constexpr int kPriority = 78;  // below the cycle's, above the triggers'
-constexpr Duration kLongestWait = SignOfLife::kUsual / 4;
+constexpr Duration kLongestWait = Heartbeat::kUsual / 4;
 constexpr Duration kReopenPeriod = std::chrono::milliseconds{100};
 constexpr int kLateAnswers = 20;  // so many answer time-outs long an answer may still come
 constexpr Duration kQuietAfterGarbage = std::chrono::milliseconds{10};
@@ -20,7 +20,7 @@ constexpr Duration kQuietAfterGarbage = std::chrono::milliseconds{10};
 }  // namespace
 
 void RelayLaser::run() {
-  keep_time("laser-relay", kPriority);
+  set_fifo("laser-relay", kPriority);
   try {
     while (!stop_) step();
   } catch (...) {

@@ -13,7 +13,9 @@
 namespace tankrig {
 
 /// Asks again until an answer decodes or the time is over; bytes that belong to no answer are skipped one by one; a
-/// line that has gone is opened again as soon as it is back. Threads: one.  RT: never.
+/// line that has gone is opened again as soon as it is back.
+/// Threads: one.
+/// RT: never.
 class LuxLine {
  public:
   /// `no_answer` and `no_sense` say what to do: string literals for Error::where.

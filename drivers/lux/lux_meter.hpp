@@ -11,7 +11,8 @@ struct LuxReading {
   double lux = 0;
 };
 
-/// Threads: one, never the cycle's.  RT: never.
+/// Threads: one, never the cycle's.
+/// RT: never.
 class LuxMeter {
  public:
   virtual ~LuxMeter() = default;

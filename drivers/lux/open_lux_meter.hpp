@@ -13,8 +13,9 @@ namespace tankrig {
 
 using LuxMeterSettings = std::variant<Pce174Settings, T10aSettings>;
 
-/// Reads `driver: pce174 | t10a`, `device`, `reply_timeout_ms`, and for t10a `head`, `colour_correction`,
-/// `unit: lux | foot_candle`.  Errors: InputError.
+/// Reads `driver: pce174 | t10a`, `device`, `reply_timeout_ms`, and for t10a `head`, `colour_correction`, `unit: lux |
+/// foot_candle`.
+/// Errors: InputError.
 LuxMeterSettings lux_meter_settings_from(const ConfigNode& lux_meter, const std::filesystem::path& runtime);
 
 /// Errors: InputError.

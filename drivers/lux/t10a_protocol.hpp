@@ -53,9 +53,11 @@ struct T10aMeasurement {
   std::optional<double> percent;  ///< of that reference
 };
 
-/// A reply of 14 bytes.  Errors: kProtocol: length, STX, ETX, CR LF, BCC, digits.
+/// A reply of 14 bytes.
+/// Errors: kProtocol: length, STX, ETX, CR LF, BCC, digits.
 Result<T10aReply> decode_t10a_short(std::span<const std::uint8_t> reply) noexcept;
-/// The reply of 32 bytes to command 10.  Errors: kProtocol: as above, or another command, or an undefined status.
+/// The reply of 32 bytes to command 10.
+/// Errors: kProtocol: as above, or another command, or an undefined status.
 Result<T10aMeasurement> decode_t10a_measurement(std::span<const std::uint8_t> reply) noexcept;
 
 }  // namespace tankrig

@@ -10,7 +10,8 @@
 
 namespace tankrig {
 
-/// Frames: the cloud's (`PointCloud::frame`). Units: metres.
+/// Frames: the cloud's (`PointCloud::frame`).
+/// Units: metres.
 struct CloudPoint {
   Vector3d p = Vector3d::Zero();
   float intensity = 0;      ///< [0, 1] of full scale

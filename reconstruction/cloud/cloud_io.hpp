@@ -12,8 +12,8 @@ enum class CloudEncoding { kBinary, kAscii };
 /// Reads a .ply (ascii, binary of either byte order) or .pcd file (ascii, binary, binary_compressed) by its extension.
 /// Takes x y z, and intensity, frame, column, sigma where they are; every other property, list and element is skipped.
 /// Points with a coordinate that is not finite are left out and counted. An integer intensity is divided by its type's
-/// maximum. The cloud's frame comes from the comment line `frame LETTER`; without one it is empty: not known. Errors:
-/// InputError with file, line or field, what was found and what was expected.
+/// maximum. The cloud's frame comes from the comment line `frame LETTER`; without one it is empty: not known.
+/// Errors: InputError with file, line or field, what was found and what was expected.
 PointCloud read_cloud(const std::filesystem::path& file);
 
 /// Writes .ply or .pcd by extension: float32 x y z [m], intensity [0, 1], int32 frame, float32 column [px], sigma [m].

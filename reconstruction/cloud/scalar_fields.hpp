@@ -45,8 +45,8 @@ class TokenReader {
       : file_(file), text_(text), line_(first_line) {}
   /// Next token; nothing at the end of the text.
   std::optional<std::string_view> next();
-  /// Next token as a number ("nan" and "inf" are numbers); nothing at the end.  Errors: InputError naming line and
-  /// property.
+  /// Next token as a number ("nan" and "inf" are numbers); nothing at the end.
+  /// Errors: InputError naming line and property.
   std::optional<double> number(std::string_view property);
 
  private:

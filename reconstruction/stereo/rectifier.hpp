@@ -9,14 +9,15 @@ namespace tankrig {
 
 /// Frames: pixels (u, v) are those of the rectified left image; points come back in the left camera's frame c.
 /// Units: disparity = u_left - u_right [px] >= 0, depth = focal_px * baseline / disparity, along the rectified z axis
-/// [m]. Errors: InputError if the cameras differ in size or do not stand side by side (left, right). Source:
+/// [m].
+/// Errors: InputError if the cameras differ in size or do not stand side by side (left, right). Source:
 /// cv::stereoRectify (Bouguet's split of the rotation), zero disparity at infinity.
 class Rectifier {
  public:
   explicit Rectifier(const StereoCalibration& calibration);
 
-  /// Bilinear, 8-bit, black outside: the common rectification of ROS's image_proc.  Errors: InputError on another size
-  /// or type.
+  /// Bilinear, 8-bit, black outside: the common rectification of ROS's image_proc.
+  /// Errors: InputError on another size or type.
   cv::Mat1b left(const cv::Mat& image) const;
   cv::Mat1b right(const cv::Mat& image) const;
 
@@ -47,7 +48,8 @@ class Rectifier {
   cv::Mat1f left_x_, left_y_, right_x_, right_y_;
 };
 
-/// The image as 8-bit grey.  Errors: InputError if it is not 8-bit with 1 or 3 channels, or not of `size`.
+/// The image as 8-bit grey.
+/// Errors: InputError if it is not 8-bit with 1 or 3 channels, or not of `size`.
 cv::Mat1b grey_image(const cv::Mat& image, cv::Size size);
 
 }  // namespace tankrig

@@ -55,14 +55,16 @@ struct StripeResult {
 /// Frames are searched in parallel; the result does not depend on the number of threads. An orientation kAuto is
 /// settled once, by the clearest of some frames. `background`: dark image, empty if there is none (the paper's detector
 /// ignores it). `cloud_frame`: letter of frame a. `progress(done, total)` may be called from any thread, one call at a
-/// time. Errors: InputError if an image is of another size than the camera or the background.
+/// time.
+/// Errors: InputError if an image is of another size than the camera or the background.
 StripeResult reconstruct_stripe(const std::vector<StripeFrame>& frames, const CameraModel& camera,
                                 const cv::Mat& background, const StripeReconstructionParameters& parameters,
                                 const std::string& cloud_frame,
                                 const std::function<void(std::size_t, std::size_t)>& progress = {});
 
 /// Header frame,column_px,row_px,sigma_px,intensity; for kRows frame,row_px,column_px,sigma_px,intensity: the third is
-/// the sub-pixel position. The file appears whole or not at all.  Errors: InputError if it cannot be written.
+/// the sub-pixel position. The file appears whole or not at all.
+/// Errors: InputError if it cannot be written.
 void write_stripe_csv(const std::filesystem::path& file, const std::vector<StripeRow>& rows,
                       StripeOrientation orientation);
 

@@ -8,7 +8,8 @@ namespace tankrig {
 
 /// The stripe on an empty tank's floor and walls, as the rig file has camera, arm and laser. It need not be exact: it
 /// only tells a stripe that is out of view from one that is missing.
-/// Threads: const and safe.  RT: never.
+/// Threads: const and safe.
+/// RT: never.
 class BeamView {
  public:
   BeamView(const RigConfig& rig, const RigCamera& camera);

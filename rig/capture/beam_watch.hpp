@@ -22,8 +22,9 @@ using StripeInView = std::function<bool(const JointVector& q)>;
 
 /// What a camera sees in the dark is learnt from its first frames before any light, however few came. From then on
 /// every frame testifies, except around a switching. `frames` contradictions of one camera in a row are a verdict,
-/// which stays. A camera whose lit picture stays the same, bit for bit, though the arm moves is no witness. Threads:
-/// one, the supervisor's.  RT: never.
+/// which stays. A camera whose lit picture stays the same, bit for bit, though the arm moves is no witness.
+/// Threads: one, the supervisor's.
+/// RT: never.
 class BeamWatch {
  public:
   /// `settle`: so long before and after a switching no frame testifies. `laser` and `joints` outlive it.

@@ -22,7 +22,8 @@ constexpr std::size_t kJointSamples = 4096;
 /// Reasons, as counted under "CAMERA.REASON":
 ///   silent           the camera was silent when it was due, by its rate
 ///   not_recorded     taken outside what this camera records, or beyond the dark block's number
-///   joints_before    older than every joint sample kept       joints_after   the scan ended before a joint sample came
+///   joints_before    older than every joint sample kept
+///   joints_after     the scan ended before a joint sample came
 ///   joint_gap        the joint samples around it are too far apart
 ///   laser_switching  the laser went on or off while it was exposed
 ///   laser_wrong      sweep frame without laser, or dark frame with it

@@ -8,7 +8,8 @@
 
 namespace tankrig {
 
-/// Threads: one.  RT: never.
+/// Threads: one.
+/// RT: never.
 class LaserTimeline {
  public:
   enum class Light { kOff, kOn, kMixed, kNotYetKnown };

@@ -10,7 +10,9 @@
 
 namespace tankrig {
 
-/// Threads: one, never the cycle's.  RT: never.  Errors: a sink that cannot record throws; the scan then ends safely.
+/// Threads: one, never the cycle's.
+/// RT: never.
+/// Errors: a sink that cannot record throws; the scan then ends safely.
 class ScanSink {
  public:
   virtual ~ScanSink() = default;

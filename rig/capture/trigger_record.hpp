@@ -11,7 +11,8 @@ namespace tankrig {
 
 /// Of one camera. A frame belongs to the last trigger before its exposure began; triggers before that which have no
 /// frame are lost. So a camera must begin to expose before its next trigger.
-/// Threads: one.  RT: never.
+/// Threads: one.
+/// RT: never.
 class TriggerRecord {
  public:
   /// In the order they were fired.

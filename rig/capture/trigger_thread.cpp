@@ -50,7 +50,7 @@ void TriggerThread::begin() {
 }
 
 void TriggerThread::run() {
-  keep_time("tankrig-trigger", kPriority);
+  set_fifo("tankrig-trigger", kPriority);
   try {
     while (true) {
       pollfd door{news_, POLLIN, 0};

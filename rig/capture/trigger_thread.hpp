@@ -5,7 +5,7 @@
 #include <thread>
 
 #include "core/clock.hpp"
-#include "core/sign_of_life.hpp"
+#include "core/heartbeat.hpp"
 #include "core/spsc_ring.hpp"
 #include "drivers/camera/camera.hpp"
 #include "rig/capture/trigger_schedule.hpp"
@@ -22,7 +22,8 @@ struct FiredTrigger {
 
 /// Calls Camera::trigger() when a request says so. In real time a thread of its own sleeps until then, so a camera that
 /// takes its time holds up nobody; under a virtual clock fire_due() does the same in the caller's turn.
-/// Threads: request() in the cycle's, everything else in one other.  RT: request is safe.
+/// Threads: request() in the cycle's, everything else in one other.
+/// RT: request is safe.
 class TriggerThread {
  public:
   static constexpr std::size_t kWaiting = 16;  ///< requests; a camera that answers has none or one
@@ -57,7 +58,7 @@ class TriggerThread {
   SpscRing<FiredTrigger> fired_;
   const int news_;  // eventfd: a wake-up that never waits
   std::atomic<bool> ending_{false};
-  SignOfLife life_;
+  Heartbeat life_;
   std::optional<TriggerRequest> next_;  // of due()
   std::thread thread_;
 };

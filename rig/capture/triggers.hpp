@@ -17,8 +17,10 @@ namespace tankrig {
 /// Threads: cycle() in the cycle's, everything else in the supervisor's.  RT: cycle is safe.
 ///
 /// Counts, under "CAMERA.REASON", where they are not 0:
-///   trigger_dropped  the camera's thread was too busy for it   trigger_skipped  it was too late to ask for it
-///   trigger_refused  the camera's driver refused it            trigger_unfired  the scan ended before it was due
+///   trigger_dropped  the camera's thread was too busy for it
+///   trigger_skipped  it was too late to ask for it
+///   trigger_refused  the camera's driver refused it
+///   trigger_unfired  the scan ended before it was due
 class Triggers final : public CycleListener {
  public:
   Triggers(const ScanPlan& plan, const ScanSettings& settings, Clock& clock, ScanSink& sink)

@@ -1,4 +1,4 @@
-// The rig file's `scan: limits:` section: what the joints of a running arm must keep to; and the play of its axes.
+// The rig file's `scan: limits:` section: what the joints of a running arm must keep to; and the backlash of its axes.
 #pragma once
 
 #include <array>
@@ -9,11 +9,12 @@
 
 namespace tankrig {
 
-/// Takes from `scan`'s child `limits` what it has; what it lacks keeps its value.  Errors: InputError with file and
-/// line.
+/// Takes from `scan`'s child `limits` what it has; what it lacks keeps its value.
+/// Errors: InputError with file and line.
 void read_limits_section(const ConfigNode& scan, JointLimits& limits);
 
-/// `arm`'s list `backlash_ticks`, where it is there.  Errors: InputError with file and line.
+/// `arm`'s list `backlash_ticks`, where it is there.
+/// Errors: InputError with file and line.
 void read_backlash(const ConfigNode& arm, std::array<double, kJoints>& play_ticks);
 
 std::string backlash_yaml(const std::array<double, kJoints>& play_ticks);

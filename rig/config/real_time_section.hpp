@@ -8,7 +8,8 @@
 
 namespace tankrig {
 
-/// Takes from `scan: real_time:` what it has; what it lacks keeps its value.  Errors: InputError with file and line.
+/// Takes from `scan: real_time:` what it has; what it lacks keeps its value.
+/// Errors: InputError with file and line.
 void read_real_time_section(const ConfigNode& scan, RealTimeSettings& settings);
 
 /// The section's lines, indented by two blanks.

@@ -56,7 +56,7 @@ struct RigConfig {
   std::string preset;           ///< applied to `scan`; empty if none
   ArmModel arm;
   MotionLimits motion_limits;
-  std::array<double, kJoints> backlash_ticks{};  ///< total play between every encoder and its link; 0: not known
+  std::array<double, kJoints> backlash_ticks{};  ///< total backlash between every encoder and its link; 0: not known
   ScanSettings scan;
   bool read_lux = true;  ///< ask the lux meter before and after the sweep
   std::vector<RigCamera> cameras;
@@ -72,12 +72,13 @@ struct RigConfig {
   ConfigNode root;  ///< the whole file, for section()
 };
 
-/// A rig file as YAML; with `base: FILE`, all that rig says and this file does not.  Errors: InputError.
+/// A rig file as YAML; with `base: FILE`, all that rig says and this file does not.
+/// Errors: InputError.
 ConfigNode rig_file(const std::filesystem::path& file);
 
 /// Reads a rig file and applies one of its presets to its scan ("" for none). Keys of section()s are not looked at
-/// here: whoever reads one calls finish() on it. Errors: InputError "FILE:LINE: key: found ..., expected ..."; an
-/// unknown key is one.
+/// here: whoever reads one calls finish() on it.
+/// Errors: InputError "FILE:LINE: key: found ..., expected ..."; an unknown key is one.
 RigConfig load_rig(const std::filesystem::path& file, const std::string& preset = "");
 /// The same of a rig file that is read already.
 RigConfig read_rig(const ConfigNode& file, const std::string& preset = "");

@@ -8,7 +8,8 @@
 
 namespace tankrig {
 
-/// Takes from `node` what it has; what it lacks keeps its value.  Errors: InputError with file and line.
+/// Takes from `node` what it has; what it lacks keeps its value.
+/// Errors: InputError with file and line.
 void read_safety_section(const ConfigNode& node, SafetySettings& settings);
 
 /// The section's lines, its name indented by two blanks.

@@ -8,7 +8,8 @@
 
 namespace tankrig {
 
-/// Takes from `sync` below `node` what it has; what it lacks keeps its value.  Errors: InputError with file and line.
+/// Takes from `sync` below `node` what it has; what it lacks keeps its value.
+/// Errors: InputError with file and line.
 void read_sync_section(const ConfigNode& node, SyncGate& gate);
 
 /// The section's lines, its name indented by two blanks.

@@ -6,11 +6,11 @@
 #include <optional>
 #include <thread>
 
-#include "core/awake_processors.hpp"
 #include "core/clock.hpp"
+#include "core/cpu_latency_request.hpp"
 #include "core/cycle_times.hpp"
 #include "core/locked_memory.hpp"
-#include "core/watched_silence.hpp"
+#include "core/stall_detector.hpp"
 #include "rig/executive/cycle_grid.hpp"
 #include "rig/executive/executive.hpp"
 #include "rig/platform/real_time.hpp"
@@ -49,19 +49,22 @@ class Cycle {
   bool end() noexcept;
 
   /// As the last turn saw it: inside a step, or without a processor, for longer than it may be.
-  bool hangs() const noexcept { return silence_.so_far() > patience_.noticed; }
+  bool hangs() const noexcept { return silence_.stalled_for() > patience_.noticed; }
   /// Likewise: it will not come back.
-  bool given_up() const noexcept { return silence_.so_far() > patience_.noticed + patience_.given_up; }
-  /// A cycle of this program was left behind, and may still use its devices.  Threads: any.
+  bool given_up() const noexcept { return silence_.stalled_for() > patience_.noticed + patience_.given_up; }
+  /// A cycle of this program was left behind, and may still use its devices.
+  /// Threads: any.
   static bool any_left_behind() noexcept;
 
   std::uint64_t cycles() const noexcept { return steps_.load(std::memory_order_acquire); }
   std::uint64_t overruns() const noexcept { return overruns_.load(std::memory_order_relaxed); }
   std::uint64_t missed_cycles() const noexcept { return missed_.load(std::memory_order_relaxed); }
 
-  /// Nothing under a virtual clock.  Threads: after end().
+  /// Nothing under a virtual clock.
+  /// Threads: after end().
   const std::optional<CycleTimes>& times() const noexcept { return times_; }
-  /// What the system gave.  Threads: after the first turn().
+  /// What the system gave.
+  /// Threads: after the first turn().
   const RealTimeGrant& granted() const noexcept { return granted_; }
 
  private:
@@ -77,7 +80,7 @@ class Cycle {
   const RealTimeSettings real_time_;
   const CyclePatience patience_;
   std::optional<LockedMemory> memory_;
-  std::optional<AwakeProcessors> awake_;
+  std::optional<CpuLatencyRequest> awake_;
   RealTimeGrant granted_;
 
   // The stepping thread's.
@@ -91,7 +94,7 @@ class Cycle {
   std::atomic<bool> ending_{false}, ended_{false};
 
   // The caller's.
-  WatchedSilence silence_;
+  StallDetector silence_;
   std::thread thread_;
 };
 

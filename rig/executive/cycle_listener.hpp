@@ -5,7 +5,8 @@
 
 namespace tankrig {
 
-/// Threads: called in the cycle's, with the record it is about to leave.  RT: must be safe.
+/// Threads: called in the cycle's, with the record it is about to leave.
+/// RT: must be safe.
 class CycleListener {
  public:
   virtual ~CycleListener() = default;

@@ -38,7 +38,8 @@ enum class Fault : std::uint8_t {
 };
 const char* to_string(Fault fault) noexcept;
 
-/// Assigning one allocates nothing.  Units: rad, rad/s, seconds of plan time.
+/// Assigning one allocates nothing.
+/// Units: rad, rad/s, seconds of plan time.
 struct CycleRecord {
   std::uint64_t cycle = 0;
   Stamp stamp{};              ///< the cycle's start

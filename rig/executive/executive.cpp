@@ -208,18 +208,18 @@ JointVector Executive::follow(const CycleRecord& record) noexcept {
 void Executive::act(CycleRecord& record, const InterlockOutputs& allowed) noexcept {
   if (guard_.state().latched) state_ = ExecutiveState::kFault;
   if (state_ != ExecutiveState::kWaiting && state_ != ExecutiveState::kRunning) {
-    make_safe(record);
+    force_safe(record);
     return;
   }
   if (allowed.motion) record.desired = follow(record);
   if (stop_asked()) {  // since this step began, which may be long ago: the next one says so
-    make_safe(record);
+    force_safe(record);
     return;
   }
   if (!raised_) write_outputs(record);
   if (raised_) {
     state_ = ExecutiveState::kFault;
-    make_safe(record);
+    force_safe(record);
   }
 }
 
@@ -236,7 +236,7 @@ void Executive::write_outputs(CycleRecord& record) noexcept {
 }
 
 /// Laser off first, then the arm; again in every cycle, because a command may fail or be lost.
-void Executive::make_safe(CycleRecord& record) noexcept {
+void Executive::force_safe(CycleRecord& record) noexcept {
   record.laser_off = guard_.laser_off();
   record.arm_stop = guard_.arm_stop();
   record.desired.setZero();

@@ -53,7 +53,7 @@ class Executive {
   /// For whoever finds the cycle hanging: laser off, then arm stopped, past it; stopped if it goes on.
   void stop_past_cycle() noexcept {
     request_stop();
-    guard_.make_safe_past_cycle();
+    guard_.force_safe_past_cycle();
   }
   /// One edge: from fault, stopped or done to waiting at the measured posture, if everything is well now. The laser
   /// must be armed again by an edge, and no plan runs until the next start().
@@ -62,17 +62,21 @@ class Executive {
     overrun_.store(false, std::memory_order_relaxed);
     resets_.fetch_add(1, std::memory_order_release);
   }
-  /// What the cameras say.  Threads: any.
+  /// What the cameras say.
+  /// Threads: any.
   void set_beam(BeamVerdict verdict) noexcept { beam_.store(verdict, std::memory_order_relaxed); }
-  /// A thread that the rig depends on has ended; for good.  Threads: any.
+  /// A thread that the rig depends on has ended; for good.
+  /// Threads: any.
   void thread_died() noexcept { thread_died_.store(true, std::memory_order_relaxed); }
-  /// The cycle was late too often: a fault in the next one.  Threads: any.
+  /// The cycle was late too often: a fault in the next one.
+  /// Threads: any.
   void too_many_overruns() noexcept { overrun_.store(true, std::memory_order_relaxed); }
 
   /// Hears of every cycle from then on, and outlives the executive. Before the first cycle.
   void set_listener(CycleListener* listener) noexcept { listener_ = listener; }
 
-  /// When the newest joint state was read; zero before the first.  Threads: the cycle's.
+  /// When the newest joint state was read; zero before the first.
+  /// Threads: the cycle's.
   Stamp newest_joints() const noexcept { return joints_ ? joints_->stamp : Stamp{}; }
 
   /// Oldest record not yet read.
@@ -93,7 +97,7 @@ class Executive {
   void act(CycleRecord& record, const InterlockOutputs& allowed) noexcept;
   void recover() noexcept;
   void write_outputs(CycleRecord& record) noexcept;
-  void make_safe(CycleRecord& record) noexcept;
+  void force_safe(CycleRecord& record) noexcept;
   void raise(Fault fault, const Error& error = {}) noexcept;
   void raise(const JointMonitor::Answer& violation, Stamp now) noexcept;
   void raise(Trip trip, BeamVerdict beam, Stamp now) noexcept;

@@ -6,7 +6,8 @@
 
 namespace tankrig {
 
-/// Where the plan wanted each joint when it was measured. `age`: from the state's stamp to `plan_time`.  RT: safe.
+/// Where the plan wanted each joint when it was measured. `age`: from the state's stamp to `plan_time`.
+/// RT: safe.
 JointVector planned_when_measured(const ScanPlan& plan, double plan_time, Duration age,
                                   const JointState& measured) noexcept;
 

@@ -8,14 +8,14 @@ constexpr char kCutLaser[] = "LASER MAY BE ON: cut its supply", kCutArm[] = "ARM
 
 }  // namespace
 
-std::string to_string(const OutputsLeft& left) {
+std::string to_string(const EndState& left) {
   if (left.safe()) return "laser off, arm at rest";
   std::string text = left.laser_dark ? "laser off" : kCutLaser;
   text += "; ";
   return text + (left.arm_at_rest ? "arm at rest" : kCutArm);
 }
 
-std::string to_cut(const OutputsLeft& left) {
+std::string to_cut(const EndState& left) {
   std::string text = left.laser_dark ? "" : kCutLaser;
   if (left.arm_at_rest) return text;
   return text + (text.empty() ? "" : "; ") + kCutArm;

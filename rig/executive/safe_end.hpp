@@ -11,20 +11,21 @@
 namespace tankrig {
 
 /// What was confirmed by the devices themselves after the end, not what was commanded.
-struct OutputsLeft {
+struct EndState {
   bool laser_dark = false;   ///< Laser::state() was read: neither powered nor emitting
   bool arm_at_rest = false;  ///< measured velocities have been below creep for a while, and still are measured
 
   bool safe() const noexcept { return laser_dark && arm_at_rest; }
-  bool operator==(const OutputsLeft&) const = default;
+  bool operator==(const EndState&) const = default;
 };
 
 /// "laser off, arm at rest", or for each that is not confirmed what the people at the tank must do.
-std::string to_string(const OutputsLeft& left);
+std::string to_string(const EndState& left);
 /// Only what must be cut, in the same words; empty where both are confirmed.
-std::string to_cut(const OutputsLeft& left);
+std::string to_cut(const EndState& left);
 
-/// Looks at the cycle's records from the end of the plan, a stop or a fault on.  Threads: one.
+/// Looks at the cycle's records from the end of the plan, a stop or a fault on.
+/// Threads: one.
 class SafeEnd {
  public:
   /// The arm is not known to be at rest any more when it has not been heard of for longer.
@@ -41,9 +42,9 @@ class SafeEnd {
   bool ended() const noexcept { return ended_at_.has_value(); }
   /// Ended, and both confirmed, or rest_timeout has passed.
   bool settled() const noexcept;
-  OutputsLeft left() const noexcept { return left_; }
+  EndState left() const noexcept { return left_; }
   /// Confirmed, or soon to be: the stop was taken, the device answers, and kUsual is not over.
-  OutputsLeft expected() const noexcept { return expected_; }
+  EndState expected() const noexcept { return expected_; }
 
  private:
   const SafetySettings settings_;
@@ -51,7 +52,7 @@ class SafeEnd {
   RestWatch rest_;  // of joint samples after the end
   Stamp now_{}, news_{};
   std::optional<Stamp> heard_;  // the arm, before the end too
-  OutputsLeft left_, expected_{true, true};
+  EndState left_, expected_{true, true};
 };
 
 }  // namespace tankrig

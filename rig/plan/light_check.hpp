@@ -13,7 +13,8 @@ namespace tankrig {
 std::optional<double> first_light(const ScanPlan& plan);
 
 /// Every stretch of light within maximum_on, every hold within hold_limit and without motion; dark pauses shorter than
-/// indicator_delay belong to their stretch.  Errors: InputError, one line that names the key.
+/// indicator_delay belong to their stretch.
+/// Errors: InputError, one line that names the key.
 void check_light(const ScanPlan& plan, const SafetySettings& settings);
 
 /// Whether a camera is a witness of the beam, by the rig file's word.

@@ -21,7 +21,8 @@ struct Capsule {
   double radius = 0;
 };
 
-/// What the arm must not touch, and how thick the arm is.  Units: metres.
+/// What the arm must not touch, and how thick the arm is.
+/// Units: metres.
 struct Obstacles {
   Vector3d tank_size{2.0, 2.0, 1.5};  ///< inner x, y of the walls and their height; the floor's centre is w's origin
   Transform wMb = Transform::Identity();

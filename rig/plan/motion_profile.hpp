@@ -24,7 +24,8 @@ class Ramp {
   /// To `limits.velocity`.
   explicit Ramp(const ProfileLimits& limits);
 
-  /// 0 <= t <= duration().  RT: safe.
+  /// 0 <= t <= duration().
+  /// RT: safe.
   ProfilePoint at(double t) const noexcept;
 
   double velocity() const noexcept { return velocity_; }
@@ -43,7 +44,8 @@ class SCurveProfile {
   SCurveProfile() = default;
   SCurveProfile(double distance, const ProfileLimits& limits);
 
-  /// Clamped to rest at both ends.  RT: safe.
+  /// Clamped to rest at both ends.
+  /// RT: safe.
   ProfilePoint at(double t) const noexcept;
 
   double duration() const noexcept { return 2 * ramp_.duration() + cruise_; }

@@ -36,11 +36,14 @@ class ScanPlan {
   const std::vector<Segment>& segments() const noexcept { return segments_; }
   double duration() const noexcept { return segments_.back().end(); }
   bool uses_laser() const noexcept;
-  /// The least and largest angle of every joint.  RT: safe.
+  /// The least and largest angle of every joint.
+  /// RT: safe.
   std::array<JointLimit, kJoints> reach() const noexcept;
-  /// Index of the segment that holds at `t`; the first before the plan, the last after it.  RT: safe.
+  /// Index of the segment that holds at `t`; the first before the plan, the last after it.
+  /// RT: safe.
   std::size_t segment_at(double t) const noexcept;
-  /// Set-point at `t`; at rest before and after the plan.  RT: safe.
+  /// Set-point at `t`; at rest before and after the plan.
+  /// RT: safe.
   MotionPoint at(double t) const noexcept;
   /// How many frames a camera of this period will record.
   int expected_frames(RecordWhen record, double frame_period, int dark_frames) const;

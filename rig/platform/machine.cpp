@@ -12,7 +12,7 @@
 #include <thread>
 #include <vector>
 
-#include "core/awake_processors.hpp"
+#include "core/cpu_latency_request.hpp"
 #include "core/clock.hpp"
 #include "core/input_error.hpp"
 #include "core/locked_memory.hpp"

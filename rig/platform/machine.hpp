@@ -32,7 +32,8 @@ inline constexpr Duration kGoodLatency = std::chrono::microseconds(50), kUsableL
 /// Wakes a thread of its own, with the cycle's priority and processor, at 1 kHz for `duration`.
 Histogram measure_wake_up(const RealTimeSettings& settings, Duration duration);
 
-/// Twice of what the cameras deliver is good, once is usable, less is bad and no rig can run.  Units: bytes/s.
+/// Twice of what the cameras deliver is good, once is usable, less is bad and no rig can run.
+/// Units: bytes/s.
 Finding disk_finding(double measured, double needed);
 /// Writes `bytes` into a file of its own in `folder`, and waits for the disk; the file is removed.
 /// Errors: InputError if the folder cannot be written to.

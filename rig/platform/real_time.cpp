@@ -10,8 +10,8 @@ namespace tankrig {
 
 RealTimeGrant become_real_time(const RealTimeSettings& settings) noexcept {
   RealTimeGrant granted;
-  granted.cpu = !settings.cpu || stay_on_cpu(*settings.cpu);
-  granted.fifo = keep_time("tankrig-cycle", settings.priority);
+  granted.cpu = !settings.cpu || pin_to_cpu(*settings.cpu);
+  granted.fifo = set_fifo("tankrig-cycle", settings.priority);
   touch_stack();
   return granted;
 }

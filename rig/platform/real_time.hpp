@@ -21,7 +21,8 @@ struct RealTimeGrant {
 std::string missing_real_time(const RealTimeSettings& settings);
 
 /// What run_scan refuses before anything moves, where the clock is real. Returns missing_real_time() where it is not
-/// required.  Errors: InputError, one line.
+/// required.
+/// Errors: InputError, one line.
 std::string check_real_time(const RealTimeSettings& settings);
 
 /// Makes the calling thread the cycle's: name, priority, processor, a stack already touched. Memory and sleep are not

@@ -12,7 +12,8 @@ namespace tankrig {
 
 /// While it lives, logind suspends this machine neither when somebody asks for it nor when its lid is closed. (Root may
 /// override that; a suspension that comes all the same is a fault of the cycle: SuspendWatch.) Where there is no
-/// logind, or it refuses, nothing is kept off and missing() says why.  Threads: any; GLib has one of its own.
+/// logind, or it refuses, nothing is kept off and missing() says why.
+/// Threads: any; GLib has one of its own.
 class SleepInhibitor {
  public:
   /// The longest it waits for logind.

@@ -6,7 +6,9 @@
 
 namespace tankrig {
 
-/// Mean of some pictures without a beam.  Threads: one.  RT: never.
+/// Mean of some pictures without a beam.
+/// Threads: one.
+/// RT: never.
 class DarkReference {
  public:
   /// 8-bit, 1 or 3 channels. A picture of another size or type starts again.
@@ -27,9 +29,10 @@ struct StripeSign {
 };
 
 /// Looks across columns and across rows; the better one counts. A ridge is brighter than both of its sides, so edges,
-/// shadows and another light are none; noise and particles do not line up.
-/// `picture` and `dark` alike, 8-bit, 1 or 3 channels, at least 64 x 64; else nothing.  Threads: const and safe.  RT:
-/// never.
+/// shadows and another light are none; noise and particles do not line up. `picture` and `dark` alike, 8-bit, 1 or 3
+/// channels, at least 64 x 64; else nothing.
+/// Threads: const and safe.
+/// RT: never.
 std::optional<StripeSign> look_for_stripe(const cv::Mat& picture, const cv::Mat& dark);
 
 }  // namespace tankrig

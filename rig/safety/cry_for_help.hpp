@@ -22,7 +22,7 @@ class CryForHelp {
   CryForHelp(const CryForHelp&) = delete;
   CryForHelp& operator=(const CryForHelp&) = delete;
 
-  /// `what`: OutputsLeft in the words of to_cut(); empty: laser off and arm at rest are confirmed.
+  /// `what`: EndState in the words of to_cut(); empty: laser off and arm at rest are confirmed.
   void cut(const std::string& what);
 
  private:

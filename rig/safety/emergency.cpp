@@ -23,7 +23,7 @@ std::atomic<bool> declared{false};
 std::terminate_handler terminate_before = nullptr;
 
 /// Laser first, in every round; whoever comes second in a dying program waits for the first to end it.
-void make_safe() noexcept {
+void force_safe() noexcept {
   if (declared.exchange(true)) {
     while (true) ::pause();
   }
@@ -49,7 +49,7 @@ void make_safe() noexcept {
 extern "C" void die_of(int signal) { end_safely(signal); }
 
 [[noreturn]] void die_of_terminate() {
-  make_safe();
+  force_safe();
   std::signal(SIGABRT, SIG_DFL);
   if (terminate_before) terminate_before();
   std::abort();
@@ -73,7 +73,7 @@ EmergencyStop::~EmergencyStop() {
 }
 
 void end_safely(int signal) noexcept {
-  make_safe();
+  force_safe();
   const int last = signal == SIGTSTP ? SIGTERM : signal;
   std::signal(last, SIG_DFL);
   std::raise(last);

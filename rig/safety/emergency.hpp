@@ -23,10 +23,13 @@ class EmergencyStop {
 };
 
 /// Does the same for a stop signal that must end the program now, and dies of it; of SIGTERM where `signal` only
-/// suspends. Call it from that signal's handler, and return.  Threads: any.  Async-signal-safe.
+/// suspends. Call it from that signal's handler, and return.
+/// Threads: any. Async-signal-safe.
 void end_safely(int signal) noexcept;
 
-/// The program is dying: no light, no motion, whatever else is going on in it.  Threads: any.  RT: safe.
+/// The program is dying: no light, no motion, whatever else is going on in it.
+/// Threads: any.
+/// RT: safe.
 bool emergency_declared() noexcept;
 
 }  // namespace tankrig

@@ -13,9 +13,9 @@ InterlockLimits interlock_limits(const SafetySettings& settings) noexcept;
 
 /// Runs the safety step and acts on it. What a step allows is allowed once: without a new step neither light nor motion
 /// is commanded again; none is in a program that is dying. Off, stop and rest are always allowed. The end of its life
-/// switches the laser off, then stops the arm. The interfaces let nobody else switch a laser on or
-/// move an arm. Threads: one, the cycle's; construction and end in another; otherwise where said.  RT: all
-/// but construction and end.
+/// switches the laser off, then stops the arm. The interfaces let nobody else switch a laser on or move an arm.
+/// Threads: one, the cycle's; construction and end in another; otherwise where said.
+/// RT: all but construction and end.
 class GuardedOutputs {
  public:
   /// `arm` and `laser` outlive it. Commands nothing yet.
@@ -44,8 +44,9 @@ class GuardedOutputs {
   /// stopped.
   Result<JointVector> move(const JointVector& velocity) noexcept;
   Status arm_stop() noexcept { return arm_.stop(); }
-  /// Laser off, then arm stopped, where the cycle's thread hangs.  Threads: any.
-  void make_safe_past_cycle() noexcept {
+  /// Laser off, then arm stopped, where the cycle's thread hangs.
+  /// Threads: any.
+  void force_safe_past_cycle() noexcept {
     [[maybe_unused]] const Status dark = laser_.off();
     [[maybe_unused]] const Status rest = arm_.stop();
   }

@@ -9,7 +9,8 @@
 namespace tankrig {
 
 /// Adds up over short phases too: a laser that switches with every frame is never long in one of them.
-/// Threads: one.  RT: safe.
+/// Threads: one.
+/// RT: safe.
 class LaserWatch {
  public:
   explicit LaserWatch(const SafetySettings& settings) noexcept

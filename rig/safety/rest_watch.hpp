@@ -8,7 +8,8 @@
 namespace tankrig {
 
 /// At rest: every joint slower than `velocity` [rad/s] in an unbroken run of samples of kWindow or longer.
-/// Threads: one.  RT: safe.
+/// Threads: one.
+/// RT: safe.
 class RestWatch {
  public:
   static constexpr Duration kWindow = std::chrono::milliseconds{100};

@@ -34,8 +34,9 @@ struct CameraFeedEvents {
   std::function<void(const std::string& what, bool thread_died)> failed;
 };
 
-/// Frames go to the triggers, the beam watch and the joiner, in this order.  Threads: one.  RT: never.
-/// However it is left, the cameras are stopped.
+/// Frames go to the triggers, the beam watch and the joiner, in this order.
+/// Threads: one.
+/// RT: never. However it is left, the cameras are stopped.
 class CameraFeeds {
  public:
   CameraFeeds(const std::vector<ScanCamera>& cameras, const ScanSettings& settings, Clock& clock, FrameJoiner& joiner,

@@ -32,9 +32,10 @@ struct ReplayCounts {
 };
 
 /// Feeds JointHistory, LaserTimeline and FrameJoiner as a scan does, and `sink` by them; the events come as they were.
-/// What never became a frame of the session - lost, gated, dropped - has no pixels and is not fed: its events say so.
-/// A frame keeps its recorded number, which counts what the disk dropped. `before(stamp)` is called in the order of the
-/// stamps before anything of that moment is fed. Threads: one.
+/// What never became a frame of the session - lost, gated, dropped - has no pixels and is not fed: its events say so. A
+/// frame keeps its recorded number, which counts what the disk dropped. `before(stamp)` is called in the order of the
+/// stamps before anything of that moment is fed.
+/// Threads: one.
 /// Errors: InputError of an image that cannot be read; what the sink throws.
 ReplayCounts replay_scan(const Session& session, const RecordedScan& recorded, const ScanSettings& settings,
                          ScanSink& sink, const std::function<void(Stamp)>& before);

@@ -148,8 +148,8 @@ class ScanRun {
   }
 
   /// What was told stays told until it is confirmed, so that a line that comes and goes is told once.
-  void tell_what_to_cut(const OutputsLeft& left, const OutputsLeft& expected) {
-    const OutputsLeft before = to_be_cut_;
+  void tell_what_to_cut(const EndState& left, const EndState& expected) {
+    const EndState before = to_be_cut_;
     to_be_cut_.laser_dark = left.laser_dark || (before.laser_dark && expected.laser_dark);
     to_be_cut_.arm_at_rest = left.arm_at_rest || (before.arm_at_rest && expected.arm_at_rest);
     if (job_.cut && to_be_cut_ != before) job_.cut(to_cut(to_be_cut_));
@@ -173,7 +173,7 @@ class ScanRun {
       if (cycle_.hangs()) tell_what_to_cut({}, {});
     }
     left_behind_ = !cycle_.end();
-    const OutputsLeft& left = job_.result.left = end_.left();
+    const EndState& left = job_.result.left = end_.left();
     try {
       triggers_.give_up();
       joiner_.give_up();
@@ -321,7 +321,7 @@ class ScanRun {
   std::optional<Stamp> plan_zero_;
   Stamp round_began_{}, well_at_{};
   std::string failure_;                // why the supervisor wants an end
-  OutputsLeft to_be_cut_{true, true};  // false: people have been told
+  EndState to_be_cut_{true, true};  // false: people have been told
   Stamp next_progress_{};
   double max_following_error_ = 0;
   std::uint64_t joints_without_angles_ = 0;

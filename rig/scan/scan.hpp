@@ -36,7 +36,7 @@ struct ScanResult {
   double max_following_error = 0;                ///< [rad]
   Duration worst_residual{}, residual_p99{};     ///< of the recorded frames
   Statistics sync;                               ///< "sync.residual_p50_ms" to "sync.residual_max_mm", and triggers
-  OutputsLeft left;                              ///< confirmed after the end
+  EndState left;                                 ///< confirmed after the end
   std::optional<CycleTimes> times;               ///< in real time only
   RealTimeGrant granted;                         ///< likewise
 
@@ -69,9 +69,10 @@ struct ScanJob {
 /// for, fault, exception of the sink - the laser is commanded off first, then the arm to rest, again in every cycle
 /// until both are confirmed or rest_timeout has passed. So it ends too where the cycle hangs in real time: noticed
 /// after heartbeat_timeout, then done past it, and left behind after rest_timeout more: then nothing is confirmed, and
-/// clock, devices and `stop` must live as long as the program (Cycle::any_left_behind()). Errors: check_laser_ready's,
-/// check_light's, check_witness's, in real time check_real_time's; rethrows what the sink or the progress callback
-/// throws, after an event if the sink still takes one. A failing device is no exception but a status.
+/// clock, devices and `stop` must live as long as the program (Cycle::any_left_behind()).
+/// Errors: check_laser_ready's, check_light's, check_witness's, in real time check_real_time's; rethrows what the sink
+/// or the progress callback throws, after an event if the sink still takes one. A failing device is no exception but a
+/// status.
 ScanResult run_scan(ScanJob& job);
 
 }  // namespace tankrig

@@ -54,7 +54,7 @@ void ScanLog::failed(const char* what, Stamp when, const Status& now, const Stat
   if (!now.ok() && before.ok()) sink_.event(when, event_kind::kFault, what + describe(now.error()));
 }
 
-void ScanLog::summary(Stamp now, double max_following_error, Duration worst_residual, const OutputsLeft& left) {
+void ScanLog::summary(Stamp now, double max_following_error, Duration worst_residual, const EndState& left) {
   char line[80];
   std::snprintf(line, sizeof line, "largest following error %.5f rad", max_following_error);
   sink_.event(now, event_kind::kSummary, line);

@@ -10,7 +10,9 @@
 
 namespace tankrig {
 
-/// Turns changes between cycle records into events.  Threads: one.  RT: never.
+/// Turns changes between cycle records into events.
+/// Threads: one.
+/// RT: never.
 class ScanLog {
  public:
   ScanLog(const ScanPlan& plan, ScanSink& sink) : plan_(plan), sink_(sink) {}
@@ -18,7 +20,7 @@ class ScanLog {
   /// Records in order of their stamps. `why`: what the supervisor knows of a stop, or of a fault that is told of it or
   /// of a thread; empty if somebody asked for the stop.
   void add(const CycleRecord& record, const std::string& why);
-  void summary(Stamp now, double max_following_error, Duration worst_residual, const OutputsLeft& left);
+  void summary(Stamp now, double max_following_error, Duration worst_residual, const EndState& left);
 
   /// The latched fault in words, behind the stop that it came after; empty if there is none.
   std::string fault() const { return stop_.empty() || fault_.empty() ? fault_ : stop_ + "; " + fault_; }

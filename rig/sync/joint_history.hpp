@@ -15,7 +15,9 @@ struct SyncedJoints {
   Duration residual{};                         ///< distance in time to the nearer of the two samples
 };
 
-/// The last `capacity` joint samples.  Threads: one.  RT: push and interpolate are safe.
+/// The last `capacity` joint samples.
+/// Threads: one.
+/// RT: push and interpolate are safe.
 class JointHistory {
  public:
   /// Two neighbouring samples further apart than `max_gap` are not interpolated between.

@@ -5,8 +5,8 @@
 
 namespace tankrig {
 
-/// A frame beyond either limit is refused.  Units: SI. The default time lets a woven PAL frame pass (sigma
-/// 10 ms) whose arm answers 75 times a second.
+/// A frame beyond either limit is refused.
+/// Units: SI. The default time lets a woven PAL frame pass (sigma 10 ms) whose arm answers 75 times a second.
 struct SyncGate {
   /// A stamp may be off by so many of its standard deviations: all of an error that is uniform (an arrival between two
   /// looks, an exposure that is not known: the square root of 3) and 95 % of one that is normal.

@@ -5,7 +5,8 @@
 
 namespace tankrig {
 
-/// The object as the laser meets it.  Frames: plane in e, point in b.
+/// The object as the laser meets it.
+/// Frames: plane in e, point in b.
 struct SyncTarget {
   ArmModel arm;
   Plane ePl;

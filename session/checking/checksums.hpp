@@ -24,7 +24,8 @@ bool is_derived(const std::string& file);
 /// Writes SHA256SUMS over every file below `session` but itself and what is unfinished, sorted by name, when all of it
 /// is on the disk. What was recorded keeps the sum it was sealed with, so later damage stays visible; clouds/,
 /// results/, pictures/ and report.html get new ones. A session with frames in its spool is not finished, and not
-/// sealed. Errors: InputError naming the file that cannot be read or written; NotOnDisk, and then there is no new seal.
+/// sealed.
+/// Errors: InputError naming the file that cannot be read or written; NotOnDisk, and then there is no new seal.
 void write_checksums(const std::filesystem::path& session);
 
 /// Errors: InputError if there is no SHA256SUMS, or it is cut, or a line of it is malformed.

@@ -18,7 +18,8 @@ struct OpenedSession {
 };
 
 /// Its warnings tell of cut, short or unreadable tables, an edited calibration, and files that are not as they were
-/// sealed.  Errors: InputError if it cannot be used at all.
+/// sealed.
+/// Errors: InputError if it cannot be used at all.
 OpenedSession open_session(const std::filesystem::path& path);
 
 }  // namespace tankrig

@@ -13,7 +13,8 @@
 namespace tankrig {
 
 /// Cameras, calibration and object of a session from its copy of the rig file, where session.yaml is lost. rig/config
-/// knows rig files; the caller passes this in.  Errors: InputError.
+/// knows rig files; the caller passes this in.
+/// Errors: InputError.
 using DescribeRig = std::function<void(const std::filesystem::path& rig_yaml, SessionInfo& info)>;
 
 struct SessionFindings {
@@ -38,7 +39,8 @@ struct SessionFindings {
   bool usable() const { return missing().empty(); }
 };
 
-/// Looks at every byte of a session and changes none.  Errors: InputError if it is no folder, or has a link in it.
+/// Looks at every byte of a session and changes none.
+/// Errors: InputError if it is no folder, or has a link in it.
 SessionFindings examine_session(const std::filesystem::path& session, const DescribeRig& describe);
 
 }  // namespace tankrig

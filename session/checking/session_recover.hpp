@@ -24,8 +24,9 @@ struct Recovery {
 /// without pictures and pictures without lines are left out, session.yaml says what was lost (`recovered`) and how many
 /// lines there are now, SHA256SUMS is made anew. Every file that is replaced or left out is kept below lost+found/N/.
 /// Changes nothing in a whole session, or one with nothing usable. What it calls finished is on the disk. May be killed
-/// anywhere and run again. Errors: InputError naming the file; also if another process writes to the session, `out`
-/// lies in it, or what was mended cannot be opened: then it is not sealed.
+/// anywhere and run again.
+/// Errors: InputError naming the file; also if another process writes to the session, `out` lies in it, or what was
+/// mended cannot be opened: then it is not sealed.
 Recovery recover_session(const std::filesystem::path& session, const RecoverOptions& options);
 
 }  // namespace tankrig

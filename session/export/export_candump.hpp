@@ -15,7 +15,8 @@ inline constexpr char kSynthesised[] = "synth0";
 
 /// What an arm on CAN would have answered at every joint sample: the master's bytes, then five sensor slots, back to
 /// back at `bitrate` from the sample's stamp on. Only what a session knows is in them: encoder positions modulo 65536
-/// (with tick 0 as raw 0) and the current; all else is zero.  Units: stamps in whole microseconds, as candump's.
+/// (with tick 0 as raw 0) and the current; all else is zero.
+/// Units: stamps in whole microseconds, as candump's.
 std::string synthesised_candump(const std::vector<JointState>& joints, const ArmCanIds& ids, int bitrate,
                                 const WallClock& clock);
 

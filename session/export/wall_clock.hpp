@@ -6,7 +6,8 @@
 namespace tankrig {
 
 /// By the clocks read at the session's beginning; without them (older sessions, imports) `first` is taken for
-/// created_utc, a whole second.  Units: nanoseconds since 1970 UTC.
+/// created_utc, a whole second.
+/// Units: nanoseconds since 1970 UTC.
 class WallClock {
  public:
   /// Errors: InputError if created_utc is no time.

@@ -10,7 +10,8 @@
 
 namespace tankrig {
 
-/// "a,b,c,d" of ax + by + cz + d = 0, scaled to a unit normal.  Errors: InputError.
+/// "a,b,c,d" of ax + by + cz + d = 0, scaled to a unit normal.
+/// Errors: InputError.
 Plane parse_plane(std::string_view text);
 
 /// The same for a laser's plane in the camera frame: one through the camera's centre, on which nothing can be

@@ -1,8 +1,10 @@
 // The session on disk: what a scan leaves, and the hinge between recording and everything after it.
 //
 //   session.yaml   who, when, rig, lux, seeds, versions, status; cameras, calibration, object
-//   joints.csv     every joint sample        frames.csv   every frame with its joints and sync residual
-//   events.csv     drops, overruns, faults, phases            frames/<camera>/<index>.png
+//   joints.csv     every joint sample
+//   frames.csv     every frame with its joints and sync residual
+//   events.csv     drops, overruns, faults, phases
+//   frames/        <camera>/<index>.png
 //   later: clouds/ results/ pictures/ report.html, and SHA256SUMS at the end
 // Formats, columns and units: docs/formats.md.
 #pragma once

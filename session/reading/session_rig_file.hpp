@@ -7,7 +7,8 @@
 
 namespace tankrig {
 
-/// rig.yaml as the scan used it, all in the session's own folder.  Errors: InputError, also if it has a `base`.
+/// rig.yaml as the scan used it, all in the session's own folder.
+/// Errors: InputError, also if it has a `base`.
 ConfigNode session_rig_file(const std::filesystem::path& session);
 
 }  // namespace tankrig

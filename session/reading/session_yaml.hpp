@@ -31,7 +31,8 @@ struct SessionSection {
 /// All of them, in the order in which they stand.
 const std::vector<SessionSection>& session_sections();
 
-/// What calibration_yaml() wrote; `file` is for the message.  Errors: InputError; then `info` is unchanged.
+/// What calibration_yaml() wrote; `file` is for the message.
+/// Errors: InputError; then `info` is unchanged.
 void read_calibration_yaml(const std::string& text, const std::filesystem::path& file, SessionInfo& info);
 void take_calibration(const SessionInfo& from, SessionInfo& to);
 

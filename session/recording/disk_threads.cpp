@@ -109,11 +109,11 @@ bool DiskThreads::add_frame(const std::string& camera, std::string line, const c
 /// False if the thread has shown no sign of life since this was asked, for `patience`.
 bool DiskThreads::wait_for_end(const bool& ended, const std::atomic<std::uint64_t>& rounds, Duration patience) {
   const MonotonicClock clock;
-  WatchedSilence silence(longest_look(patience), clock.now());
+  StallDetector silence(longest_look(patience), clock.now());
   std::unique_lock lock(mutex_);
   while (!ended_.wait_for(lock, kLinesPeriod, [&] { return ended; })) {
     silence.look(clock.now(), rounds);
-    if (silence.so_far() > patience) return false;
+    if (silence.stalled_for() > patience) return false;
   }
   return true;
 }
@@ -161,7 +161,7 @@ void DiskThreads::rethrow() {
 
 void DiskThreads::check_alive() {
   writer_silence_.look(MonotonicClock{}.now(), writer_rounds_);
-  if (writer_silence_.so_far() <= patience_.write) return;
+  if (writer_silence_.stalled_for() <= patience_.write) return;
   failure_ = std::make_exception_ptr(InputError(session_, "the disk does not answer"));
   rethrow();
 }

@@ -19,8 +19,8 @@
 #include <vector>
 
 #include "core/atomic_file.hpp"
+#include "core/stall_detector.hpp"
 #include "core/text_files.hpp"
-#include "core/watched_silence.hpp"
 #include "session/recording/session_lock.hpp"
 #include "session/recording/spool.hpp"
 
@@ -42,12 +42,13 @@ struct DiskPatience {
 };
 
 /// Frames go into the spool, lines into their tables ten times a second; twice a second all of it is sent to the disk
-/// itself, so that a kill loses tenths of a second and a power cut the last second, as far as the disk keeps up.
-/// A write or a sync that fails ends the recording: what comes after it is counted, and a reserve on the disk is freed
-/// for the last lines and session.yaml. Threads: add_* and finish from one; they wait for the disk only if `wait`. RT:
-/// never, but it holds no lock while it writes. Errors: a thread's failure (CannotWrite naming the file) is thrown by
-/// the next add_* and by finish, the first one, or NotOnDisk if a sync failed at all; so is a disk that does not come
-/// back from one write for `patience.write`.
+/// itself, so that a kill loses tenths of a second and a power cut the last second, as far as the disk keeps up. A
+/// write or a sync that fails ends the recording: what comes after it is counted, and a reserve on the disk is freed
+/// for the last lines and session.yaml.
+/// Threads: add_* and finish from one; they wait for the disk only if `wait`.
+/// RT: never, but it holds no lock while it writes.
+/// Errors: a thread's failure (CannotWrite naming the file) is thrown by the next add_* and by finish, the first one,
+/// or NotOnDisk if a sync failed at all; so is a disk that does not come back from one write for `patience.write`.
 class DiskThreads {
  public:
   /// Opens the tables with their headers and starts the threads.  `ring_bytes` of frames may wait, and a minute of
@@ -119,7 +120,7 @@ class DiskThreads {
   std::map<std::string, std::uint64_t> written_, refused_;
   bool frame_lines_written_ = true;
   std::atomic<std::uint64_t> writer_rounds_{0}, syncer_rounds_{0};  // signs of life
-  WatchedSilence writer_silence_;                                   // of add_*
+  StallDetector writer_silence_;                                    // of add_*
   std::thread writer_, syncer_;                                     // each holds this object
 };
 

@@ -12,7 +12,8 @@ namespace tankrig {
 /// Errors: InputError naming the file.
 std::string png_of(const cv::Mat& image, const std::filesystem::path& file);
 
-/// Writes it whole or not at all.  Errors: InputError naming the file.
+/// Writes it whole or not at all.
+/// Errors: InputError naming the file.
 void write_png(const std::filesystem::path& file, const cv::Mat& image);
 
 /// Whether `bytes` are a PNG from its signature to its end, every chunk's CRC right. Nothing is decoded.

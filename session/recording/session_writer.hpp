@@ -22,9 +22,10 @@ struct SessionWriterOptions {
 };
 
 /// From its first moment the directory is a session that opens: status "recording", tables that grow, frames in the
-/// spool (session/recording/spool.hpp). close() makes pictures of them. What a kill, a full disk or a cut at any byte loses
-/// is at most the last second (session/recording/disk_threads.hpp); `tankrig session recover` makes a whole session of the
-/// rest. Threads: one; the disk has its own, and unless `wait_when_full` nothing here waits for it before close().
+/// spool (session/recording/spool.hpp). close() makes pictures of them. What a kill, a full disk or a cut at any byte
+/// loses is at most the last second (session/recording/disk_threads.hpp); `tankrig session recover` makes a whole
+/// session of the rest.
+/// Threads: one; the disk has its own, and unless `wait_when_full` nothing here waits for it before close().
 /// Errors: InputError naming the file, from the call that finds it or the next one. Never silently.
 class SessionWriter {
  public:

@@ -1,9 +1,12 @@
 // The spool: frames on disk as they came, raw, one record after the other, until they are pictures.
 //
 //   SESSION/spool/NNNNNN.raw, in the order they were written. A record, little-endian, without padding:
-//   0 "TANKFRM1"   8 u64 number (of the frame in this session, from 0)   16 u32 line_bytes   20 u32 rows   24 u32 cols
-//   28 u32 channels (1 or 3)   32 u32 CRC-32 of line and pixels   36 u32 CRC-32 of bytes 0 to 35
-//   40 the frame's line of frames.csv   then the pixels, row by row
+//    0  "TANKFRM1"
+//    8  u64 number of the frame in this session, from 0
+//   16  u32 line_bytes, u32 rows, u32 cols, u32 channels (1 or 3)
+//   32  u32 CRC-32 of line and pixels
+//   36  u32 CRC-32 of bytes 0 to 35
+//   40  the frame's line of frames.csv, then the pixels, row by row
 #pragma once
 
 #include <cstdint>
@@ -28,7 +31,8 @@ std::vector<std::filesystem::path> spool_segments(const std::filesystem::path& s
 std::string spool_record_head(std::uint64_t number, std::string_view line, const cv::Mat& image);
 
 /// A segment being written.
-/// Threads: one.  Errors: InputError with the system's reason; the torn record is cut off again.
+/// Threads: one.
+/// Errors: InputError with the system's reason; the torn record is cut off again.
 class SpoolWriter {
  public:
   explicit SpoolWriter(std::filesystem::path file);

@@ -26,8 +26,8 @@ std::uint64_t most_on_disk(std::uint64_t raw_bytes);
 
 /// Writes the picture of every whole frame of the spool to the file its line names. A segment is removed once its
 /// pictures are on the disk, and the spool when it is empty; one that holds anything but whole, accepted frames stays.
-/// May be killed anywhere and run again. True unless stopped early. Errors: CannotWrite naming the file; NotOnDisk if
-/// the pictures may not be on the disk, and their segments stay.
+/// May be killed anywhere and run again. True unless stopped early.
+/// Errors: CannotWrite naming the file; NotOnDisk if the pictures may not be on the disk, and their segments stay.
 bool write_spooled_pictures(const std::filesystem::path& session, const PictureOptions& options = {});
 
 }  // namespace tankrig

@@ -77,8 +77,8 @@ enum class FaultLevel : std::uint8_t { kMock, kWire };
 struct FaultPlan {
   std::vector<FaultSpec> faults;
 
-  /// `faults:`, a list of mappings: docs/faults.md.  Errors: InputError with file and line, also for what a device
-  /// does not offer.
+  /// `faults:`, a list of mappings: docs/faults.md.
+  /// Errors: InputError with file and line, also for what a device does not offer.
   static FaultPlan load(const std::filesystem::path& file);
   static FaultPlan from(const ConfigNode& node);
   /// Likewise, for a rig with these cameras: also refused is what cannot be had at that level, and a camera that the
@@ -91,7 +91,8 @@ struct FaultPlan {
   std::string yaml() const;
 };
 
-/// Uniform in [0, 1), the same on every machine: a hash of seed and number.  RT: safe.
+/// Uniform in [0, 1), the same on every machine: a hash of seed and number.
+/// RT: safe.
 double fault_chance(std::uint64_t seed, std::uint64_t number) noexcept;
 
 }  // namespace tankrig::sim

@@ -15,8 +15,9 @@ struct FaultEvent {
   std::string text;  ///< "camera mono: unplugged begins"
 };
 
-/// Nothing begins before its origin has been marked.  Threads: any; news() from one.  RT: all but the constructor and
-/// news().
+/// Nothing begins before its origin has been marked.
+/// Threads: any; news() from one.
+/// RT: all but the constructor and news().
 class FaultScript {
  public:
   explicit FaultScript(FaultPlan plan);
@@ -56,7 +57,9 @@ class FaultScript {
   std::vector<std::uint8_t> told_;                  // 0 nothing, 1 begins, 2 ends
 };
 
-/// Every n-th message counts; which are lost depends on the seed alone.  Threads: one.  RT: safe.
+/// Every n-th message counts; which are lost depends on the seed alone.
+/// Threads: one.
+/// RT: safe.
 class FaultDice {
  public:
   bool strikes(const FaultSpec& spec) noexcept { return strikes(spec.seed, spec.ratio); }

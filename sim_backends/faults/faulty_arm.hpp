@@ -9,8 +9,8 @@
 
 namespace tankrig::sim {
 
-/// The same arm where the plan has nothing against it. Errors are those of the real driver.
-/// Threads, RT: as Arm. Marks the script's origin of motion.
+/// The same arm where the plan has nothing against it. Errors are those of the real driver. Threads,
+/// RT: as Arm. Marks the script's origin of motion.
 class FaultyArm final : public Arm {
  public:
   /// All outlive it.

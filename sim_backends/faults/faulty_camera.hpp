@@ -11,7 +11,8 @@
 namespace tankrig::sim {
 
 /// The same camera where the plan has nothing against it. Behaves as the cameras' drivers do: an incomplete frame is
-/// counted and not given out, a camera that sends nothing for kStall is one time-out.  Threads, RT: as Camera.
+/// counted and not given out, a camera that sends nothing for kStall is one time-out. Threads,
+/// RT: as Camera.
 class FaultyCamera final : public Camera {
  public:
   static constexpr Duration kStall = std::chrono::milliseconds{500};

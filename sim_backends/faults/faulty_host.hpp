@@ -6,7 +6,8 @@
 
 namespace tankrig::sim {
 
-/// Threads: one, the supervisor's.  RT: never.
+/// Threads: one, the supervisor's.
+/// RT: never.
 class FaultyHost {
  public:
   /// Both outlive it.
@@ -14,9 +15,11 @@ class FaultyHost {
 
   /// The loop as it is read where it really is `closed`.
   bool interlock(bool closed) const noexcept;
-  /// Before every write to the session; that of a frame may take its time.  Errors: InputError: disk full, I/O error.
+  /// Before every write to the session; that of a frame may take its time.
+  /// Errors: InputError: disk full, I/O error.
   void write(bool frame);
-  /// Once in every round of the supervising loop; may take its time.  Errors: std::runtime_error where it dies.
+  /// Once in every round of the supervising loop; may take its time.
+  /// Errors: std::runtime_error where it dies.
   void round();
 
  private:

@@ -9,8 +9,8 @@
 namespace tankrig::sim {
 
 /// The same laser where the plan has nothing against it. Behaves as the relay's driver does: off is always taken, a box
-/// that does not answer is believed for kBelieved, and opens by its watchdog after kWatchdog.
-/// Threads, RT: as Laser. Marks the script's origin of light, and plays the faults of the beam.
+/// that does not answer is believed for kBelieved, and opens by its watchdog after kWatchdog. Threads,
+/// RT: as Laser. Marks the script's origin of light, and plays the faults of the beam.
 class FaultyLaser final : public Laser {
  public:
   static constexpr Duration kBelieved = std::chrono::milliseconds{150};

@@ -8,7 +8,8 @@
 
 namespace tankrig::sim {
 
-/// Stuck, garbage and wrong.  Threads: one.
+/// Stuck, garbage and wrong.
+/// Threads: one.
 class PictureFaults {
  public:
   PictureFaults(std::string camera, const FaultScript& script) : camera_(std::move(camera)), script_(script) {}

@@ -20,8 +20,8 @@ struct MockArmFaults {
 /// Every exchange_period the carrier takes the last set-point to the actuators and reads the encoders. In between each
 /// actuator's speed [ticks/s] follows its set-point with a first-order lag, integrated exactly. A set-point is what the
 /// wire can say: whole ticks/s, none whose low byte is 0x0A.
-/// Threads: any; a mutex guards the memory.  RT: the Arm interface never allocates; it blocks only while another thread
-/// is inside.
+/// Threads: any; a mutex guards the memory.
+/// RT: the Arm interface never allocates; it blocks only while another thread is inside.
 class MockArm final : public Arm {
  public:
   /// Powers on at clock.now(), at rest in posture `q`, which is moved into the limits.

@@ -20,7 +20,8 @@ struct MockLaserFaults {
 /// What the light does beside what relay and read-back say.
 enum class MockBeam : std::uint8_t { kTrue, kDark, kStuck };
 
-/// Threads: any; a mutex guards the memory.  RT: no allocation; blocks only while another thread is inside.
+/// Threads: any; a mutex guards the memory.
+/// RT: no allocation; blocks only while another thread is inside.
 class MockLaser final : public Laser {
  public:
   MockLaser(Duration warm_up, const Clock& clock) : warm_up_(warm_up), clock_(clock) {}

@@ -22,7 +22,7 @@ struct MockArmParameters {
   JointVector dead_zone = (JointVector() << 0.06, 0.06, 0.06, 0.2, 0.1)
                               .finished();             ///< slower commands, but for creep, are raised to it [rad/s]
   double max_ticks_per_s = 2000;                       ///< all axes are slowed together when one exceeds it
-  std::array<double, kJoints> backlash_ticks{};        ///< total play between encoder and link
+  std::array<double, kJoints> backlash_ticks{};        ///< total backlash between encoder and link
   std::array<double, kJoints> stiction_ticks_per_s{};  ///< slower demands move nothing
   std::array<double, kJoints> speed_gain = ArmPlantParameters::unit_gain();  ///< speed per demand of every actuator
 };
@@ -45,8 +45,8 @@ struct MockParameters {
   double lux_relative_noise = 0;  ///< one standard deviation of a reading, relative
 };
 
-/// Reads `arm`, `camera`, `laser`, `lux_meter` below `mock`; what is not there keeps its default.  Errors: InputError
-/// with line.
+/// Reads `arm`, `camera`, `laser`, `lux_meter` below `mock`; what is not there keeps its default.
+/// Errors: InputError with line.
 MockParameters parameters_from(const ConfigNode& mock);
 
 }  // namespace tankrig::sim

@@ -25,7 +25,8 @@ class ArmEmulator {
 
   /// Answers on a bus: a kernel interface, a hub's, or the other end of a pair.
   void serve(std::unique_ptr<CanBus> bus);
-  /// Answers on a pseudo-terminal that drivers open as `line`.  Errors: InputError, see Pty.
+  /// Answers on a pseudo-terminal that drivers open as `line`.
+  /// Errors: InputError, see Pty.
   void serve(const std::filesystem::path& line);
 
   /// Pulls every serial line's plug, or puts it back.

@@ -38,7 +38,7 @@ void ArmWire::set_plugged(bool plugged) {
 }
 
 void ArmWire::run() {
-  keep_time("arm-wire", kEmulatedWirePriority);
+  set_fifo("arm-wire", kEmulatedWirePriority);
   while (!ends_) {
     const Stamp now = clock_.now();
     const Duration rest = std::clamp(attend(now) - clock_.now(), Duration{0}, kIdle);

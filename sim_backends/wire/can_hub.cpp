@@ -122,7 +122,7 @@ struct CanHub::Impl {
   }
 
   void serve() {
-    keep_time("can-hub", kEmulatedWirePriority);
+    set_fifo("can-hub", kEmulatedWirePriority);
     ::prctl(PR_SET_TIMERSLACK, 1);
     std::vector<pollfd> polled;
     while (true) {

@@ -38,7 +38,9 @@ struct CanHubReport {
 /// the lowest identifier goes first. A frame that no other node is there to acknowledge waits, its sender is told once
 /// (no-ack, error-passive), and its queue fills up: the same as on a real bus. Error frames pass at once and take no
 /// time. A node that shuts its sending half down only listens: it hears, and does not acknowledge. Keeps
-/// CLOCK_MONOTONIC. Threads: a thread of its own serves the nodes; all members may be called from any.  RT: never.
+/// CLOCK_MONOTONIC.
+/// Threads: a thread of its own serves the nodes; all members may be called from any.
+/// RT: never.
 class CanHub {
  public:
   static constexpr int kEveryone = -1;

@@ -53,9 +53,9 @@ struct EmulatedTankSettings {
 /// The emulators for the devices a rig file names, with their behaviour from its `emulation` section where there is
 /// one: `arm` (also `homed: true | false`, and `can_interface`: the emulator's own end of a kernel's bus), `cameras`
 /// (of every GigE Vision camera: `clock_drift_ppm`, `timestamp_latch`), `v4l2_outputs` by camera (`device`,
-/// `pixel_format`,
-/// ...), `laser` (`watchdog_ms`, `answer_delay_ms`), `lux_meter` (`answer_delay_ms`). Lines that do not begin with
-/// "runtime/" are left alone. Errors: InputError with file and line.
+/// `pixel_format`, ...), `laser` (`watchdog_ms`, `answer_delay_ms`), `lux_meter` (`answer_delay_ms`). Lines that do not
+/// begin with "runtime/" are left alone.
+/// Errors: InputError with file and line.
 EmulatedTankSettings emulated_tank_settings_from(const ConfigNode& devices, const std::optional<ConfigNode>& emulation,
                                                  const TankWorld& world, const std::filesystem::path& runtime);
 
@@ -67,7 +67,8 @@ bool needs_private_network(const ConfigNode& devices);
 /// Threads: one; the emulators have their own.
 class EmulatedTank {
  public:
-  /// `world` and `clock` outlive it.  Errors: InputError if a wire cannot be made or an address is taken.
+  /// `world` and `clock` outlive it.
+  /// Errors: InputError if a wire cannot be made or an address is taken.
   EmulatedTank(const TankWorld& world, EmulatedTankSettings settings, Clock& clock);
   ~EmulatedTank();
   EmulatedTank(const EmulatedTank&) = delete;

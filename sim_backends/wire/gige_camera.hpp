@@ -38,7 +38,8 @@ struct GigeCameraSettings {
 /// exposure and rate are obeyed; when it exposes is told at GigeExposures. A frame's device stamp is the start of its
 /// exposure. A free-running exposure the renderer had no time for is skipped, and its number with it. Frame numbers on
 /// the wire begin at 65401, so that their wrap is met after 135 frames. Not answered: packet resends, test packets,
-/// line triggers (its registers take them). Threads: all members from any thread.
+/// line triggers (its registers take them).
+/// Threads: all members from any thread.
 class GigeCameraEmulator {
  public:
   /// Errors: InputError if the address is no address of this machine or its GigE Vision port is taken.

@@ -130,7 +130,7 @@ bool GigeControl::open(const std::string& address) {
 }
 
 void GigeControl::run() {
-  keep_time("gige-control", kEmulatedWirePriority);
+  set_fifo("gige-control", kEmulatedWirePriority);
   std::vector<pollfd> events;
   for (const int fd : sockets_) events.push_back({fd, POLLIN, 0});
   events.push_back({ending_, POLLIN, 0});

@@ -21,7 +21,8 @@ inline constexpr std::uint32_t kAcquisition = 0x0124, kPixelFormat = 0x0128, kFr
 inline constexpr std::uint32_t kTriggerMode = 0x0300, kTriggerSource = 0x0304, kTriggerSoftware = 0x030C;
 }  // namespace gige_register
 
-/// Registers and GenICam description of Aravis' fake camera. Threads: any.
+/// Registers and GenICam description of Aravis' fake camera.
+/// Threads: any.
 class GigeRegisters {
  public:
   explicit GigeRegisters(const std::string& serial);

@@ -23,7 +23,8 @@ struct GigeFrame {
 };
 
 /// Leader, payload and trailer of an image with 16-bit block numbers (AIA GVSP 2.0), in packets of the size and to the
-/// address and port that the client wrote. Threads: send() in one.
+/// address and port that the client wrote.
+/// Threads: send() in one.
 class GigeStream {
  public:
   /// `loss`: packets that do not arrive, a share; drawn anew for each packet, the same in every run.

@@ -22,7 +22,8 @@ struct LuxEmulatorSettings {
 };
 
 /// The meter for a rig file's: `driver: pce174 | t10a`, `device`, and for t10a `unit`, `head` of `lux_meter`;
-/// `answer_delay_ms` of `emulation`, where there is one.  Errors: InputError.
+/// `answer_delay_ms` of `emulation`, where there is one.
+/// Errors: InputError.
 LuxEmulatorSettings lux_emulator_settings_from(const ConfigNode& lux_meter, const ConfigNode* emulation,
                                                const std::filesystem::path& runtime);
 
@@ -41,7 +42,8 @@ enum class LuxFault : std::uint8_t {
 /// Threads: any; owns one, which calls `illuminance`.
 class LuxEmulator {
  public:
-  /// `illuminance` [lux], e.g. TankWorld's.  Errors: InputError, as Pty.
+  /// `illuminance` [lux], e.g. TankWorld's.
+  /// Errors: InputError, as Pty.
   LuxEmulator(LuxEmulatorSettings settings, std::function<double()> illuminance);
 
   void set_fault(LuxFault fault) noexcept { fault_ = fault; }

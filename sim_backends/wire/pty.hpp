@@ -11,7 +11,8 @@
 namespace tankrig::sim {
 
 /// The device's end, raw and non-blocking. The driver's end is a symbolic link at `name`, made here and removed at the
-/// end. Threads: one.
+/// end.
+/// Threads: one.
 class Pty {
  public:
   /// Errors: InputError if the system has no pseudo-terminals or the link cannot be made. A stale link is replaced.

@@ -20,7 +20,8 @@ struct RelayEmulatorSettings {
 };
 
 /// The box for a rig file's laser: `device`, `on_byte`, `off_byte`, `status_query` of `laser`; `watchdog_ms`,
-/// `answer_delay_ms` of `emulation`, where there is one.  Errors: InputError.
+/// `answer_delay_ms` of `emulation`, where there is one.
+/// Errors: InputError.
 RelayEmulatorSettings relay_emulator_settings_from(const ConfigNode& laser, const ConfigNode* emulation,
                                                    const std::filesystem::path& runtime);
 

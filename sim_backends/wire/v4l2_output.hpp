@@ -41,14 +41,15 @@ using PictureSource = std::function<cv::Mat(std::uint64_t index, Stamp begin, Du
 using PictureChoice = std::function<std::size_t(std::uint64_t index, Stamp begin, Duration exposure)>;
 
 /// Plays the pictures of a folder, in the order of their names: *.png, or *.raw (width * height grey bytes, or three
-/// times as many BGR ones). All are read now. Without `choice`, one after the other, over and over. Errors: InputError
-/// if there is none, or one is not `width` x `height`.
+/// times as many BGR ones). All are read now. Without `choice`, one after the other, over and over.
+/// Errors: InputError if there is none, or one is not `width` x `height`.
 PictureSource pictures_of_folder(const std::filesystem::path& folder, int width, int height, PictureChoice choice = {});
 
 /// Exposes at `rate_hz` on CLOCK_MONOTONIC: frame n begins at epoch + n / rate and is asked for when its exposure is
-/// over. One that comes more than a period too late is skipped, and counted. Threads: an own one calls `source`; the
-/// destructor stops it within one picture.  RT: never. Errors: the constructor throws InputError, one line that says
-/// what to do.
+/// over. One that comes more than a period too late is skipped, and counted.
+/// Threads: an own one calls `source`; the destructor stops it within one picture.
+/// RT: never.
+/// Errors: the constructor throws InputError, one line that says what to do.
 class V4l2OutputEmulator {
  public:
   V4l2OutputEmulator(const V4l2OutputSettings& settings, PictureSource source)

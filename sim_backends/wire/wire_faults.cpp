@@ -24,7 +24,7 @@ WireFaults::~WireFaults() {
 }
 
 void WireFaults::run() {
-  keep_time("wire-faults", kEmulatedWirePriority);
+  set_fifo("wire-faults", kEmulatedWirePriority);
   MonotonicClock clock;
   while (!ends_) {
     mark();

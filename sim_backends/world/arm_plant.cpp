@@ -40,8 +40,8 @@ ArmPlant::Axis ArmPlant::axis_after(std::size_t joint, const Axis& begin, double
     end.speed = 0;
   }
   if (begin.demand == 0 && std::abs(end.speed) < kStandstill) end.speed = 0;
-  const double play = 0.5 * parameters_.backlash_ticks[joint];
-  end.link = std::clamp(begin.link, end.ticks - play, end.ticks + play);
+  const double half = 0.5 * parameters_.backlash_ticks[joint];
+  end.link = std::clamp(begin.link, end.ticks - half, end.ticks + half);
   return end;
 }
 

@@ -13,7 +13,7 @@ namespace tankrig::sim {
 /// Time constant and currents are assumptions; the currents' sizes suit the laboratory's thresholds (docs/arm5e.md).
 struct ArmPlantParameters {
   double time_constant = 0.03;                           ///< first-order lag of every actuator's velocity [s]
-  std::array<double, kJoints> backlash_ticks{};          ///< total play between encoder and link
+  std::array<double, kJoints> backlash_ticks{};          ///< total backlash between encoder and link
   std::array<double, kJoints> stiction_ticks_per_s{};    ///< slower demands move nothing
   std::array<double, kJoints> speed_gain = unit_gain();  ///< ticks/s an actuator makes of a demand of 1 ticks/s
   double quiescent_a = 0.2;                              ///< the whole arm at rest
@@ -26,7 +26,8 @@ struct ArmPlantParameters {
 
 /// Each actuator's speed [ticks/s] follows its demand with a first-order lag, integrated exactly between demands; the
 /// joint limits are hard stops, backlash lies between encoder and link.
-/// Threads: any; a mutex guards the memory.  RT: nothing allocates after construction.
+/// Threads: any; a mutex guards the memory.
+/// RT: nothing allocates after construction.
 class ArmPlant {
  public:
   static constexpr std::int64_t kHistory = 4096;  ///< demands remembered

@@ -26,7 +26,8 @@ struct CellBox {
   Vector3f minimum = Vector3f::Constant(1e6f), maximum = Vector3f::Constant(-1e6f);
 };
 
-/// Frames: w, c.  Threads: const calls from any.
+/// Frames: w, c.
+/// Threads: const calls from any.
 class CameraView {
  public:
   static constexpr int kSub = 2;                 ///< sub-pixels along a pixel's side

@@ -7,7 +7,8 @@
 
 namespace tankrig::sim {
 
-/// The projector at one instant. Frames: w.
+/// The projector at one instant.
+/// Frames: w.
 struct SheetPose {
   Vector3f exit = Vector3f::Zero();
   Vector3f normal = Vector3f::UnitX();   ///< x_l: across the sheet

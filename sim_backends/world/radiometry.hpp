@@ -10,7 +10,9 @@
 
 namespace tankrig::sim {
 
-/// All values at light 1, per channel (red, green, blue). Frames: w.  Threads: const calls from any.
+/// All values at light 1, per channel (red, green, blue).
+/// Frames: w.
+/// Threads: const calls from any.
 class Radiometry {
  public:
   Radiometry(const Scene& scene, const RenderGeometry& geometry);

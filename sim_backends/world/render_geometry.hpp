@@ -11,7 +11,9 @@ namespace tankrig::sim {
 
 using Vector3f = Eigen::Vector3f;
 
-/// Where a ray meets a surface. Frames: w. Units: metres.
+/// Where a ray meets a surface.
+/// Frames: w.
+/// Units: metres.
 struct SurfaceHit {
   float distance = 0;
   Vector3f p = Vector3f::Zero();
@@ -19,7 +21,8 @@ struct SurfaceHit {
   int surface = -1;                     ///< index into RenderGeometry::surface()
 };
 
-/// Frames: w.  Threads: const calls from any.
+/// Frames: w.
+/// Threads: const calls from any.
 class RenderGeometry {
  public:
   enum class Kind { kFloor, kWall, kObject };

@@ -89,7 +89,8 @@ struct CameraSpec {
   Sensor sensor;
 };
 
-/// UWSim's structuredLightProjector reduced to a line. Frames: l. The sheet is x_l = 0 about +z_l.
+/// UWSim's structuredLightProjector reduced to a line.
+/// Frames: l. The sheet is x_l = 0 about +z_l.
 struct LaserLine {
   std::string name;
   Transform eMl = Transform::Identity();
@@ -130,7 +131,8 @@ struct Scene {
   std::vector<std::string> warnings;  ///< elements known to UWSim but not simulated, with their lines
 };
 
-/// Reads a scene file.  Errors: InputError "FILE:LINE: ...", also for an unknown element or a value out of range.
+/// Reads a scene file.
+/// Errors: InputError "FILE:LINE: ...", also for an unknown element or a value out of range.
 Scene read_scene(const std::filesystem::path& file);
 
 }  // namespace tankrig::sim

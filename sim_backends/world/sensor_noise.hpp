@@ -10,9 +10,9 @@
 namespace tankrig::sim {
 
 /// Models:
-///   kGaussian     y = x + 255 sd g                                     (the paper's and UWSim's additive noise)
-///   kEmva1288     y = K (n (1 + prnu h) + mu_d + sqrt(n + mu_d + sigma_d^2 + (sd full_well)^2) g),   n = x / K, K =
-///   255 / full_well
+///   kGaussian  y = x + 255 sd g, the paper's and UWSim's additive noise
+///   kEmva1288  y = K (n (1 + prnu h) + mu_d + sqrt(n + mu_d + sigma_d^2 + (sd full_well)^2) g), n = x / K,
+///              K = 255 / full_well
 /// then rounded and clipped to 0 .. 255. g and h are standard normal; h belongs to the pixel, g to pixel and frame.
 /// Shot noise is taken in its normal limit. A sample depends only on seed, camera, frame, pixel and channel.
 /// Source: EMVA Standard 1288, release 3.1, linear model.

@@ -60,7 +60,8 @@ class TankWorld {
   double light() const;
   std::string noise_description() const;  ///< for the session: model and its parameters
 
-  /// 8-bit image, 1 or 3 (BGR) channels, of the camera called `name`.  Errors: InputError if there is none.
+  /// 8-bit image, 1 or 3 (BGR) channels, of the camera called `name`.
+  /// Errors: InputError if there is none.
   cv::Mat render(const std::string& name, const Exposure& exposure) const;
 
   /// Picture of the whole rig from outside (the paper's Figure 3), BGR, without noise and with the water thinned.

@@ -13,7 +13,7 @@ namespace {
 
 TEST(ArmKeeper, KeepsTimeJustBelowTheCycle) {
   bool granted = false;
-  std::thread([&] { granted = keep_time("asks", 1); }).join();
+  std::thread([&] { granted = set_fifo("asks", 1); }).join();
   if (!granted) GTEST_SKIP() << "this machine does not grant SCHED_FIFO";
   sim::testing_support::ArmBench bench;
   bench.make();

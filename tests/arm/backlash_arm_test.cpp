@@ -48,9 +48,9 @@ struct BacklashBench {
 TEST(BacklashArm, LetsTheLinkTrailByHalfThePlayBehindItsLastMotion) {
   BacklashBench bench;
   EXPECT_NEAR(bench.link(8000), 8000, 1e-6) << "nothing is known yet";
-  EXPECT_NEAR(bench.link(8010), 8000, 1e-6) << "within the play";
+  EXPECT_NEAR(bench.link(8010), 8000, 1e-6) << "within the backlash";
   EXPECT_NEAR(bench.link(8100), 8085, 1e-6);
-  EXPECT_NEAR(bench.link(8090), 8085, 1e-6) << "turned around, still within the play";
+  EXPECT_NEAR(bench.link(8090), 8085, 1e-6) << "turned around, still within the backlash";
   EXPECT_NEAR(bench.link(8071), 8085, 1e-6);
   EXPECT_NEAR(bench.link(8000), 8015, 1e-6);
 }

@@ -13,7 +13,7 @@ namespace tankrig::testing_support {
 struct GeneratedSweep {
   double offset = 0;      ///< t_camera - t_joints [s]
   double velocity = 0.1;  ///< of the elbow [rad/s]
-  double play = 0;        ///< between encoder and link, total [rad]
+  double backlash = 0;        ///< between encoder and link, total [rad]
   double noise_px = 0.1;  ///< of a stripe point
   bool ticks = true;      ///< encoders count whole ticks
   double from = 1.55, to = 1.85;
@@ -66,7 +66,7 @@ struct GeneratedSweep {
 
   JointVector measured(const ArmModel& arm, double t) const {
     const bool forward = t < kRest + duration() + 0.5 * kRest;
-    double q = angle(t) + (forward ? 0.5 : -0.5) * play;
+    double q = angle(t) + (forward ? 0.5 : -0.5) * backlash;
     const Actuator& axis = arm.actuators[kElbow];
     if (ticks) q = axis.angle(std::round(axis.ticks(q)));
     return joints(q);

@@ -113,16 +113,16 @@ INSTANTIATE_TEST_SUITE_P(TimeOffset, Interval,
 
 TEST(TimeOffset, ReadsPlayAsAnOffsetAtOneSpeedAndSaysHowMuch) {
   GeneratedSweep sweep;
-  sweep.play = 0.5e-3;
+  sweep.backlash = 0.5e-3;
   const TimeOffsetSolution s = solve(sweep.problem());
-  EXPECT_FALSE(s.play);
-  EXPECT_NEAR(s.offset_per_play, 1 / (2 * sweep.velocity), 0.3);
-  EXPECT_NEAR(s.offset, s.offset_per_play * sweep.play, 2e-4);
+  EXPECT_FALSE(s.backlash);
+  EXPECT_NEAR(s.offset_per_backlash, 1 / (2 * sweep.velocity), 0.3);
+  EXPECT_NEAR(s.offset, s.offset_per_backlash * sweep.backlash, 2e-4);
 }
 
 TEST(TimeOffset, TellsPlayFromTimeByTwoSpeeds) {
   GeneratedSweep slow, fast;
-  slow.play = fast.play = 0.5e-3;
+  slow.backlash = fast.backlash = 0.5e-3;
   slow.offset = fast.offset = 0.020;
   slow.velocity = 0.08;
   fast.velocity = 0.16;
@@ -130,8 +130,8 @@ TEST(TimeOffset, TellsPlayFromTimeByTwoSpeeds) {
   TimeOffsetProblem problem = slow.problem();
   problem.recordings.push_back(fast.recording(problem));
   const TimeOffsetSolution s = solve(problem);
-  ASSERT_TRUE(s.play);
-  EXPECT_NEAR(*s.play, 0.5e-3, 4 * s.play_sigma + 1e-5);
+  ASSERT_TRUE(s.backlash);
+  EXPECT_NEAR(*s.backlash, 0.5e-3, 4 * s.backlash_sigma + 1e-5);
   EXPECT_NEAR(s.offset, 0.020, 4 * s.sigma + 2e-5);
   EXPECT_LT(s.sigma, 0.5e-3);
   EXPECT_THAT(s.speeds, testing::ElementsAre(testing::DoubleNear(0.08, 2e-3), testing::DoubleNear(0.16, 4e-3)));

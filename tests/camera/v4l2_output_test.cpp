@@ -31,7 +31,8 @@ struct Sent {
   Stamp when{};
 };
 
-/// What reached the device.  Threads: any.
+/// What reached the device.
+/// Threads: any.
 struct OutputScript {
   int open_fails = 0;
   std::uint32_t capabilities = V4L2_CAP_VIDEO_OUTPUT | V4L2_CAP_STREAMING;

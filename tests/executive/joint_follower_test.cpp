@@ -85,7 +85,7 @@ Trueness sweep(double velocity, const sim::MockArmParameters& arm, const Play& k
 }
 
 /// What the documents say of the real arm (dead zone, encoders, the wire's whole ticks/s and its missing 0x0A), and
-/// plausible sizes of what they do not say: 30 ticks of play, speeds a few percent off, a late answer.
+/// plausible sizes of what they do not say: 30 ticks of backlash, speeds a few percent off, a late answer.
 sim::MockArmParameters worn_arm() {
   sim::MockArmParameters arm;
   arm.backlash_ticks = {30, 30, 30, 2, 2};

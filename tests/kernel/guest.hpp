@@ -14,13 +14,15 @@
 
 namespace tankrig::test {
 
-/// Runs a shell command and returns what it printed.  Errors: std::runtime_error with the output if it fails.
+/// Runs a shell command and returns what it printed.
+/// Errors: std::runtime_error with the output if it fails.
 std::string shell(const std::string& command);
 
 /// A program that runs until the end of the scope.
 class Background {
  public:
-  /// Output goes to `output`, a file, where given.  Errors: std::runtime_error.
+  /// Output goes to `output`, a file, where given.
+  /// Errors: std::runtime_error.
   explicit Background(const std::vector<std::string>& command, const std::string& output = {});
   ~Background();
   Background(const Background&) = delete;

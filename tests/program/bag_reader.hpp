@@ -17,7 +17,8 @@ struct BagTopic {
   std::string first;  ///< message, serialised
 };
 
-/// Reads a serialised message field by field.  Source: wiki.ros.org/msg.  Errors: std::runtime_error past its end.
+/// Reads a serialised message field by field. Source: wiki.ros.org/msg.
+/// Errors: std::runtime_error past its end.
 class MessageFields {
  public:
   explicit MessageFields(const std::string& bytes) : bytes_(bytes) {}
@@ -56,7 +57,8 @@ struct Bag {
   std::size_t chunks = 0;    ///< chunk info records at the end
 };
 
-/// Uncompressed bags of version 2.0.  Source: wiki.ros.org/Bags/Format/2.0.  Errors: std::runtime_error.
+/// Uncompressed bags of version 2.0. Source: wiki.ros.org/Bags/Format/2.0.
+/// Errors: std::runtime_error.
 Bag read_bag(const std::string& bytes);
 
 }  // namespace tankrig::test

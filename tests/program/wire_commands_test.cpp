@@ -93,7 +93,8 @@ TEST(OnTheWire, HalfARigIsEnoughForWhatUsesOnlyThatHalf) {
 }
 
 /// Stops the emulator of the program that this process runs, as soon as there is one. It goes on when it is told to, or
-/// after kLongest, however its test ends.  Threads: owns one.
+/// after kLongest, however its test ends.
+/// Threads: owns one.
 class StoppedEmulator {
  public:
   StoppedEmulator() : thread_([this, parent = getpid()] { run(parent); }) {}

@@ -30,7 +30,8 @@ std::string why_no_watch();
 /// Allowed are the sleep; clock_gettime, where the clock needs the kernel; and what cannot wait: send, sendto, sendmsg,
 /// recv, recvfrom, recvmsg with MSG_DONTWAIT, read and write on a descriptor with O_NONBLOCK, and poll with a time of
 /// 0. That is how the cycle talks: to a CAN bus (a socket), to a serial line, which it asks first whether it has hung
-/// up, and to a device's thread (an eventfd that wakes it). Threads: one watched at a time.
+/// up, and to a device's thread (an eventfd that wakes it).
+/// Threads: one watched at a time.
 class CycleWatch {
  public:
   static void begin() noexcept;

@@ -36,9 +36,11 @@ struct Scenario {
   int file_kib = 0;            ///< no file may become larger than this; 0: no limit
 };
 
-/// tests/scenarios/DEVICE.yaml.  Errors: InputError with file and line.
+/// tests/scenarios/DEVICE.yaml.
+/// Errors: InputError with file and line.
 ConfigNode table_of(sim::FaultDevice device);
-/// Every device's, in the order of the tables.  Errors: InputError with file and line.
+/// Every device's, in the order of the tables.
+/// Errors: InputError with file and line.
 std::vector<Scenario> scenarios();
 /// Its name, for messages of a test.
 std::ostream& operator<<(std::ostream& out, const Scenario& scenario);

@@ -22,7 +22,7 @@ struct TimedText {
 struct Outcome {
   std::string status;  ///< of the scan, or what it threw
   std::string lux;     ///< the lux meter after the scan: a value, or its error
-  OutputsLeft left;
+  EndState left;
   FrameCounts counts;
   std::map<std::string, CameraAccount> account;
   std::vector<TimedText> events;

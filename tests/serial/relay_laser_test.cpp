@@ -137,7 +137,7 @@ TEST(RelayLaser, DropsTheBeamWhenItsCallerGoesSilent) {
 
 TEST(RelayLaser, ItsThreadComesRightAfterTheCycle) {
   bool granted = false;
-  std::thread([&] { granted = keep_time("asks", 1); }).join();
+  std::thread([&] { granted = set_fifo("asks", 1); }).join();
   if (!granted) GTEST_SKIP() << "this machine does not grant SCHED_FIFO";
   Box box;
   box.start();

@@ -8,7 +8,8 @@
 
 namespace tankrig::testing_support {
 
-/// While it lives, calls below `folder` are noted, and may be held up or refused. One at a time.  Threads: any.
+/// While it lives, calls below `folder` are noted, and may be held up or refused. One at a time.
+/// Threads: any.
 class DiskDoor {
  public:
   /// A step is a call of open for writing or of a folder, write, writev, rename, fsync, fdatasync or syncfs.

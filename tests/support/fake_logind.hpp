@@ -24,7 +24,8 @@ inline constexpr char kLogindInterfaces[] =
     "<arg type='s' direction='in'/><arg type='s' direction='in'/><arg type='s' direction='in'/>"
     "<arg type='s' direction='in'/><arg type='h' direction='out'/></method></interface></node>";
 
-/// A bus with nobody on it but logind, which refuses the locks it is told to. Threads: owns one.
+/// A bus with nobody on it but logind, which refuses the locks it is told to.
+/// Threads: owns one.
 class FakeLogind {
  public:
   explicit FakeLogind(std::set<std::string> refused = {})

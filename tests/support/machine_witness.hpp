@@ -48,8 +48,8 @@ inline std::string machine_was_late(Duration by, Duration bound) {
 /// programs, by an interrupt. It does not tell by whom. An ordinary thread of the code under test that never lets go
 /// delays it by no more than the scheduler's turn, a few milliseconds: state no bound below that. A real-time thread
 /// that never lets go delays it as a thief does, and its test would be skipped: so the skips are counted at the run's
-/// end, and on a machine that keeps time each of them is a fault to be found.  Threads: any; owns one on each
-/// processor.
+/// end, and on a machine that keeps time each of them is a fault to be found.
+/// Threads: any; owns one on each processor.
 class MachineWitness {
  public:
   MachineWitness() {

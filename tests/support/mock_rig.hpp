@@ -23,7 +23,7 @@ struct MockRigUnder {
   std::function<void(const ScanProgress&)> progress;
   std::function<bool()> interlock_closed = [] { return true; };
   std::function<void(const std::string&)> cut;
-  OutputsLeft left;  ///< as the job says, also after an exception
+  EndState left;  ///< as the job says, also after an exception
 
   std::unique_ptr<sim::MockArm> arm;
   std::unique_ptr<sim::MockLaser> laser;

@@ -7,7 +7,8 @@
 
 namespace tankrig::testing_support {
 
-/// Goes like the machine's own; it has slept for as long as it is told. Threads: any.
+/// Goes like the machine's own; it has slept for as long as it is told.
+/// Threads: any.
 class SleepyClock final : public Clock {
  public:
   Stamp now() const noexcept override { return real_.now(); }

@@ -27,7 +27,8 @@ struct BagPointField {
 };
 
 /// Units: `wall_ns` nanoseconds since 1970 UTC, at least 1 s; else SI. Frame ids as given.
-/// Threads: one.  Errors: InputError naming the file.
+/// Threads: one.
+/// Errors: InputError naming the file.
 class BagFile {
  public:
   /// Whether this program was built with librosbag-storage.

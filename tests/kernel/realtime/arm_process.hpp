@@ -14,7 +14,8 @@ namespace tankrig::test {
 /// To be made before the first thread is. Ends with the scope.
 class ArmProcess {
  public:
-  /// Answers on `interface`.  Errors: std::runtime_error.
+  /// Answers on `interface`.
+  /// Errors: std::runtime_error.
   ArmProcess(const std::string& interface, const sim::ArmEmulatorParameters& parameters);
   ~ArmProcess();
   ArmProcess(const ArmProcess&) = delete;

@@ -20,7 +20,8 @@ using FrameHistogram = std::array<std::uint64_t, 16>;
 /// RT: cycle() waits for nothing.
 class BusWatch final : public CycleListener {
  public:
-  /// `cycles`: at most so many are counted.  Errors: as open_can().
+  /// `cycles`: at most so many are counted.
+  /// Errors: as open_can().
   BusWatch(const std::string& interface, int bitrate, const ArmCanIds& ids, std::size_t cycles, const Clock& clock);
 
   void cycle(const CycleRecord& record) noexcept override;

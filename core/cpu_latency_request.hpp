@@ -8,12 +8,12 @@ inline constexpr char kLatencyRequests[] = "/dev/cpu_dma_latency";
 
 /// While it lives, no processor enters a sleep state that takes time to leave: a request for latency 0, which the
 /// kernel forgets with its file. Does nothing where the file may not be written.
-class AwakeProcessors {
+class CpuLatencyRequest {
  public:
-  AwakeProcessors() noexcept;
-  ~AwakeProcessors();
-  AwakeProcessors(const AwakeProcessors&) = delete;
-  AwakeProcessors& operator=(const AwakeProcessors&) = delete;
+  CpuLatencyRequest() noexcept;
+  ~CpuLatencyRequest();
+  CpuLatencyRequest(const CpuLatencyRequest&) = delete;
+  CpuLatencyRequest& operator=(const CpuLatencyRequest&) = delete;
 
   bool held() const noexcept { return request_ >= 0; }
 

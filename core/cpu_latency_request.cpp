@@ -1,4 +1,4 @@
-#include "core/awake_processors.hpp"
+#include "core/cpu_latency_request.hpp"
 
 #include <fcntl.h>
 #include <unistd.h>
@@ -7,14 +7,14 @@
 
 namespace tankrig {
 
-AwakeProcessors::AwakeProcessors() noexcept : request_(::open(kLatencyRequests, O_WRONLY | O_CLOEXEC)) {
+CpuLatencyRequest::CpuLatencyRequest() noexcept : request_(::open(kLatencyRequests, O_WRONLY | O_CLOEXEC)) {
   const std::int32_t latency_us = 0;
   if (!held() || ::write(request_, &latency_us, sizeof latency_us) == sizeof latency_us) return;
   ::close(request_);
   request_ = -1;
 }
 
-AwakeProcessors::~AwakeProcessors() {
+CpuLatencyRequest::~CpuLatencyRequest() {
   if (held()) ::close(request_);
 }
 

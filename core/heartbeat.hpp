@@ -10,13 +10,14 @@
 namespace tankrig {
 
 /// A thread that has ended, or has not come round for longer than `longest`, is dead to those who depend on it.
-/// Threads: the thread gives and rests, whoever gives it work expects, any asks.  RT: safe.
-class SignOfLife {
+/// Threads: the thread gives and rests, whoever gives it work expects, any asks.
+/// RT: safe.
+class Heartbeat {
  public:
   /// A thread that waits for its device comes round several times within this.
   static constexpr Duration kUsual = std::chrono::seconds(1);
 
-  explicit SignOfLife(Duration longest = kUsual) noexcept : longest_(longest) {}
+  explicit Heartbeat(Duration longest = kUsual) noexcept : longest_(longest) {}
 
   void give(Stamp now) noexcept { given_ns_.store(now.ns, std::memory_order_relaxed); }
   /// It waits for work: no sign is due until one is expected.

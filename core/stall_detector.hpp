@@ -9,13 +9,15 @@
 namespace tankrig {
 
 /// A watcher that was away, or suspended with the whole program, saw nothing meanwhile: so one look adds at most
-/// `longest_look`, however long ago the one before was.  Threads: the watcher's.  RT: safe.
-class WatchedSilence {
+/// `longest_look`, however long ago the one before was.
+/// Threads: the watcher's.
+/// RT: safe.
+class StallDetector {
  public:
-  explicit WatchedSilence(Duration longest_look, Stamp from = {}) noexcept
+  explicit StallDetector(Duration longest_look, Stamp from = {}) noexcept
       : longest_look_(longest_look), looked_(from) {}
 
-  void restart(Stamp from) noexcept { *this = WatchedSilence(longest_look_, from); }
+  void restart(Stamp from) noexcept { *this = StallDetector(longest_look_, from); }
 
   /// `rounds`: how often it has gone round, from 0 at the start of the watch.
   void look(Stamp now, std::uint64_t rounds) noexcept {
@@ -25,7 +27,7 @@ class WatchedSilence {
   }
 
   /// At the last look.
-  Duration so_far() const noexcept { return silent_; }
+  Duration stalled_for() const noexcept { return silent_; }
 
  private:
   Duration longest_look_;
