@@ -12,8 +12,8 @@
 #include <thread>
 #include <vector>
 
-#include "core/cpu_latency_request.hpp"
 #include "core/clock.hpp"
+#include "core/cpu_latency_request.hpp"
 #include "core/input_error.hpp"
 #include "core/locked_memory.hpp"
 #include "drivers/can/owned_descriptor.hpp"

@@ -320,7 +320,7 @@ class ScanRun {
   CycleRecord last_;
   std::optional<Stamp> plan_zero_;
   Stamp round_began_{}, well_at_{};
-  std::string failure_;                // why the supervisor wants an end
+  std::string failure_;             // why the supervisor wants an end
   EndState to_be_cut_{true, true};  // false: people have been told
   Stamp next_progress_{};
   double max_following_error_ = 0;

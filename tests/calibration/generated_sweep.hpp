@@ -13,7 +13,7 @@ namespace tankrig::testing_support {
 struct GeneratedSweep {
   double offset = 0;      ///< t_camera - t_joints [s]
   double velocity = 0.1;  ///< of the elbow [rad/s]
-  double backlash = 0;        ///< between encoder and link, total [rad]
+  double backlash = 0;    ///< between encoder and link, total [rad]
   double noise_px = 0.1;  ///< of a stripe point
   bool ticks = true;      ///< encoders count whole ticks
   double from = 1.55, to = 1.85;
