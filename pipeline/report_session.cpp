@@ -27,22 +27,24 @@ class Album {
     fs::create_directories(folder_);
   }
 
+  void begin(const std::string& heading) { heading_ = heading; }
   void add(const std::string& name, const std::string& caption, const cv::Mat& image) {
     const fs::path file = folder_ / (name + ".png");
     std::vector<unsigned char> png;
     if (!cv::imencode(".png", image, png)) throw InputError(file, "cannot be encoded");
     write_whole_file(file, {reinterpret_cast<const char*>(png.data()), png.size()});
-    pictures_.push_back({caption, image, file});
+    pictures_.push_back({heading_, caption, image, file});
   }
   void keep(const std::string& name, const std::string& caption) {
     const fs::path file = folder_ / (name + ".png");
-    if (fs::exists(file)) pictures_.push_back({caption, {}, file});
+    if (fs::exists(file)) pictures_.push_back({heading_, caption, {}, file});
   }
   const std::vector<ReportPicture>& pictures() const { return pictures_; }
 
  private:
   const Session& session_;
   fs::path folder_;
+  std::string heading_;
   std::vector<ReportPicture> pictures_;
 };
 
@@ -77,10 +79,9 @@ void add_stripe_picture(const Session& session, const Score& score, Album& album
       stripe.push_back(score.reconstruction.orientation == StripeOrientation::kRows
                            ? Vector2d(row.peak.position, row.peak.column)
                            : Vector2d(row.peak.column, row.peak.position));
-  album.add(
-      score.method() + "_frame",
-      score.method() + ": frame " + std::to_string(frame->index) + " of " + frame->camera + " with its detected stripe",
-      draw_stripe_frame(session.image(*frame), stripe));
+  album.add(score.method() + "_frame",
+            "frame " + std::to_string(frame->index) + " of " + frame->camera + " with its detected stripe",
+            draw_stripe_frame(session.image(*frame), stripe));
 }
 
 void add_method_pictures(const Session& session, const ObjectSurface& object, const Score& score, Album& album) {
@@ -94,12 +95,11 @@ void add_method_pictures(const Session& session, const ObjectSurface& object, co
     CloudPictureOptions options;
     options.view = view;
     options.title = score.method();
-    album.add(score.method() + "_" + name, score.method() + ": cloud over the object, from the " + name,
+    album.add(score.method() + "_" + name, std::string("cloud over the object, from the ") + name,
               draw_cloud_over_object(cloud, score.metrics.verdicts, object.mesh(), options));
   }
   const double threshold = score.metrics.thresholds.coverage_headline_m;
-  album.add(score.method() + "_coverage",
-            score.method() + ": coverage at " + millimetres(threshold) + " on the unfolded object",
+  album.add(score.method() + "_coverage", "coverage at " + millimetres(threshold) + " on the unfolded object",
             draw_coverage_map(object.mesh(), object.samples(),
                               covered_samples(object.samples(), cloud, score.metrics.verdicts, threshold),
                               score.ceiling.reachable, score.method()));
@@ -111,14 +111,22 @@ void write_pictures_and_report(const Session& session, const ObjectSurface& obje
                                const OutsideView& outside) {
   Album album(session);
   add_rig_picture(session, outside, album);
-  for (const Score& score : scores)
+  for (const Score& score : scores) {
+    album.begin(score.method());
     if (score.method() == "laser") add_stripe_picture(session, score, album);
-  for (const Score& score : scores) add_method_pictures(session, object, score, album);
+    add_method_pictures(session, object, score, album);
+  }
 
   ReportData report;
   report.title = "Session " + session.info.name;
   report.facts = session_summary(session);
-  for (const Score& score : scores) report.methods.push_back({score.method(), score.json});
+  for (const Score& score : scores) {
+    const std::string m = score.method();
+    report.methods.push_back(
+        {m,
+         score.json,
+         {"clouds/" + m + ".ply", "clouds/" + m + ".pcd", "clouds/" + m + "_verdict.ply", "results/" + m + ".json"}});
+  }
   report.pictures = album.pictures();
   report.warnings = session.warnings;
   report.command = "tankrig report " + session.path.filename().string();

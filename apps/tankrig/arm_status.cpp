@@ -116,7 +116,8 @@ void print(const ArmReport& r, const RigConfig& rig, const std::string& rig_name
   std::printf("%-28s %.2f A, at most %.2f A\n", "supply current", r.state.current_a, r.peak_current_a);
   std::printf("%-28s every %.2f ms; %d states in %.2f s\n", "exchange", 1e3 * seconds(arm.exchange_period()), r.states,
               seconds(r.listened));
-  for (const Statistic& s : arm.statistics()) std::printf("%-28s %g\n", s.name.c_str(), s.value);
+  for (const Statistic& s : arm.statistics())
+    if (s.value != 0) std::printf("%-28s %g\n", s.name.c_str(), s.value);
 }
 
 }  // namespace

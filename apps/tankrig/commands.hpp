@@ -57,6 +57,13 @@ struct SessionInfoOptions {
 };
 int session_info(const SessionInfoOptions& options);
 
+struct SessionListOptions {
+  std::filesystem::path folder = "sessions";
+  std::string rig;  ///< of this one only; empty: of any
+  bool json = false;
+};
+int session_list(const SessionListOptions& options);
+
 struct ReportOptions {
   std::filesystem::path session;
   bool json = false;

@@ -3,6 +3,7 @@
 #include <regex>
 
 #include "apps/tankrig/commands.hpp"
+#include "apps/tankrig/open_session.hpp"
 #include "apps/tankrig/rig_files.hpp"
 #include "core/config_node.hpp"
 #include "core/input_error.hpp"
@@ -20,6 +21,13 @@ std::string without_folder(const std::string& text, const std::string& name) {
   return std::regex_replace(text, std::regex(R"([\w./-]*/)" + literal), name);
 }
 
+/// The rig file with another name.
+std::string named(const std::string& text, const std::string& name) {
+  const std::string literal = std::regex_replace(name, std::regex(R"(\$)"), "$$$$");
+  return std::regex_replace(text, std::regex(R"((^|\n)name: *[^ #\n]+)"), "$1name: " + literal,
+                            std::regex_constants::format_first_only);
+}
+
 }  // namespace
 
 int init(const InitOptions& options) {
@@ -28,17 +36,19 @@ int init(const InitOptions& options) {
   const ConfigNode root = rig_file(file);
   if (!root.has("scene")) root.fail("scene", "found nothing, expected a scene to start from");
   const fs::path scene = root.path("scene"), mesh = root.child("object").path("mesh");
+  const std::string name = yaml_quoted(session_path(options.directory).filename().string());
   UnfinishedFolder made(options.directory);
   const fs::path& building = made.path();
   const auto rig_text = [&](const fs::path& of) {
     return without_folder(without_folder(read_whole_file(of), scene.filename()), mesh.filename());
   };
   if (!root.has("base")) {
-    write_file_durably(building / "rig.yaml", rig_text(file));
+    write_file_durably(building / "rig.yaml", named(rig_text(file), name));
   } else {
     write_file_durably(building / "base.yaml", rig_text(root.path("base")));
-    write_file_durably(building / "rig.yaml",
-                       std::regex_replace(rig_text(file), std::regex(R"((^|\n)base: *[^ #\n]+)"), "$1base: base.yaml"));
+    const std::string text =
+        std::regex_replace(rig_text(file), std::regex(R"((^|\n)base: *[^ #\n]+)"), "$1base: base.yaml");
+    write_file_durably(building / "rig.yaml", named(text, name));
   }
   write_file_durably(building / scene.filename(), without_folder(read_whole_file(scene), mesh.filename()));
   write_file_durably(building / mesh.filename(), read_whole_file(mesh));

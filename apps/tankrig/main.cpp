@@ -27,9 +27,11 @@ namespace {
 void add_scan(CLI::App& app, ChosenCommand& chosen) {
   CLI::App* c = app.add_subcommand("scan", "Sweep the arm, record a session, reconstruct, score, report");
   ScanOptions& o = options_of(c, chosen, &scan);
-  c->footer("Example: tankrig scan --rig tank-sim --light 0.5 --noise 0.02 --json");
+  c->footer(
+      "Exit code: 0 done; 3 in part: stopped, or frames are missing; 1 failed; 2 wrong words on the command line.\n"
+      "Example: tankrig scan --rig tank-sim --light 0.5 --noise 0.02 --json");
   c->add_option("--rig", o.rig, "Rig name below etc/rigs, or a rig.yaml")->capture_default_str();
-  c->add_option("--preset", o.preset, "Preset of the rig file, e.g. fine");
+  c->add_option("--preset", o.preset, "Preset of the rig file; tank-sim and tank-wire have: fine");
   c->add_option("--light", o.light, "Simulated ambient light, 0 darkness .. 1 the reference")
       ->check(CLI::Range(0.0, 1.0));
   c->add_option("--noise", o.noise, "Simulated camera noise, standard deviation 0 .. 0.10 of full scale")
@@ -108,6 +110,12 @@ void add_session(CLI::App& app, ChosenCommand& chosen) {
   c->footer("Example: tankrig session info sessions/monday --json");
   add_session_option(c, info.session);
   c->add_flag("--json", info.json, "Print one JSON object on standard output");
+  c = session->add_subcommand("list", "List the sessions in a folder, oldest first: when, which rig, lux, who, status");
+  SessionListOptions& list = options_of(c, chosen, &session_list);
+  c->footer("Example: tankrig session list --rig tank-sim");
+  c->add_option("folder", list.folder, "Folder of sessions")->capture_default_str();
+  c->add_option("--rig", list.rig, "Only those of this rig");
+  c->add_flag("--json", list.json, "Print one JSON array on standard output");
   add_session_check(*session, chosen);
   add_session_replay(*session, chosen);
   add_session_export(*session, chosen);

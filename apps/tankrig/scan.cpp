@@ -98,7 +98,7 @@ nlohmann::ordered_json scan_json(const RigConfig& rig, const Session& session, c
     for (const auto& [reason, count] : frame_reasons(result.counts, camera)) frames["left_out"][reason] = count;
     frames["unaccounted"] = account.unaccounted;
   }
-  if (result.times) out["timing"] = timing_json(rig, result);
+  if (result.times) out["timing"] = timing_json(session_timing(*result.times, rig.scan.cycle_hz));
   return out;
 }
 

@@ -63,10 +63,18 @@ class Export {
   bool all_there() const { return session_.all_there && !can_log_cut_; }
 
  private:
+  /// Errors: InputError if it is there already.
+  fs::path unwritten(const std::string& name) const {
+    const fs::path file = out_ / name;
+    if (fs::exists(file)) throw InputError(file, "exists already, expected another folder: --out");
+    return file;
+  }
+
   fs::path target(const std::string& name) {
-    fs::create_directories((out_ / name).parent_path());
-    written_.push_back((out_ / name).string());
-    return out_ / name;
+    const fs::path file = unwritten(name);
+    fs::create_directories(file.parent_path());
+    written_.push_back(file.string());
+    return file;
   }
 
   void candump() {
@@ -110,7 +118,7 @@ class Export {
   }
 
   void bag() {
-    const fs::path file = out_ / (session_.path.filename().string() + ".bag");
+    const fs::path file = unwritten(session_.path.filename().string() + ".bag");
     write_session_bag(opened_, options_.raw_images, file);
     written_.push_back(file.string());
   }
@@ -154,7 +162,7 @@ void add_session_export(CLI::App& session, ChosenCommand& chosen) {
       ->delimiter(',');
   what->add_flag("--all", o.all, "All formats; what the session or this build does not have is left out, and said");
   what->require_option(1);
-  c->add_option("--out", o.out, "Folder to write to (default: SESSION-export)");
+  c->add_option("--out", o.out, "Folder to write to (default: SESSION-export); no file in it is written over");
   c->add_flag("--raw-images", o.raw_images, "Bag: uncompressed images instead of the PNG files");
   c->add_flag("--json", o.json, "Print one JSON object on standard output");
 }

@@ -18,9 +18,7 @@ void print_timing(const RigConfig& rig, const ScanResult& result) {
   if (result.times) std::printf("%s", timing_table(session_timing(*result.times, rig.scan.cycle_hz)).c_str());
 }
 
-nlohmann::ordered_json timing_json(const RigConfig& rig, const ScanResult& result) {
-  if (!result.times) return nullptr;
-  const SessionTiming t = session_timing(*result.times, rig.scan.cycle_hz);
+nlohmann::ordered_json timing_json(const SessionTiming& t) {
   const auto quantity = [](const TimingQuantity& q) {
     return nlohmann::ordered_json{{"p50", q.p50}, {"p99", q.p99}, {"p99_9", q.p999}, {"max", q.max}};
   };

@@ -15,7 +15,6 @@ void keep_timing(SessionWriter& writer, const RigConfig& rig, const ScanResult& 
 /// The table on standard output. Nothing where the clock was virtual.
 void print_timing(const RigConfig& rig, const ScanResult& result);
 
-/// Null where the clock was virtual.
-nlohmann::ordered_json timing_json(const RigConfig& rig, const ScanResult& result);
+nlohmann::ordered_json timing_json(const SessionTiming& timing);
 
 }  // namespace tankrig::app

@@ -29,6 +29,11 @@ Colour scaled(const Colour& c, double factor) {
 
 cv::Scalar scalar(const Colour& c) { return {double(c[0]), double(c[1]), double(c[2])}; }
 
+void put_box(cv::Mat& picture, const cv::Rect& box) {
+  cv::rectangle(picture, box, cv::Scalar::all(255), cv::FILLED);
+  cv::rectangle(picture, box, cv::Scalar::all(190), 1, cv::LINE_AA);
+}
+
 constexpr int kFont = cv::FONT_HERSHEY_SIMPLEX;
 constexpr double kCapitalHeight = 21;  ///< of the font at scale 1 [px]
 
@@ -112,6 +117,12 @@ void put_text(cv::Mat& picture, const std::string& text, cv::Point at, const Col
   cv::putText(picture, text, at, kFont, height_px / kCapitalHeight, scalar(colour), 1, cv::LINE_AA);
 }
 
+void put_boxed_text(cv::Mat& picture, const std::string& text, cv::Point at, const Colour& colour, double height_px) {
+  const int height = int(std::lround(height_px)), pad = height / 2;
+  put_box(picture, {at.x - pad, at.y - height - pad, text_width(text, height_px) + 2 * pad, height + 2 * pad});
+  put_text(picture, text, at, colour, height_px);
+}
+
 int text_width(const std::string& text, double height_px) {
   int baseline = 0;
   return cv::getTextSize(text, kFont, height_px / kCapitalHeight, 1, &baseline).width;
@@ -122,8 +133,7 @@ void put_legend(cv::Mat& picture, const std::vector<LegendEntry>& entries, cv::P
   int width = 0;
   for (const LegendEntry& entry : entries) width = std::max(width, text_width(entry.text));
   const cv::Rect box(at.x, at.y, width + kSquare + 3 * kPad, int(entries.size()) * kLine + kPad);
-  cv::rectangle(picture, box, cv::Scalar::all(255), cv::FILLED);
-  cv::rectangle(picture, box, cv::Scalar::all(190), 1, cv::LINE_AA);
+  put_box(picture, box);
   int y = at.y + kPad;
   for (const LegendEntry& entry : entries) {
     cv::rectangle(picture, {at.x + kPad, y, kSquare, kSquare}, scalar(entry.colour), cv::FILLED);
@@ -141,9 +151,11 @@ void put_scale_bar(cv::Mat& picture, double pixels_per_metre, cv::Point at) {
       break;
     }
   const int width = int(std::lround(length * pixels_per_metre));
+  const std::string label = std::to_string(int(std::lround(length * 1e3))) + " mm";
+  put_box(picture, {at.x - 8, at.y - 28, std::max(width, text_width(label)) + 16, 40});
   cv::rectangle(picture, {at.x, at.y - 2, width, 4}, scalar(kInk), cv::FILLED);
   for (const int x : {at.x, at.x + width}) cv::line(picture, {x, at.y - 6}, {x, at.y + 6}, scalar(kInk), 1);
-  put_text(picture, std::to_string(int(std::lround(length * 1e3))) + " mm", {at.x, at.y - 12}, kInk);
+  put_text(picture, label, {at.x, at.y - 12}, kInk);
 }
 
 }  // namespace tankrig

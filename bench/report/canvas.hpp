@@ -1,4 +1,4 @@
-// A white sheet to draw on from three dimensions: orthographic, z-buffered, antialiased by drawing at twice the size.
+// A white sheet to draw on from three dimensions: orthographic, z-buffered, antialiased by drawing at three times the size.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -38,7 +38,7 @@ class Canvas {
   cv::Mat picture() const;
 
  private:
-  static constexpr int kSuper = 2;
+  static constexpr int kSuper = 3;
   /// x, y on the oversized sheet, z towards the viewer [m].
   Vector3d on_sheet(const Vector3d& p) const;
   void put(int x, int y, double z, const Colour& colour);
@@ -60,12 +60,15 @@ inline const Colour kInk{40, 40, 40};
 
 /// Antialiased text; `at` is its left baseline. `height_px` is the height of a capital letter.
 void put_text(cv::Mat& picture, const std::string& text, cv::Point at, const Colour& colour, double height_px = 10);
+/// The same on a box of its own, to be read whatever lies behind it.
+void put_boxed_text(cv::Mat& picture, const std::string& text, cv::Point at, const Colour& colour,
+                    double height_px = 10);
 int text_width(const std::string& text, double height_px = 10);
 
 /// A boxed list of coloured squares with their meaning, its top left corner at `at`.
 void put_legend(cv::Mat& picture, const std::vector<LegendEntry>& entries, cv::Point at);
 
-/// A bar of a round length with its label, its left end at `at`.
+/// A bar of a round length with its label, boxed, its left end at `at`.
 void put_scale_bar(cv::Mat& picture, double pixels_per_metre, cv::Point at);
 
 }  // namespace tankrig

@@ -84,8 +84,8 @@ cv::Mat draw_cloud_over_object(const PointCloud& cloud, const std::vector<PointV
   entry(PointVerdict::kGround, "ground");
   if (counts[static_cast<std::size_t>(PointVerdict::kRejected)]) entry(PointVerdict::kRejected, "between thresholds");
   legend.push_back({kBody, "the object's mesh"});
-  put_legend(picture, legend, {14, options.title.empty() ? 14 : 40});
-  if (!options.title.empty()) put_text(picture, options.title, {14, 26}, kInk, 12);
+  put_legend(picture, legend, {14, options.title.empty() ? 14 : 42});
+  if (!options.title.empty()) put_boxed_text(picture, options.title, {20, 26}, kInk, 12);
   put_scale_bar(picture, canvas.pixels_per_metre(), {18, options.height - 22});
   return picture;
 }

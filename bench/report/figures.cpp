@@ -29,20 +29,29 @@ std::string percent(double share) {
 }
 
 std::string figure_name(const std::string& key) {
-  static const std::map<std::string, std::string> names{{"mean_error_m", "mean error"},
-                                                        {"mean_error_sigma_m", "standard error of the mean"},
-                                                        {"stddev_m", "standard deviation"},
-                                                        {"median_m", "median"},
-                                                        {"rms_m", "root mean square"},
-                                                        {"p95_m", "95th percentile"},
-                                                        {"bias_m", "signed bias (positive outside)"},
-                                                        {"coverage", "coverage of the whole surface"},
-                                                        {"coverage_ceiling", "ceiling: surface that could be seen"},
-                                                        {"coverage_ceiling_sigma", "ceiling, sampling error"},
-                                                        {"coverage_of_ceiling", "coverage of the ceiling"},
-                                                        {"outliers", "outliers among non-ground points"},
-                                                        {"rejected", "points without an error figure"},
-                                                        {"surface_area_m2", "object's surface"}};
+  static const std::map<std::string, std::string> names{
+      {"mean_error_m", "mean error"},
+      {"mean_error_sigma_m", "standard error of the mean"},
+      {"stddev_m", "standard deviation"},
+      {"median_m", "median"},
+      {"rms_m", "root mean square"},
+      {"p95_m", "95th percentile"},
+      {"bias_m", "signed bias (positive outside)"},
+      {"coverage", "coverage of the whole surface"},
+      {"coverage_ceiling", "ceiling: surface that could be seen"},
+      {"coverage_ceiling_sigma", "ceiling, sampling error"},
+      {"coverage_of_ceiling", "coverage of the ceiling"},
+      {"outliers", "outliers among non-ground points"},
+      {"rejected", "points not on the object: ground and outliers"},
+      {"inlier_m", "an object's point: nearer than"},
+      {"outlier_m", "outlier: farther than"},
+      {"coverage_m", "coverage at each of"},
+      {"coverage_headline_m", "coverage that is quoted: within"},
+      {"ground_band_m", "ground point: within, of the ground"},
+      {"ground_plane", "ground, a plane in the object's frame"},
+      {"max_incidence_deg", "ceiling: seen and lit less steeply than"},
+      {"surface_samples", "patches of the surface, about"},
+      {"surface_area_m2", "object's surface"}};
   if (const auto found = names.find(key); found != names.end()) return found->second;
   std::string out = key;
   for (char& c : out)
@@ -54,12 +63,18 @@ std::string shown_figure(const nlohmann::json& metrics, const std::string& key) 
   const auto found = metrics.find(key);
   if (found == metrics.end() || found->is_null()) return "none";
   if (found->is_string()) return found->get<std::string>();
+  if (found->is_array() && key.ends_with("_m")) {
+    std::string list;
+    for (const auto& metres : *found) list += (list.empty() ? "" : ", ") + millimetres(metres.get<double>());
+    return list;
+  }
   if (!found->is_number()) return found->dump();
   if (found->is_number_integer()) return found->dump();
   const double value = found->get<double>();
   if (kShares.contains(key)) return percent(value);
   if (key.ends_with("_m2")) return printed("%.5g m²", value);
   if (key.ends_with("_m")) return printed("%.3f mm", value * 1e3);
+  if (key.ends_with("_deg")) return printed("%.6g°", value);
   return printed("%.6g", value);
 }
 

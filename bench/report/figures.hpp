@@ -6,8 +6,8 @@
 
 namespace tankrig {
 
-/// `metrics[key]` for people: keys that end in _m become mm, _m2 stay, shares become %, counts stay; "none" if null or
-/// absent.
+/// `metrics[key]` for people: keys that end in _m become mm, _m2 and _deg stay, shares become %, counts stay; "none" if
+/// null or absent.
 std::string shown_figure(const nlohmann::json& metrics, const std::string& key);
 
 /// Name of a key in words.

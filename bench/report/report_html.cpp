@@ -22,7 +22,8 @@ table { border-collapse: collapse; width: 100%; } th, td { text-align: left; pad
 thead th { border-bottom: 2px solid #888; } td.n { font-variant-numeric: tabular-nums; white-space: nowrap; }
 .big td.n { font-size: 1.15rem; } small { color: #666; display: block; font-size: .78rem; white-space: normal; }
 .warn { background: #fff4d6; border-left: 4px solid #e0a100; padding: .4rem .8rem; margin: .4rem 0; }
-figure { margin: 1rem 0; break-inside: avoid; } img { max-width: 100%; border: 1px solid #ddd; } figcaption { color: #555; font-size: .9rem; }
+.pictures { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 420px), 1fr)); gap: 1rem; } h3 { font-size: 1rem; margin: 1.4rem 0 .4rem; }
+figure { margin: 0; break-inside: avoid; } img { max-width: 100%; border: 1px solid #ddd; } figcaption { color: #555; font-size: .9rem; }
 pre { background: #f5f5f5; padding: .7rem; overflow-x: auto; font-size: .8rem; } code { background: #f5f5f5; padding: .1rem .3rem; }
 @media print { body { margin: 0; max-width: none; font-size: 11px; } details { display: none; } tr { break-inside: avoid; } }
 )";
@@ -63,7 +64,7 @@ std::string headline_table(const std::vector<ReportMethod>& methods) {
     out += "</th>" + cell(shown_figure(m, "mean_error_m"), limit(t, "inlier_m", "of points within ")) +
            cell(shown_figure(m, "stddev_m"), limit(t, "inlier_m", "of points within ")) +
            cell(shown_figure(m, "coverage"), coverage) + cell(shown_figure(m, "outliers"), outliers) +
-           cell(shown_figure(m, "points"), shown_figure(m, "rejected") + " without an error figure") + "</tr>\n";
+           cell(shown_figure(m, "points"), shown_figure(m, "rejected") + " not on the object") + "</tr>\n";
   }
   return out + "</tbody></table>\n";
 }
@@ -118,9 +119,10 @@ std::string thresholds_table(const std::vector<ReportMethod>& methods) {
   for (const ReportMethod& method : methods) {
     const json thresholds = thresholds_of(method.metrics);
     for (const auto& [key, value] : thresholds.items()) {
-      auto row = std::find_if(rows.begin(), rows.end(), [&](const auto& r) { return r.first == key; });
-      if (row == rows.end()) row = rows.insert(rows.end(), {key, {}});
-      const std::string text = value.dump();
+      const std::string name = figure_name(key);
+      auto row = std::find_if(rows.begin(), rows.end(), [&](const auto& r) { return r.first == name; });
+      if (row == rows.end()) row = rows.insert(rows.end(), {name, {}});
+      const std::string text = shown_figure(thresholds, key);
       if (std::find(row->second.begin(), row->second.end(), text) == row->second.end()) row->second.push_back(text);
     }
   }
@@ -151,6 +153,32 @@ std::string picture_data(const ReportPicture& picture) {
   if (data.starts_with("\x89PNG")) return "data:image/png;base64," + base64(data);
   if (data.starts_with("\xff\xd8")) return "data:image/jpeg;base64," + base64(data);
   throw InputError(picture.file, "cannot be read, expected a PNG or JPEG picture");
+}
+
+std::string pictures_in_groups(const std::vector<ReportPicture>& pictures) {
+  std::string out = pictures.empty() ? "" : "<h2>Pictures</h2>\n";
+  for (std::size_t i = 0; i < pictures.size(); ++i) {
+    const ReportPicture& picture = pictures[i];
+    if (i == 0 || picture.heading != pictures[i - 1].heading)
+      out += std::string(i == 0 ? "" : "</div>\n") +
+             (picture.heading.empty() ? "" : "<h3>" + html_escaped(picture.heading) + "</h3>\n") +
+             "<div class=\"pictures\">\n";
+    out += "<figure><img alt=\"" + html_escaped(picture.caption) + "\" src=\"" + picture_data(picture) +
+           "\"><figcaption>" + html_escaped(picture.caption) + "</figcaption></figure>\n";
+  }
+  return out + (pictures.empty() ? "" : "</div>\n");
+}
+
+std::string files_list(const std::vector<ReportMethod>& methods) {
+  std::string out;
+  for (const ReportMethod& method : methods) {
+    if (method.files.empty()) continue;
+    out += "<tr><th>" + html_escaped(method.name) + "</th><td>";
+    for (const std::string& file : method.files)
+      out += "<a href=\"" + html_escaped(file) + "\">" + html_escaped(file) + "</a> ";
+    out += "</td></tr>\n";
+  }
+  return out.empty() ? "" : "<h2>Clouds and figures as files</h2>\n<table><tbody>\n" + out + "</tbody></table>\n";
 }
 
 }  // namespace
@@ -203,10 +231,7 @@ std::string report_html(const ReportData& data) {
       "</h1>\n";
   for (const std::string& warning : data.warnings) out += "<p class=\"warn\">" + html_escaped(warning) + "</p>\n";
   if (!data.methods.empty()) out += "<h2>The four figures</h2>\n" + headline_table(data.methods);
-  if (!data.pictures.empty()) out += "<h2>Pictures</h2>\n";
-  for (const ReportPicture& picture : data.pictures)
-    out += "<figure><img alt=\"" + html_escaped(picture.caption) + "\" src=\"" + picture_data(picture) +
-           "\"><figcaption>" + html_escaped(picture.caption) + "</figcaption></figure>\n";
+  out += files_list(data.methods) + pictures_in_groups(data.pictures);
   if (!data.methods.empty()) {
     out += coverage_table(data.methods) + "<h2>All figures</h2>\n" + all_figures_table(data.methods) +
            thresholds_table(data.methods);

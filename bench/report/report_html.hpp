@@ -12,6 +12,7 @@
 namespace tankrig {
 
 struct ReportPicture {
+  std::string heading;  ///< what it is of, e.g. a method; pictures with one heading stand together
   std::string caption;
   cv::Mat image;               ///< 8-bit, 1 or 3 channels; used if not empty
   std::filesystem::path file;  ///< else a PNG or JPEG file
@@ -21,6 +22,7 @@ struct ReportPicture {
 struct ReportMethod {
   std::string name;
   nlohmann::json metrics;
+  std::vector<std::string> files;  ///< its clouds and figures, relative to the page
 };
 
 struct ReportData {
@@ -32,7 +34,7 @@ struct ReportData {
   std::string command;  ///< what makes this page again
 };
 
-/// A self-contained page: nothing is loaded from anywhere. All text is escaped.
+/// A self-contained page: nothing is loaded from anywhere; links lead to the files beside it. All text is escaped.
 /// Errors: InputError naming a picture that cannot be read or encoded.
 std::string report_html(const ReportData& data);
 

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <limits>
 
+#include "core/angles.hpp"
 #include "core/input_error.hpp"
 
 namespace tankrig {
@@ -107,11 +108,12 @@ void check_joints(const MotionPoint& p, const ArmModel& arm, const std::array<Jo
   for (int j = 0; j < kJoints; ++j) {
     const auto [lower, upper] = allowed[j];
     if (!(p.q[j] >= lower && p.q[j] <= upper))
-      refuse(segment, t, "joint %s: found %.4f rad, expected %.4f to %.4f", kJointNames[j], p.q[j], lower, upper);
+      refuse(segment, t, "joint %s: found %.4f rad (%.2f deg), expected %.4f to %.4f (%.2f to %.2f deg)",
+             kJointNames[j], p.q[j], to_degrees(p.q[j]), lower, upper, to_degrees(lower), to_degrees(upper));
     const double speed = std::abs(p.velocity[j]);
     if (speed > limits.max_velocity)
-      refuse(segment, t, "joint %s: found %.4f rad/s, expected at most %.4f", kJointNames[j], speed,
-             limits.max_velocity);
+      refuse(segment, t, "joint %s: found %.4f rad/s (%.2f deg/s), expected at most %.4f (%.2f deg/s)", kJointNames[j],
+             speed, to_degrees(speed), limits.max_velocity, to_degrees(limits.max_velocity));
     const double ticks_per_s = speed > 0 ? speed / arm.actuators[j].resolution(p.q[j]) : 0;
     if (ticks_per_s > limits.max_ticks_per_s)
       refuse(segment, t, "joint %s: found %.0f ticks/s (%.4f rad/s), expected at most %.0f", kJointNames[j],

@@ -67,7 +67,7 @@ TEST(Usage, WrongWordsAreExitCodeTwo) {
 TEST(Usage, AWordThatIsNoCommandIsNamedBesideThoseThatAre) {
   const std::pair<std::vector<std::string>, std::vector<std::string>> wrong[] = {
       {{"sacn"}, {"tankrig: found 'sacn'", "scan, reconstruct"}},
-      {{"session", "inof"}, {"tankrig session: found 'inof'", "info, check"}},
+      {{"session", "inof"}, {"tankrig session: found 'inof'", "info, list, check"}},
       {{"arm", "raise"}, {"tankrig arm: found 'raise'", "status, jog, park, home"}}};
   for (const auto& [words, expected] : wrong) {
     const ProgramRun run = run_tankrig(words);
@@ -101,8 +101,23 @@ TEST(Init, TakesNothingInItsWayAndANameWithASlash) {
   const ProgramRun run = run_tankrig({"init", rig.string() + "/"});
   EXPECT_EQ(run.exit_code, 0) << run.err;
   EXPECT_EQ(read_text(diary), "mine");
-  EXPECT_TRUE(fs::exists(rig / "rig.yaml"));
+  EXPECT_THAT(read_text(rig / "rig.yaml"), HasSubstr("\nname: \"my-rig\""));
   EXPECT_EQ(std::distance(fs::directory_iterator(scratch_folder() / "place"), fs::directory_iterator()), 2);
+}
+
+TEST(SessionList, NamesWhatIsNoSessionAnyMore) {
+  const fs::path folder = scratch_folder() / "sessions";
+  fs::create_directories(folder / "broken");
+  fs::create_directories(folder / "empty");
+  write_text(folder / "broken/session.yaml", "format: [\n");
+  write_text(folder / "notes.txt", "no session");
+  const ProgramRun run = run_tankrig({"session", "list", folder.string(), "--json"});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  ASSERT_EQ(run.json().size(), 1u) << run.out;
+  EXPECT_EQ(run.json()[0].at("session"), (folder / "broken").string());
+  EXPECT_THAT(run.json()[0].at("failure").get<std::string>(), HasSubstr("session.yaml"));
+  expect_refusal(run_tankrig({"session", "list", (folder / "gone").string()}),
+                 {"gone", "expected a folder of sessions"});
 }
 
 TEST(DryRun, NeedsNoDevice) {

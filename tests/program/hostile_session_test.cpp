@@ -206,7 +206,7 @@ TEST(SessionCheck, TellsAnExtraFileFromALossAndWhatIsMissing) {
 
 TEST(Scan, OfARigWithAPathForANameStaysBelowSessions) {
   const fs::path folder = scratch_folder() / "deep/work", rig = small_rig(scratch_folder() / "rig");
-  edit(rig, {{"name: tank-sim", "name: ../../astray"}});
+  edit(rig, {{"name: \"rig\"", "name: ../../astray"}});
   fs::create_directories(folder);
   ASSERT_EQ(std::system(("cd '" + folder.string() + "' && " + TANKRIG_PROGRAM + " scan --rig '" + rig.string() +
                          "' >/dev/null 2>&1")

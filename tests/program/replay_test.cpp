@@ -199,6 +199,44 @@ TEST(SessionExport, WritesEveryFormat) {
   for (const char* name : {"joints.csv", "frames.csv", "events.csv"}) EXPECT_TRUE(fs::exists(out / "csv" / name));
 }
 
+TEST(SessionExport, WritesNoFileOver) {
+  const fs::path out = scratch_folder() / "out";
+  const std::vector<std::string> line{"session", "export", scanned().string(), "--format",
+                                      "csv",     "--out",  out.string()};
+  ASSERT_EQ(run_tankrig(line).exit_code, 0);
+  write_text(out / "csv/joints.csv", "edited");
+  const ProgramRun again = run_tankrig(line);
+  EXPECT_EQ(again.exit_code, 1);
+  EXPECT_THAT(again.err, HasSubstr("joints.csv: exists already, expected another folder: --out"));
+  EXPECT_EQ(read_text(out / "csv/joints.csv"), "edited");
+}
+
+TEST(SessionInfo, GivesNumbersAsNumbers) {
+  const ProgramRun run = run_tankrig({"session", "info", scanned().string(), "--json"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const nlohmann::json info = run.json();
+  const Session session = Session::open(scanned());
+  const SessionCamera& mono = session.camera(CameraRole::kMono);
+  EXPECT_EQ(info.at("seed"), session.info.seed);
+  EXPECT_EQ(info.at("length_s"), session.info.simulated_s);
+  EXPECT_EQ(info.at("lux_before"), *session.info.lux_before);
+  EXPECT_EQ(info.at("cameras").at("mono").at("width_px"), mono.model.width);
+  int frames = 0;
+  for (const auto& count : info.at("cameras").at("mono").at("frames")) frames += count.get<int>();
+  EXPECT_EQ(frames, info.at("counts").at("mono.recorded"));
+}
+
+TEST(SessionList, SaysWhenWhichRigAndHowItEnded) {
+  const fs::path folder = copied().parent_path();
+  ProgramRun run = run_tankrig({"session", "list", folder.string()});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  const Session session = Session::open(folder / "copy");
+  for (const std::string& word : {session.info.created_utc, session.info.rig, session.info.status, std::string("copy")})
+    EXPECT_THAT(run.out, HasSubstr(word));
+  run = run_tankrig({"session", "list", folder.string(), "--rig", "another", "--json"});
+  EXPECT_EQ(run.json(), nlohmann::json::array());
+}
+
 TEST(SessionExport, WantsAFormat) {
   EXPECT_EQ(run_tankrig({"session", "export", scanned().string()}).exit_code, 2);
   EXPECT_EQ(run_tankrig({"session", "export", scanned().string(), "--format", "mp4"}).exit_code, 2);

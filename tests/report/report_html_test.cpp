@@ -35,10 +35,11 @@ ReportData some_report() {
   ReportData data;
   data.title = "Scan <1> & \"more\"";
   data.facts = {{"operator", "O'Hara <script>alert(1)</script>"}, {"seed", "42"}};
-  data.methods = {
-      {"laser", some_metrics()},
-      {"stereo", {{"points", 0}, {"coverage", 0.0}, {"mean_error_m", nullptr}, {"reason", "no texture above noise"}}}};
-  data.pictures = {{"cloud over the object", cv::Mat(8, 8, CV_8UC3, cv::Scalar(1, 2, 3)), {}}};
+  data.methods = {{"laser", some_metrics(), {}},
+                  {"stereo",
+                   {{"points", 0}, {"coverage", 0.0}, {"mean_error_m", nullptr}, {"reason", "no texture above noise"}},
+                   {}}};
+  data.pictures = {{"", "cloud over the object", cv::Mat(8, 8, CV_8UC3, cv::Scalar(1, 2, 3)), {}}};
   data.warnings = {"3 frames < expected"};
   data.command = "tankrig report out/scan";
   return data;
@@ -56,15 +57,16 @@ TEST(Report, ShowsThePapersFourFiguresWithThresholdsAndCeilingsFirst) {
   EXPECT_THAT(table, HasSubstr("0.201 mm"));
   EXPECT_THAT(table, HasSubstr("38.1 %<small>97.7 % of its ceiling 39.0 %; at 10 mm"));
   EXPECT_THAT(table, HasSubstr("0.42 %<small>51 points beyond 10 mm"));
-  EXPECT_THAT(table, HasSubstr("12345<small>5.0 % without an error figure"));
+  EXPECT_THAT(table, HasSubstr("12345<small>5.0 % not on the object"));
   EXPECT_THAT(table, HasSubstr("no texture above noise"));
   EXPECT_THAT(table, HasSubstr("<td class=\"n\">none")) << "an empty cloud has no error figure";
 }
 
 TEST(Report, HoldsEveryFigureAndThreshold) {
   const std::string html = report_html(some_report());
-  for (const char* text : {"-0.100 mm", "77.0 % of its ceiling", "30.1 %", "2 mm", "max_incidence_deg", "75.0", "42",
-                           "3 frames &lt; expected", "tankrig report out/scan"})
+  for (const char* text :
+       {"-0.100 mm", "77.0 % of its ceiling", "30.1 %", "2 mm", "ceiling: seen and lit less steeply than", "75°", "42",
+        "3 frames &lt; expected", "tankrig report out/scan"})
     EXPECT_THAT(html, HasSubstr(text));
 }
 
@@ -87,9 +89,24 @@ TEST(Report, LoadsNothingFromAnywhere) {
   EXPECT_THAT(html, HasSubstr("src=\"data:image/png;base64,iVBORw0KGgo"));
 }
 
+TEST(Report, GroupsPicturesUnderTheirHeadingsAndLinksToFiles) {
+  ReportData data = some_report();
+  const cv::Mat image(8, 8, CV_8UC3, cv::Scalar(1, 2, 3));
+  data.pictures = {{"", "rig", image, {}},
+                   {"laser", "front", image, {}},
+                   {"laser", "back", image, {}},
+                   {"stereo", "front", image, {}}};
+  data.methods[0].files = {"clouds/laser.ply", "clouds/\"odd\".ply"};
+  const std::string html = report_html(data);
+  EXPECT_EQ(html.find("<h3>laser</h3>"), html.rfind("<h3>laser</h3>")) << "once";
+  EXPECT_LT(html.find("<h3>laser</h3>"), html.find("<h3>stereo</h3>"));
+  EXPECT_THAT(html, HasSubstr("<a href=\"clouds/laser.ply\">"));
+  EXPECT_THAT(html, HasSubstr("<a href=\"clouds/&quot;odd&quot;.ply\">"));
+}
+
 TEST(Report, NamesAPictureItCannotRead) {
   ReportData data = some_report();
-  data.pictures = {{"gone", {}, "/no/such/picture.png"}};
+  data.pictures = {{"", "gone", {}, "/no/such/picture.png"}};
   try {
     report_html(data);
     FAIL();
