@@ -1,4 +1,4 @@
-# The build's sanitizers. What is suppressed, and why: tests/sanitizers/, docs/testing.md.
+# The build's sanitizers. What is suppressed, and why: tests/sanitizers/, docs/reference/testing.md.
 if(TANKRIG_FUZZ)
   add_compile_options(-fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer -O1)
   add_link_options(-fsanitize=address,undefined)

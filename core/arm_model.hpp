@@ -40,7 +40,7 @@ struct Actuator {
   double resolution(double angle) const;
 };
 
-/// Source: the laboratory's public kinematics and controller (docs/arm5e.md); everything here comes from the rig file.
+/// Source: the laboratory's public kinematics and controller (docs/reference/arm5e.md); everything here comes from the rig file.
 struct ArmModel {
   std::array<DhLink, 4> dh{};
   std::array<JointLimit, kJoints> limits{};

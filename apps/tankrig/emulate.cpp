@@ -105,7 +105,7 @@ void add_emulate(CLI::App& app, ChosenCommand& chosen) {
   c->add_option("--sensor", o.sensor, "Sensor model")->check(CLI::IsMember({"gaussian", "emva1288"}));
   c->add_option("--particles", o.particles, "Floating particles per cubic metre")->check(CLI::Range(0.0, 1e5));
   c->add_option("--seed", o.seed, "Seed of every random number")->capture_default_str();
-  c->add_option("--faults", o.faults, "Play this fault plan on the emulated devices (docs/faults.md)")
+  c->add_option("--faults", o.faults, "Play this fault plan on the emulated devices (docs/reference/faults.md)")
       ->check(CLI::ExistingFile);
   c->add_option("--truth", o.truth, "Write what was true of every exposure into this folder");
   c->add_option("--ready-fd", o.ready_fd, "Write one byte to this descriptor when every device answers");

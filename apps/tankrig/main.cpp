@@ -43,7 +43,7 @@ void add_scan(CLI::App& app, ChosenCommand& chosen) {
       ->capture_default_str();
   c->add_option("--carrier", o.carrier, "The arm's wire on a rig with devices (default: the rig file's)")
       ->check(CLI::IsMember({"can", "serial"}));
-  c->add_option("--faults", o.faults, "Play this fault plan on simulated or emulated devices (docs/faults.md)")
+  c->add_option("--faults", o.faults, "Play this fault plan on simulated or emulated devices (docs/reference/faults.md)")
       ->check(CLI::ExistingFile);
   c->add_option("--operator", o.operator_name, "Who runs the experiment");
   c->add_option("--notes", o.notes, "Free text kept in the session");

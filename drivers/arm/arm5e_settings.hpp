@@ -17,7 +17,7 @@ namespace tankrig {
 
 enum class ArmCarrier : std::uint8_t { kCan, kSerial };
 
-/// Source of the defaults: docs/arm5e.md.
+/// Source of the defaults: docs/reference/arm5e.md.
 struct Arm5eSettings {
   ArmCarrier carrier = ArmCarrier::kCan;
   CanSettings can;

@@ -11,7 +11,7 @@
 namespace tankrig {
 
 /// Which identifier means what, in the order of `Joint`. No vendor map of this arm is public: these defaults, the order
-/// of the frames and the moment of reading are this project's own convention (docs/arm5e.md), and every identifier
+/// of the frames and the moment of reading are this project's own convention (docs/reference/arm5e.md), and every identifier
 /// stands in the rig file.
 struct ArmCanIds {
   std::array<std::uint16_t, kJoints> demand{0x201, 0x202, 0x203, 0x204, 0x205};       ///< host -> arm

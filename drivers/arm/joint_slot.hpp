@@ -8,7 +8,7 @@ namespace tankrig {
 
 /// Bytes 1..8 of a serial channel slot, or the payload of one CAN frame. The slot's kind (its byte 0) travels beside.
 /// Layout: irs-ros-pkg arm5e/arm5_controller ARM5Coms (source A) and gitAnto/eca_arm5emicro_driver (source B);
-/// docs/arm5e.md.
+/// docs/reference/arm5e.md.
 /// RT: everything here is safe and allocation-free.
 using SlotBytes = std::array<std::uint8_t, 8>;
 

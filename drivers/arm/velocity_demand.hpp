@@ -11,7 +11,7 @@
 
 namespace tankrig {
 
-/// Source of the defaults: the laboratory's public controller (docs/arm5e.md).
+/// Source of the defaults: the laboratory's public controller (docs/reference/arm5e.md).
 struct VelocityShaping {
   double creep = 0.01;  ///< slower commands are rest [rad/s]
   JointVector dead_zone = (JointVector() << 0.06, 0.06, 0.06, 0.2, 0.1)

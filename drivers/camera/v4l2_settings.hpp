@@ -63,7 +63,7 @@ struct V4l2CameraSettings {
 /// Uncompressed and without loss of resolution first.
 std::vector<PixelFormat> preferred_formats(int channels);
 
-/// `name` and `channels` are the rig camera's; keys: docs/v4l2.md.
+/// `name` and `channels` are the rig camera's; keys: docs/reference/v4l2.md.
 /// Errors: InputError with file and line; the caller finishes the node.
 V4l2CameraSettings v4l2_settings_from(const ConfigNode& node, const std::string& name, int channels);
 

@@ -8,7 +8,7 @@ namespace tankrig {
 namespace {
 
 // Triples of profiles in a line (StripeSign). A picture without a stripe has those that the arm's own edges make; how
-// many it has on the simulated rigs, and one with a stripe, docs/safety.md says.
+// many it has on the simulated rigs, and one with a stripe, docs/reference/safety.md says.
 constexpr int kPresent = 16, kAbsent = 12;
 constexpr double kLeastContrast = 0.5;    // of a stray beam, relative to the newest stripe
 constexpr std::size_t kMostWaiting = 64;  // frames

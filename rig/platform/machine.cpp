@@ -97,7 +97,7 @@ Finding sleep_finding(const fs::path& root) {
   if (::access((root.string() + kLatencyRequests).c_str(), W_OK) == 0)
     return {"sleep states", Verdict::kGood, "kept off while the cycle runs"};
   return {"sleep states", Verdict::kUsable, std::string(kLatencyRequests) + " may not be written",
-          "put etc/udev/99-tankrig.rules into /etc/udev/rules.d and start again (docs/real_time.md)"};
+          "put etc/udev/99-tankrig.rules into /etc/udev/rules.d and start again (docs/reference/real_time.md)"};
 }
 
 Finding privileges_finding(const RealTimeSettings& settings) {
@@ -120,7 +120,7 @@ Finding memory_lock_finding(const RealTimeSettings& settings) {
     return {"memory lock", Verdict::kUsable, "not asked for", "scan.real_time.lock_memory: true"};
   if (may_lock_memory()) return {"memory lock", Verdict::kGood, "without limit"};
   return {"memory lock", Verdict::kBad, "limited: ulimit -l",
-          "put etc/limits.d/tankrig.conf into /etc/security/limits.d and log in again (docs/real_time.md)",
+          "put etc/limits.d/tankrig.conf into /etc/security/limits.d and log in again (docs/reference/real_time.md)",
           settings.required};
 }
 

@@ -29,7 +29,7 @@ std::string missing_real_time(const RealTimeSettings& settings) {
   std::string cure;
   if (rights) cure = "put etc/limits.d/tankrig.conf into /etc/security/limits.d and log in again, or use setcap";
   if (!granted.cpu) cure += (cure.empty() ? "" : "; ") + std::string("correct scan.real_time.cpu");
-  return "not granted: " + missing + ": " + cure + " (docs/real_time.md)";
+  return "not granted: " + missing + ": " + cure + " (docs/reference/real_time.md)";
 }
 
 std::string check_real_time(const RealTimeSettings& settings) {

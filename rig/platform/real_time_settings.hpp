@@ -10,7 +10,7 @@ enum class CyclePace : unsigned char {
   kDevice,  ///< likewise, steered by at most half a percent to keep step with an arm that samples by its own clock
 };
 
-/// What the system must grant stands in docs/real_time.md, with the files that grant it.
+/// What the system must grant stands in docs/reference/real_time.md, with the files that grant it.
 struct RealTimeSettings {
   bool required = true;     ///< false: what is not granted is told, and the scan goes on without it
   int priority = 80;        ///< of SCHED_FIFO, 1 .. 99

@@ -79,7 +79,7 @@ Finding suspend_finding(const std::string& bus) {
   if (inhibitor.missing().empty())
     return {"suspend", Verdict::kGood, "kept off by logind while anything may move or shine"};
   return {"suspend", Verdict::kUsable, "not kept off: " + inhibitor.missing(),
-          "a suspension ends the scan: systemctl mask suspend.target hibernate.target (docs/real_time.md)"};
+          "a suspension ends the scan: systemctl mask suspend.target hibernate.target (docs/reference/real_time.md)"};
 }
 
 }  // namespace tankrig

@@ -10,7 +10,7 @@ namespace tankrig {
 /// SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGSYS, SIGTRAP) call the last resort of the laser, then of the arm, again and
 /// again for kLasts, in the thread that dies, whatever the others do; give the terminal its mode back; and only then
 /// end the program as they would have. Bounded: a device that holds that thread up is left after a second by SIGALRM.
-/// No handler runs where there is no stack left for it, nor after SIGKILL: docs/safety.md.
+/// No handler runs where there is no stack left for it, nor after SIGKILL: docs/reference/safety.md.
 /// One at a time. `laser` and `arm` outlive it.
 class EmergencyStop {
  public:

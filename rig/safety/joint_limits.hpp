@@ -8,7 +8,7 @@
 
 namespace tankrig {
 
-/// Source of the defaults: the laboratory's public controller and the public robot description (docs/motion.md).
+/// Source of the defaults: the laboratory's public controller and the public robot description (docs/reference/motion.md).
 /// Units: SI, radians.
 struct JointLimits {
   std::array<JointLimit, kJoints> angles = arm5e().limits;  ///< the rig's arm.limits_rad

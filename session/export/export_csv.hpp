@@ -9,7 +9,7 @@
 
 namespace tankrig {
 
-/// Columns: docs/export.md. `start`: where time_s is 0. What is not known is an empty field.
+/// Columns: docs/reference/export.md. `start`: where time_s is 0. What is not known is an empty field.
 std::string flat_joints_csv(const std::vector<JointState>& joints, Stamp start, const WallClock& clock);
 /// With bMe, the end effector in the arm base, of every frame whose joints and arm are known.
 std::string flat_frames_csv(const Session& session, Stamp start, const WallClock& clock);

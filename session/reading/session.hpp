@@ -6,7 +6,7 @@
 //   events.csv     drops, overruns, faults, phases
 //   frames/        <camera>/<index>.png
 //   later: clouds/ results/ pictures/ report.html, and SHA256SUMS at the end
-// Formats, columns and units: docs/formats.md.
+// Formats, columns and units: docs/reference/formats.md.
 #pragma once
 
 #include <filesystem>

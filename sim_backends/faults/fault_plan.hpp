@@ -62,7 +62,7 @@ struct FaultSpec {
   std::string name() const;
 };
 
-/// A combination that exists, and what it does; docs/faults.md shows the same table.
+/// A combination that exists, and what it does; docs/reference/faults.md shows the same table.
 struct FaultOffer {
   FaultDevice device;
   FaultKind kind;
@@ -77,7 +77,7 @@ enum class FaultLevel : std::uint8_t { kMock, kWire };
 struct FaultPlan {
   std::vector<FaultSpec> faults;
 
-  /// `faults:`, a list of mappings: docs/faults.md.
+  /// `faults:`, a list of mappings: docs/reference/faults.md.
   /// Errors: InputError with file and line, also for what a device does not offer.
   static FaultPlan load(const std::filesystem::path& file);
   static FaultPlan from(const ConfigNode& node);

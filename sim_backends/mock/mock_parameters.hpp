@@ -10,7 +10,7 @@
 
 namespace tankrig::sim {
 
-/// Source of the defaults: the laboratory's public controller (docs/arm5e.md); time constant and latency are
+/// Source of the defaults: the laboratory's public controller (docs/reference/arm5e.md); time constant and latency are
 /// assumptions.
 struct MockArmParameters {
   Duration exchange_period = std::chrono::milliseconds{10};  ///< set-point out, encoders back

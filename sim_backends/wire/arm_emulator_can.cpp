@@ -1,4 +1,4 @@
-// The emulated arm's node on a CAN bus, by this project's convention (docs/arm5e.md): when the fifth joint's demand has
+// The emulated arm's node on a CAN bus, by this project's convention (docs/reference/arm5e.md): when the fifth joint's demand has
 // come it acts on all of them, reads every encoder at once, and sends the master's bytes and five sensor slots. A
 // demand that says so is acted on at once, and answered with what it asks for.
 #include <algorithm>

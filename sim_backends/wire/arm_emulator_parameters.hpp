@@ -10,7 +10,7 @@
 
 namespace tankrig::sim {
 
-/// Defaults are a well-behaved arm with the documented habits (docs/arm5e.md); delays, currents and watchdog are the
+/// Defaults are a well-behaved arm with the documented habits (docs/reference/arm5e.md); delays, currents and watchdog are the
 /// emulator's own.
 struct ArmEmulatorParameters {
   JointVector power_up = (JointVector() << 0, 0.12, 1.0, 0, 0.1).finished();  ///< posture [rad]

@@ -10,7 +10,7 @@
 
 namespace tankrig::sim {
 
-/// Time constant and currents are assumptions; the currents' sizes suit the laboratory's thresholds (docs/arm5e.md).
+/// Time constant and currents are assumptions; the currents' sizes suit the laboratory's thresholds (docs/reference/arm5e.md).
 struct ArmPlantParameters {
   double time_constant = 0.03;                           ///< first-order lag of every actuator's velocity [s]
   std::array<double, kJoints> backlash_ticks{};          ///< total backlash between encoder and link

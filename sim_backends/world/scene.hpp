@@ -1,6 +1,6 @@
 // What a scene file says: the tank and everything in it, before it is rendered.
 //
-// Written in UWSim's own scene vocabulary where it has the word, and ours for what it lacks: docs/scene.md.
+// Written in UWSim's own scene vocabulary where it has the word, and ours for what it lacks: docs/reference/scene.md.
 #pragma once
 
 #include <filesystem>

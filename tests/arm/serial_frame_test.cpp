@@ -12,7 +12,7 @@ namespace {
 
 using Bytes = std::vector<std::uint8_t>;
 
-// Written by hand from the public description (docs/arm5e.md), channels Shoulder, Slew, Elbow, JawRotate, Jaw.
+// Written by hand from the public description (docs/reference/arm5e.md), channels Shoulder, Slew, Elbow, JawRotate, Jaw.
 // Slew forward 300, elbow backward 0x010A, which goes out as 0x010B; checksum 2980 = 0xA4 modulo 256.
 const Bytes kRequest{0xE7, 0,   0,    0,                                //
                      0,    0,   0,    0,    0x0F, 0xFF, 0x0F, 0xFF, 0,  //

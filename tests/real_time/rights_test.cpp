@@ -67,7 +67,7 @@ TEST(RealTimeRights, AUserWithoutThemIsToldWhatIsMissingAndHowToGetIt) {
   const std::string told = as_a_user(0, 65536, [] { return missing_real_time({}); });
   EXPECT_EQ(told,
             "not granted: SCHED_FIFO at priority 80, locked memory without limit: put etc/limits.d/tankrig.conf into "
-            "/etc/security/limits.d and log in again, or use setcap (docs/real_time.md)");
+            "/etc/security/limits.d and log in again, or use setcap (docs/reference/real_time.md)");
 }
 
 TEST(RealTimeRights, AScanThatRequiresThemIsRefusedInOneLine) {
@@ -132,7 +132,7 @@ TEST(RealTimeRights, OfTheFilesInEtcSufficeForAnOrdinaryUser) {
 }
 
 TEST(RealTimeRights, AreTheCapabilitiesThatTheGuideNames) {
-  EXPECT_NE(source_file("docs/real_time.md").find("setcap cap_sys_nice,cap_ipc_lock+ep"), std::string::npos);
+  EXPECT_NE(source_file("docs/reference/real_time.md").find("setcap cap_sys_nice,cap_ipc_lock+ep"), std::string::npos);
 }
 
 TEST(LockedMemory, OfAUserWithALimitIsNotBegun) {

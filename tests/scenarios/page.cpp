@@ -9,9 +9,9 @@ namespace tankrig::scenarios {
 namespace {
 
 constexpr char kHeading[] = R"md(# What a fault does, measured
-Made by `cmake --build build --target reliability && build/tests/scenarios/reliability docs/reliability.md`, every line of
+Made by `cmake --build build --target reliability && build/tests/scenarios/reliability docs/measured/reliability.md`, every line of
 it, in one run of about ten minutes; exit code 0 if no row is wrong. Every fault of every device that offers it
-(docs/faults.md) begins in the sweep with the laser on, unless its row says otherwise, with the defaults of a fault plan
+(docs/reference/faults.md) begins in the sweep with the laser on, unless its row says otherwise, with the defaults of a fault plan
 but for what its row names.
 
 * `mock`: the small rig of tests/scenarios in virtual time, cycle 200 Hz; the same figures on every machine. Its devices

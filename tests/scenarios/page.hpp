@@ -1,4 +1,4 @@
-// docs/reliability.md as text.
+// docs/measured/reliability.md as text.
 #pragma once
 
 #include <string>

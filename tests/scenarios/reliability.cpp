@@ -1,4 +1,4 @@
-// Every fault on every device, measured: writes docs/reliability.md, or with --quick checks one fault of every wire.
+// Every fault on every device, measured: writes docs/measured/reliability.md, or with --quick checks one fault of every wire.
 //
 //   reliability [--quick | --mock] [--only "DEVICE [KIND]"] [FILE.md]      --mock: the rows of the mock rig only
 #include <stdlib.h>

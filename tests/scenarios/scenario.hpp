@@ -1,4 +1,4 @@
-// The table of scenarios, a file a device: what goes wrong, and what must happen then. Keys: docs/faults.md.
+// The table of scenarios, a file a device: what goes wrong, and what must happen then. Keys: docs/reference/faults.md.
 #pragma once
 
 #include <filesystem>
