@@ -13,8 +13,6 @@ namespace tankrig {
 /// Shortest text that reads back as exactly `value`.
 std::string exact_text(double value);
 
-inline std::string yaml_bool(bool value) { return value ? "true" : "false"; }
-
 /// A YAML double-quoted scalar.
 std::string yaml_quoted(std::string_view text);
 

@@ -73,6 +73,7 @@ int report(const ReportOptions& options);
 struct InitOptions {
   std::filesystem::path directory;
   std::string from = "tank-sim";
+  bool keys = false;  ///< print the keys of `scan` and make nothing
 };
 int init(const InitOptions& options);
 

@@ -9,6 +9,7 @@
 #include "core/input_error.hpp"
 #include "core/text_files.hpp"
 #include "rig/config/rig_config.hpp"
+#include "rig/config/scan_section.hpp"
 
 namespace fs = std::filesystem;
 
@@ -31,6 +32,10 @@ std::string named(const std::string& text, const std::string& name) {
 }  // namespace
 
 int init(const InitOptions& options) {
+  if (options.keys) {
+    std::printf("%s", scan_section_table().c_str());
+    return kOk;
+  }
   const fs::path file = find_rig(options.from);
   if (fs::exists(options.directory)) throw InputError(options.directory, "exists already, expected a new folder");
   const ConfigNode root = rig_file(file);

@@ -43,7 +43,8 @@ void add_scan(CLI::App& app, ChosenCommand& chosen) {
       ->capture_default_str();
   c->add_option("--carrier", o.carrier, "The arm's wire on a rig with devices (default: the rig file's)")
       ->check(CLI::IsMember({"can", "serial"}));
-  c->add_option("--faults", o.faults, "Play this fault plan on simulated or emulated devices (docs/reference/faults.md)")
+  c->add_option("--faults", o.faults,
+                "Play this fault plan on simulated or emulated devices (docs/reference/faults.md)")
       ->check(CLI::ExistingFile);
   c->add_option("--operator", o.operator_name, "Who runs the experiment");
   c->add_option("--notes", o.notes, "Free text kept in the session");
@@ -134,7 +135,10 @@ void add_init(CLI::App& app, ChosenCommand& chosen) {
   CLI::App* c = app.add_subcommand("init", "Write a commented rig to start from: rig file, scene and object");
   InitOptions& o = options_of(c, chosen, &init);
   c->footer("Example: tankrig init my-rig && tankrig scan --rig my-rig/rig.yaml");
-  c->add_option("directory", o.directory, "Folder to make")->required();
+  auto* what = c->add_option_group("what");
+  what->add_option("directory", o.directory, "Folder to make");
+  what->add_flag("--keys", o.keys, "Print every key of a rig file's scan section: default, range, meaning");
+  what->require_option(1);
   c->add_option("--from", o.from, "Rig to start from")->capture_default_str();
 }
 

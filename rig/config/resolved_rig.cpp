@@ -5,7 +5,6 @@
 #include "core/model_yaml.hpp"
 #include "core/text_files.hpp"
 #include "rig/config/camera_timing.hpp"
-#include "rig/config/limits_section.hpp"
 #include "rig/config/rig_config.hpp"
 #include "rig/config/scan_section.hpp"
 
@@ -40,6 +39,12 @@ std::string obstacles_yaml(const Obstacles& o) {
     out += "    - {from_e_m: " + yaml_of(body.a) + ", to_e_m: " + yaml_of(body.b) +
            ", radius_m: " + exact_text(body.radius) + "}\n";
   return out;
+}
+
+std::string backlash_yaml(const std::array<double, kJoints>& ticks) {
+  std::string list;
+  for (const double n : ticks) list += (list.empty() ? "" : ", ") + exact_text(n);
+  return "  backlash_ticks: [" + list + "]\n";
 }
 
 std::string motion_limits_yaml(const MotionLimits& m) {
@@ -80,7 +85,7 @@ std::string resolved_rig_yaml(const RigConfig& rig, const std::string& mesh) {
   out += "arm:\n" + yaml_of(rig.arm, 2) + motion_limits_yaml(rig.motion_limits) + backlash_yaml(rig.backlash_ticks);
   out += cameras_yaml(rig.cameras) + laser_yaml(rig);
   out += "object:\n  mesh: " + yaml_quoted(mesh) + "\n  bMo: " + yaml_of(rig.object.bMo) + "\n";
-  out += obstacles_yaml(rig.obstacles) + "scan:\n" + scan_section_yaml(rig.scan, rig.read_lux);
+  out += obstacles_yaml(rig.obstacles) + "scan:\n" + indented(scan_section_yaml(rig.scan, rig.read_lux));
   for (const char* name : kForeignSections)
     if (const auto node = rig.section(name)) out += std::string(name) + ":\n" + indented(node->yaml());
   return out;

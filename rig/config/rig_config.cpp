@@ -11,7 +11,6 @@
 #include "core/session_names.hpp"
 #include "core/shown_text.hpp"
 #include "rig/config/camera_timing.hpp"
-#include "rig/config/limits_section.hpp"
 #include "rig/config/scan_section.hpp"
 
 namespace tankrig {
@@ -31,6 +30,14 @@ void refuse_unknown_keys(const ConfigNode& root) {
     for (const char* k : kForeignSections) known += std::string(k) + (k == kForeignSections.back() ? "" : ", ");
     root.fail(key, "unknown key, expected one of: " + known);
   }
+}
+
+void read_backlash(const ConfigNode& arm, std::array<double, kJoints>& ticks) {
+  if (!arm.has("backlash_ticks")) return;
+  const auto values = arm.numbers("backlash_ticks", kJoints);
+  if (*std::min_element(values.begin(), values.end()) < 0)
+    arm.fail("backlash_ticks", "found a negative number, expected five of 0 or more");
+  std::copy(values.begin(), values.end(), ticks.begin());
 }
 
 void read_arm(const ConfigNode& node, RigConfig& rig) {

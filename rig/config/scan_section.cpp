@@ -1,35 +1,222 @@
 #include "rig/config/scan_section.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
-#include "core/model_yaml.hpp"
-#include "core/text_files.hpp"
-#include "rig/config/limits_section.hpp"
-#include "rig/config/real_time_section.hpp"
-#include "rig/config/safety_section.hpp"
-#include "rig/config/sync_section.hpp"
+#include "core/settings_table.hpp"
+#include "core/shown_text.hpp"
 
 namespace tankrig {
 namespace {
 
-/// Reads keys into values that already have one.
-struct Section {
-  const ConfigNode& node;
-  bool complete;
+constexpr ConfigRange kAngle{-7, 7}, kVelocity{0.001, 2}, kAcceleration{0.001, 20}, kJerk{0.01, 1000}, kTime{0, 600},
+    kTimeout{0.001, 60}, kMilli{0, 1e6};
+constexpr int kMostCpus = 1024;
 
-  void number(const char* key, double& value, ConfigNode::Range range, bool needed = false) const {
-    if ((complete && needed) || node.has(key)) value = node.number(key, range);
-  }
-  void count(const char* key, int& value, ConfigNode::Range range) const { value = node.integer_or(key, value, range); }
-  void flag(const char* key, bool& value) const { value = node.flag_or(key, value); }
-  void joints(const char* key, JointVector& value) const {
-    if (complete || node.has(key)) value = read_joints(node, key);
-  }
+void read_cpu(const ConfigNode& node, const char* key, RealTimeSettings& s) {
+  const std::string text = node.text(key);
+  s.cpu.reset();
+  if (text == "none") return;
+  int cpu = -1;
+  if (!parse_number(text, cpu) || cpu < 0 || cpu >= kMostCpus)
+    node.fail(key, "found '" + shown_text(text) + "', expected none or the number of a processor, from 0");
+  s.cpu = cpu;
+}
+void write_cpu(YAML::Emitter& out, const RealTimeSettings& s) { out << (s.cpu ? std::to_string(*s.cpu) : "none"); }
+
+void read_pace(const ConfigNode& node, const char* key, RealTimeSettings& s) {
+  s.pace = node.choice(key, {"clock", "device"}) == "device" ? CyclePace::kDevice : CyclePace::kClock;
+}
+void write_pace(YAML::Emitter& out, const RealTimeSettings& s) {
+  out << (s.pace == CyclePace::kDevice ? "device" : "clock");
+}
+
+void read_waived(const ConfigNode& node, const char* key, BeamSettings& s) { s.waived = node.texts(key); }
+void write_waived(YAML::Emitter& out, const BeamSettings& s) {
+  out << YAML::Flow << YAML::BeginSeq;
+  for (const std::string& camera : s.waived) out << YAML::DoubleQuoted << camera;
+  out << YAML::EndSeq;
+}
+
+using Scan = ScanSettings;
+const Setting<Scan> kScan[] = {
+    {"park_rad", &Scan::park, kAngle, "posture before and after a scan", true},
+    {"posture_rad", &Scan::posture, kAngle, "posture of the sweep; its elbow is ignored", true},
+    {"dark_frames",
+     &Scan::dark_frames,
+     {0, 10000},
+     "frames of each camera before and after the sweep, laser off, arm at rest"},
+    {"camera_lead_s", &Scan::camera_lead, kTime, "a camera runs this long before its phase"},
+    {"laser_pairs",
+     &Scan::laser_pairs,
+     {},
+     "laser on in every second frame of the sweep only; needs `laser: switches_per_frame`"},
+    {"cycle_hz",
+     &Scan::cycle_hz,
+     {1, 10000},
+     "rate of the cycle; at least four cycles in `control.feedback_timeout_s`"},
+};
+const Setting<Scan> kSweep[] = {
+    {"from_rad", &Scan::sweep_from, kAngle, "elbow where the recorded sweep begins", true},
+    {"to_rad", &Scan::sweep_to, kAngle, "elbow where it ends", true},
+    {"velocity_rad_s", &Scan::sweep_velocity, kVelocity, "of the elbow; at least its dead zone", true},
+    {"acceleration_rad_s2", &Scan::sweep_acceleration, kAcceleration, "of the ramps"},
+    {"jerk_rad_s3", &Scan::sweep_jerk, kJerk, "of the ramps"},
+    {"lead_in_s", &Scan::sweep_lead_in, kTime,
+     "constant velocity before the first recorded frame: backlash is taken up"},
+    {"passes", &Scan::passes, {1, 100}, "sweeps; the lines of pass k lie k / passes of a line spacing beside pass 0"},
+    {"there_and_back", &Scan::there_and_back, {}, "odd passes sweep backwards; false: the elbow returns first"},
+};
+const Setting<Scan> kMove[] = {
+    {"velocity_rad_s", &Scan::move_velocity, kVelocity, "of the fastest joint, between postures"},
+    {"acceleration_rad_s2", &Scan::move_acceleration, kAcceleration, "of the ramps"},
+    {"jerk_rad_s3", &Scan::move_jerk, kJerk, "of the ramps"},
+    {"settle_s", &Scan::settle, kTime, "rest before a dark block and before a sweep"},
+};
+const Setting<Scan> kControl[] = {
+    {"position_gain_per_s", &Scan::position_gain, {0, 100}, "velocity correction per position error"},
+    {"learning_rate_per_s2",
+     &Scan::learning_rate,
+     {0, 100},
+     "relative velocity correction per second and second of trail"},
+    {"feed_forward_lead_s",
+     &Scan::feed_forward_lead,
+     {0, 1},
+     "planned velocities are sent this much early: lag of actuators and carrier"},
+    {"dead_zone_rad_s",
+     &Scan::dead_zone,
+     {0, 2},
+     "slowest even speed of each joint; slower set-points become it or rest"},
+    {"following_error_limit_rad",
+     &Scan::following_error_limit,
+     {0.0001, 1},
+     "planned minus measured, any joint; more is a fault"},
+    {"feedback_timeout_s", &Scan::feedback_timeout, kTimeout, "longest silence of the arm"},
+    {"heartbeat_timeout_s", &Scan::heartbeat_timeout, kTimeout, "longest silence of whoever supervises the cycle"},
+    {"max_joint_gap_s", &Scan::max_joint_gap, kTimeout,
+     "widest pair of joint samples that a frame is interpolated between"},
+};
+const Setting<JointLimits> kLimits[] = {
+    {"beyond_rad", &JointLimits::beyond, {0, 0.2}, "how far beyond its limit a joint may stand: backlash, a soft stop"},
+    {"refusal_margin_rad",
+     &JointLimits::refusal_margin,
+     {0, 1},
+     "nearer to a limit, a set-point towards it is refused unless the plan goes there"},
+    {"velocity_rad_s", &JointLimits::velocity, {0.01, 10}, "measured, any joint"},
+    {"ticks_per_s", &JointLimits::ticks_per_s, {1, 1e6}, "measured, any actuator"},
+    {"velocity_window_ms", &JointLimits::velocity_window, {10, 1000}, "both are measured over so long"},
+    {"set_point_step_rad_s",
+     &JointLimits::set_point_step,
+     {0, 10},
+     "largest change from one velocity set-point to the next; 0: any"},
+};
+const Setting<OverCurrentLimit> kCurrent[] = {
+    {"current_a", &OverCurrentLimit::amperes, {0.1, 50}, "supply current of the whole arm"},
+    {"current_s", &OverCurrentLimit::duration, {0, 60}, "so long above it is a fault"},
+};
+const Setting<RealTimeSettings> kRealTime[] = {
+    {"required",
+     &RealTimeSettings::required,
+     {},
+     "false: what the system does not grant is told, and the scan goes on without it"},
+    {"priority", &RealTimeSettings::priority, {1, 98}, "of SCHED_FIFO"},
+    {"cpu",
+     OtherValue<RealTimeSettings>{read_cpu, write_cpu, "none, or a processor's number"},
+     {},
+     "the only processor the cycle runs on"},
+    {"lock_memory", &RealTimeSettings::lock_memory, {}, "the process's memory stays where it is"},
+    {"pace",
+     OtherValue<RealTimeSettings>{read_pace, write_pace, "clock or device"},
+     {},
+     "device: the cycle keeps step with an arm that samples by its own clock"},
+};
+const Setting<RealTimeSettings> kOverruns[] = {
+    {"limit",
+     &RealTimeSettings::overruns,
+     {0, 10'000},
+     "so many late cycles within the window stop the scan; 0: they are only counted"},
+    {"window_s", &RealTimeSettings::window, {0.001, 600}, "the window"},
+};
+const Setting<SafetySettings> kSafety[] = {
+    {"indicator_delay_s", &SafetySettings::indicator_delay, {1, 60}, "from arming to the first light, at least"},
+    {"maximum_on_s",
+     &SafetySettings::maximum_on,
+     {1, 3600},
+     "longest stretch of light; it ends when it has been dark for indicator_delay_s"},
+    {"hold_limit_s",
+     &SafetySettings::hold_limit,
+     {1, 3600},
+     "longest light with the arm at rest that an operator asks for once; at most maximum_on_s"},
+    {"laser_off_allowance_s",
+     &SafetySettings::laser_off_allowance,
+     {0.01, 5},
+     "longest the laser may stay powered or lit when it is not commanded"},
+    {"laser_on_margin_s",
+     &SafetySettings::laser_on_margin,
+     {0.01, 5},
+     "longest it may stay dark beyond its warm-up when it is commanded"},
+    {"rest_velocity_rad_s", &SafetySettings::rest_velocity, {0.001, 0.1}, "a joint slower than this is at rest"},
+    {"rest_timeout_s",
+     &SafetySettings::rest_timeout,
+     {0.2, 60},
+     "after the end, longest wait for laser dark and arm at rest"},
+    {"camera_timeout_s",
+     &SafetySettings::camera_timeout,
+     {0.1, 60},
+     "longest silence of a camera that has begun to deliver"},
+};
+const Setting<BeamSettings> kBeam[] = {
+    {"verify", &BeamSettings::verify, {}, "compares what cameras see with what the laser's device says"},
+    {"frames",
+     &BeamSettings::frames,
+     {2, 100},
+     "so many frames of one camera in a row against the laser's word are a fault"},
+    {"dark_frames",
+     &BeamSettings::dark_frames,
+     {1, 100},
+     "of a camera, before the first light; at most the scan's own"},
+    {"waived",
+     OtherValue<BeamSettings>{read_waived, write_waived, "names of cameras"},
+     {},
+     "cameras that do not testify"},
+};
+const Setting<SyncGate> kSync[] = {
+    {"max_residual_ms", &SyncGate::max_residual, kMilli,
+     "a frame whose joints are known less well in time, two sigma of its stamp included, is refused"},
+    {"max_residual_mm", &SyncGate::max_residual_on_target, kMilli,
+     "the same as what the laser plane moves by at the object"},
 };
 
-constexpr ConfigNode::Range kAngle{-7, 7}, kVelocity{0.001, 2}, kAcceleration{0.001, 20}, kJerk{0.01, 1000},
-    kTime{0, 600}, kTimeout{0.001, 60};
+/// Calls visit(path, table, settings) for every table of the section, in the order in which they stand in a file: `path`
+/// is where its mapping lies below `scan`, "" for the section itself. `scan` may be const.
+template <class ScanLike, class Visit>
+void for_each_table(ScanLike& scan, Visit visit) {
+  const auto table = [&visit]<class S, std::size_t N>(const char* path, const Setting<S>(&rows)[N], auto& settings) {
+    visit(path, std::span<const Setting<S>>(rows), settings);
+  };
+  table("", kScan, scan);
+  table("sweep", kSweep, scan);
+  table("move", kMove, scan);
+  table("control", kControl, scan);
+  table("limits", kLimits, scan.limits);
+  table("limits", kCurrent, scan.limits.current);
+  table("real_time", kRealTime, scan.real_time);
+  table("real_time.overruns", kOverruns, scan.real_time);
+  table("safety", kSafety, scan.safety);
+  table("safety.beam", kBeam, scan.safety.beam);
+  table("sync", kSync, scan.sync);
+}
+
+std::optional<ConfigNode> below(const ConfigNode& node, std::string_view path) {
+  std::optional<ConfigNode> at = node;
+  while (at && !path.empty()) {
+    const std::size_t dot = std::min(path.find('.'), path.size());
+    at = at->optional_child(path.substr(0, dot));
+    path.remove_prefix(std::min(path.size(), dot + 1));
+  }
+  return at;
+}
 
 std::string real(double value) { return exact_text(value); }
 std::string rounded(double value) {
@@ -51,55 +238,22 @@ void check_sweep_velocity(const ConfigNode& sweep, const ScanSettings& scan) {
 /// Cycles within the feedback timeout: with fewer, a late answer of the arm could not be told from silence.
 constexpr double kCyclesPerTimeout = 4;
 
+void check_hold_limit(const ConfigNode& node, const SafetySettings& s) {
+  if (s.hold_limit > s.maximum_on)
+    node.fail(
+        node.has("hold_limit_s") ? "hold_limit_s" : "maximum_on_s",
+        "found a hold_limit_s of " + real(s.hold_limit) + ", expected at most maximum_on_s, " + real(s.maximum_on));
+}
+
 }  // namespace
 
 void read_scan_section(const ConfigNode& node, bool complete, ScanSettings& scan, bool& read_lux) {
-  const Section section{node, complete};
-  section.joints("park_rad", scan.park);
-  section.joints("posture_rad", scan.posture);
-  if (complete || node.has("sweep")) {
-    const ConfigNode child = node.child("sweep");
-    const Section sweep{child, complete};
-    sweep.number("from_rad", scan.sweep_from, kAngle, true);
-    sweep.number("to_rad", scan.sweep_to, kAngle, true);
-    sweep.number("velocity_rad_s", scan.sweep_velocity, kVelocity, true);
-    sweep.number("acceleration_rad_s2", scan.sweep_acceleration, kAcceleration);
-    sweep.number("jerk_rad_s3", scan.sweep_jerk, kJerk);
-    sweep.number("lead_in_s", scan.sweep_lead_in, kTime);
-    sweep.count("passes", scan.passes, {1, 100});
-    sweep.flag("there_and_back", scan.there_and_back);
-  }
-  if (const auto child = node.optional_child("move")) {
-    const Section move{*child, complete};
-    move.number("velocity_rad_s", scan.move_velocity, kVelocity);
-    move.number("acceleration_rad_s2", scan.move_acceleration, kAcceleration);
-    move.number("jerk_rad_s3", scan.move_jerk, kJerk);
-    move.number("settle_s", scan.settle, kTime);
-  }
-  section.count("dark_frames", scan.dark_frames, {0, 10000});
-  section.number("camera_lead_s", scan.camera_lead, kTime);
-  section.flag("laser_pairs", scan.laser_pairs);
-  section.number("cycle_hz", scan.cycle_hz, {1, 10000});
-  read_real_time_section(node, scan.real_time);
-  read_limits_section(node, scan.limits);
-  if (const auto child = node.optional_child("safety")) read_safety_section(*child, scan.safety);
-  read_sync_section(node, scan.sync);
-  if (const auto child = node.optional_child("control")) {
-    const Section control{*child, complete};
-    control.number("position_gain_per_s", scan.position_gain, {0, 100});
-    control.number("learning_rate_per_s2", scan.learning_rate, {0, 100});
-    control.number("feed_forward_lead_s", scan.feed_forward_lead, {0, 1});
-    if (child->has("dead_zone_rad_s")) {
-      scan.dead_zone = read_joints(*child, "dead_zone_rad_s");
-      if (scan.dead_zone.minCoeff() < 0 || scan.dead_zone.maxCoeff() > 2)
-        child->fail("dead_zone_rad_s", "found " + yaml_of(scan.dead_zone) + ", expected five speeds from 0 to 2");
-    }
-    control.number("following_error_limit_rad", scan.following_error_limit, {0.0001, 1});
-    control.number("feedback_timeout_s", scan.feedback_timeout, kTimeout);
-    control.number("heartbeat_timeout_s", scan.heartbeat_timeout, kTimeout);
-    control.number("max_joint_gap_s", scan.max_joint_gap, kTimeout);
-  }
-  section.flag("read_lux", read_lux);
+  if (complete) static_cast<void>(node.child("sweep"));  // must be there
+  for_each_table(scan, [&](const char* path, auto table, auto& settings) {
+    if (const auto child = below(node, path)) read_settings(*child, table, settings, complete);
+  });
+  if (const auto safety = node.optional_child("safety")) check_hold_limit(*safety, scan.safety);
+  read_lux = node.flag_or("read_lux", read_lux);
 }
 
 void check_scan_section(const ConfigNode& node, const ScanSettings& scan, const ArmModel& arm) {
@@ -130,25 +284,34 @@ void check_scan_section(const ConfigNode& node, const ScanSettings& scan, const 
     node.fail("laser_pairs", "found true, expected false unless laser.switches_per_frame is true");
 }
 
-std::string scan_section_yaml(const ScanSettings& s, bool read_lux) {
-  return "  park_rad: " + yaml_of(s.park) + "\n  posture_rad: " + yaml_of(s.posture) +
-         "\n  sweep:\n    from_rad: " + real(s.sweep_from) + "\n    to_rad: " + real(s.sweep_to) +
-         "\n    velocity_rad_s: " + real(s.sweep_velocity) +
-         "\n    acceleration_rad_s2: " + real(s.sweep_acceleration) + "\n    jerk_rad_s3: " + real(s.sweep_jerk) +
-         "\n    lead_in_s: " + real(s.sweep_lead_in) + "\n    passes: " + std::to_string(s.passes) +
-         "\n    there_and_back: " + yaml_bool(s.there_and_back) +
-         "\n  move:\n    velocity_rad_s: " + real(s.move_velocity) +
-         "\n    acceleration_rad_s2: " + real(s.move_acceleration) + "\n    jerk_rad_s3: " + real(s.move_jerk) +
-         "\n    settle_s: " + real(s.settle) + "\n  dark_frames: " + std::to_string(s.dark_frames) +
-         "\n  camera_lead_s: " + real(s.camera_lead) + "\n  laser_pairs: " + yaml_bool(s.laser_pairs) +
-         "\n  cycle_hz: " + real(s.cycle_hz) + "\n  control:\n    position_gain_per_s: " + real(s.position_gain) +
-         "\n    learning_rate_per_s2: " + real(s.learning_rate) +
-         "\n    feed_forward_lead_s: " + real(s.feed_forward_lead) + "\n    dead_zone_rad_s: " + yaml_of(s.dead_zone) +
-         "\n    following_error_limit_rad: " + real(s.following_error_limit) +
-         "\n    feedback_timeout_s: " + real(s.feedback_timeout) +
-         "\n    heartbeat_timeout_s: " + real(s.heartbeat_timeout) + "\n    max_joint_gap_s: " + real(s.max_joint_gap) +
-         "\n  read_lux: " + yaml_bool(read_lux) + "\n" + limits_section_yaml(s.limits) +
-         real_time_section_yaml(s.real_time) + safety_section_yaml(s.safety) + sync_section_yaml(s.sync);
+std::string scan_section_yaml(const ScanSettings& scan, bool read_lux) {
+  YAML::Emitter out;
+  std::string open;  // path of the mappings that are open
+  const auto depth = [](const std::string& path) {
+    return path.empty() ? 0 : 1 + std::count(path.begin(), path.end(), '.');
+  };
+  out << YAML::BeginMap;
+  for_each_table(scan, [&](const std::string& path, auto table, const auto& settings) {
+    if (path != open) {
+      const bool deeper = !open.empty() && path.starts_with(open + ".");
+      for (auto n = deeper ? 0 : depth(open); n > 0; --n) out << YAML::EndMap;
+      out << YAML::Key << path.substr(deeper ? open.size() + 1 : 0) << YAML::Value << YAML::BeginMap;
+      open = path;
+    }
+    write_settings(out, table, settings);
+  });
+  for (auto n = depth(open); n > 0; --n) out << YAML::EndMap;
+  out << YAML::Key << "read_lux" << YAML::Value << read_lux << YAML::EndMap;
+  return std::string(out.c_str()) + "\n";
+}
+
+std::string scan_section_table() {
+  std::string out = "| key | default | expected | |\n|---|---|---|---|\n";
+  const ScanSettings defaults;
+  for_each_table(defaults, [&](const std::string& path, auto table, const auto& settings) {
+    out += settings_rows("scan" + (path.empty() ? "" : "." + path), table, settings);
+  });
+  return out + "| `scan.read_lux` | true | true or false | ask the lux meter before and after the sweep |\n";
 }
 
 }  // namespace tankrig

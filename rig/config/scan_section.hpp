@@ -15,7 +15,10 @@ void read_scan_section(const ConfigNode& node, bool complete, ScanSettings& scan
 /// Postures within the arm's limits and what the settings demand of each other; complaints point into `node`.
 void check_scan_section(const ConfigNode& node, const ScanSettings& scan, const ArmModel& arm);
 
-/// The section's lines, indented by two blanks.
+/// The section's lines, without its name.
 std::string scan_section_yaml(const ScanSettings& scan, bool read_lux);
+
+/// Every key with its default, range and meaning, as a Markdown table: docs/reference/scan_keys.md.
+std::string scan_section_table();
 
 }  // namespace tankrig

@@ -1,6 +1,4 @@
 // Limits, jerk and play of the joints, as a rig file says them.
-#include "rig/config/limits_section.hpp"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

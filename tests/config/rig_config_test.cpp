@@ -182,7 +182,7 @@ TEST(RigConfig, NamesFileLineAndKeyOfBadInput) {
       {"velocity_rad_s: 0.0625", "velocity_rad_s: 0.0525",
        "presets.fine.sweep.velocity_rad_s: found '0.0525', expected at least 0.06: below it the arm sticks"},
       {"control: {", "control: {dead_zone_rad_s: [0.1, 0.1, -0.1, 0.1, 0.1], ",
-       "scan.control.dead_zone_rad_s: found [0.1, 0.1, -0.1, 0.1, 0.1], expected five speeds from 0 to 2"},
+       "scan.control.dead_zone_rad_s: found [0.1, 0.1, -0.1, 0.1, 0.1], expected five numbers from 0 to 2"},
       {"control: {", "control: {dead_zone_rad_s: [0.1], ", "scan.control.dead_zone_rad_s: found a list of 1"},
       {"control: {", "control: {feed_forward_lead_s: -1, ", "scan.control.feed_forward_lead_s: found '-1'"},
       {"to_rad: 2.1, velocity_rad_s: 0.1,", "to_rad: 1.3159, velocity_rad_s: 0.1,",

@@ -1,25 +1,31 @@
 // `scan: real_time:` of the rig file, read, refused and written again.
-#include "rig/config/real_time_section.hpp"
+#include "rig/config/scan_section.hpp"
 
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <sstream>
 
 #include "core/input_error.hpp"
-#include "tests/support/temporary_folder.hpp"
 
 namespace tankrig {
 namespace {
 
-RealTimeSettings read(const std::string& scan_section) {
-  const TemporaryFolder folder;
-  const auto file = folder.path() / "rig.yaml";
-  std::ofstream(file) << "scan:\n" << scan_section;
-  const ConfigNode root = ConfigNode::load(file);
-  RealTimeSettings settings;
-  read_real_time_section(root.child("scan"), settings);
-  root.finish();
-  return settings;
+ScanSettings read_scan(const std::string& section) {
+  const ConfigNode node = ConfigNode::parse(section, "rig.yaml");
+  ScanSettings scan;
+  bool read_lux = true;
+  read_scan_section(node, false, scan, read_lux);
+  node.finish();
+  return scan;
+}
+
+RealTimeSettings read(const std::string& section) { return read_scan(section).real_time; }
+
+std::string written(const RealTimeSettings& settings) {
+  ScanSettings scan;
+  scan.real_time = settings;
+  return scan_section_yaml(scan, true);
 }
 
 TEST(RealTimeSection, IsStrictWhereTheFileSaysNothing) {
@@ -41,16 +47,22 @@ TEST(RealTimeSection, ReadsBackWhatItWrites) {
   s.overruns = 7;
   s.window = 0.25;
   s.pace = CyclePace::kDevice;
-  const std::string text = real_time_section_yaml(s);
-  EXPECT_EQ(real_time_section_yaml(read(text)), text);
-  EXPECT_EQ(read(text).cpu, 3);
-  EXPECT_EQ(real_time_section_yaml(read(real_time_section_yaml({}))), real_time_section_yaml({}));
+  EXPECT_EQ(written(read(written(s))), written(s));
+  EXPECT_EQ(read(written(s)).cpu, 3);
+  EXPECT_EQ(written(read(written({}))), written({}));
 }
 
 TEST(RealTimeSection, RefusesWhatItDoesNotKnow) {
   for (const char* line : {"cpu: fast", "cpu: -1", "priority: 0", "priority: 99", "pace: arm", "limit: 3",
                            "overruns: {limit: -1}", "overruns: {window_s: 0}"})
     EXPECT_THROW(read(std::string("  real_time: {") + line + "}\n"), InputError) << line;
+}
+
+TEST(ScanSection, EveryKeyIsInTheReference) {
+  std::stringstream page;
+  page << std::ifstream(std::string(TANKRIG_SOURCE_DIR) + "/docs/reference/scan_keys.md").rdbuf();
+  EXPECT_TRUE(page.str().ends_with("\n\n" + scan_section_table()))
+      << "docs/reference/scan_keys.md: put the output of `tankrig init --keys` below its heading";
 }
 
 }  // namespace
