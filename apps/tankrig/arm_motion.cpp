@@ -204,7 +204,7 @@ int move_arm(const ArmCommandOptions& options, const TargetFrom& target_from) {
 
   const ArmTarget target = target_from(rig, now);
   ScanSettings settings = rig.scan;
-  settings.move_velocity = target.velocity;
+  settings.move.velocity = target.velocity;
   Outcome outcome{now, target.q, now, make_move_plan(settings, now, target.q, target.name), {}, {}};
   outcome.check = check_plan(rig, outcome.plan);
   if (!options.dry_run) {
@@ -241,9 +241,9 @@ int arm_jog(const ArmCommandOptions& o) {
     while (o.joint != kJointNames[joint]) ++joint;
     if (!std::isfinite(o.angle_deg)) throw InputError("angle_deg: found no number, expected one");
     // Slower than the dead zone a joint sticks; the default must move every one of them.
-    const double slowest = rig.scan.dead_zone[joint];
+    const double slowest = rig.scan.control.dead_zone[joint];
     const double velocity =
-        o.velocity_deg_s ? from_degrees(*o.velocity_deg_s) : std::max(rig.scan.move_velocity, slowest);
+        o.velocity_deg_s ? from_degrees(*o.velocity_deg_s) : std::max(rig.scan.move.velocity, slowest);
     if (velocity < slowest) {
       char line[160];
       std::snprintf(line, sizeof line,
@@ -260,7 +260,7 @@ int arm_jog(const ArmCommandOptions& o) {
 int arm_park(const ArmCommandOptions& o) {
   return move_arm(o, [&o](const RigConfig& rig, const JointVector&) {
     return ArmTarget{"move to park", rig.scan.park,
-                     o.velocity_deg_s ? from_degrees(*o.velocity_deg_s) : rig.scan.move_velocity};
+                     o.velocity_deg_s ? from_degrees(*o.velocity_deg_s) : rig.scan.move.velocity};
   });
 }
 

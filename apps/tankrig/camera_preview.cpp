@@ -176,11 +176,11 @@ ScanResult lit_preview(const CameraPreviewOptions& options, const RigConfig& rig
   make_laser_dark(backend, rig.scan);
   require_frames(*camera.device, backend.clock());
   ScanSettings settings = rig.scan;
-  settings.laser_pairs = false;
-  settings.dark_frames = kDarkFrames;
-  settings.heartbeat_timeout = std::max(settings.heartbeat_timeout, kLongestDrawing);
-  settings.frame_period = 1 / camera.rig->rate_hz;
-  settings.laser_warm_up = std::max(settings.laser_warm_up, seconds(backend.laser().warm_up()));
+  settings.capture.laser_pairs = false;
+  settings.capture.dark_frames = kDarkFrames;
+  settings.control.heartbeat_timeout = std::max(settings.control.heartbeat_timeout, kLongestDrawing);
+  settings.capture.frame_period = 1 / camera.rig->rate_hz;
+  settings.capture.laser_warm_up = std::max(settings.capture.laser_warm_up, seconds(backend.laser().warm_up()));
   const JointVector posture = homed_posture(backend, options.rig);
   const ScanPlan plan = make_lit_hold_plan(settings, posture, options.seconds.value_or(kLitSeconds));
   check_light(plan, settings.safety);

@@ -23,14 +23,14 @@ MotionCheck check_plan(const RigConfig& rig, const ScanPlan& plan) {
 int expected_frames(const RigConfig& rig, const RigCamera& camera, const ScanPlan& plan) {
   const double period = 1 / camera.rate_hz;
   const double in_sweep =
-      camera.trigger.mode == TriggerMode::kPosition ? camera.trigger.spacing / rig.scan.sweep_velocity : period;
+      camera.trigger.mode == TriggerMode::kPosition ? camera.trigger.spacing / rig.scan.sweep.velocity : period;
   int frames = 0;
   if (camera.record != RecordWhen::kSweep)
-    frames += plan.expected_frames(RecordWhen::kDark, period, rig.scan.dark_frames);
+    frames += plan.expected_frames(RecordWhen::kDark, period, rig.scan.capture.dark_frames);
   if (camera.record != RecordWhen::kDark && camera.trigger.mode == TriggerMode::kPosition)
-    frames += rig.scan.passes;  // a pass has an angle more than spacings
+    frames += rig.scan.sweep.passes;  // a pass has an angle more than spacings
   if (camera.record != RecordWhen::kDark)
-    frames += plan.expected_frames(RecordWhen::kSweep, in_sweep, rig.scan.dark_frames);
+    frames += plan.expected_frames(RecordWhen::kSweep, in_sweep, rig.scan.capture.dark_frames);
   return frames;
 }
 

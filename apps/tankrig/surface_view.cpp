@@ -21,7 +21,7 @@ std::vector<std::vector<SheetPose>> sheet_poses(const RigConfig& rig, const Scan
   for (const Segment& segment : plan.segments()) {
     if (segment.phase != Phase::kSweep || !(segment.record_end > segment.record_begin)) continue;
     passes.emplace_back();
-    for (double t = segment.record_begin; t <= segment.record_end; t += rig.scan.frame_period) {
+    for (double t = segment.record_begin; t <= segment.record_end; t += rig.scan.capture.frame_period) {
       const Transform oMe = oMb * rig.arm.bMe(plan.at(t).q);
       passes.back().push_back({oMe * rig.laser.ePl, oMe * rig.laser.origin_e, oMe.linear() * rig.laser.direction_e});
     }

@@ -71,7 +71,7 @@ void FrameJoiner::add(int number, Frame frame) {
     return;
   }
   const std::size_t i = static_cast<std::size_t>(segment - plan_.segments().data());
-  if (segment->phase != Phase::kSweep && camera.per_segment[i] >= settings_.dark_frames) {
+  if (segment->phase != Phase::kSweep && camera.per_segment[i] >= settings_.capture.dark_frames) {
     not_used(camera, "not_recorded", frame.stamp);
     return;
   }
@@ -88,7 +88,7 @@ std::uint64_t FrameJoiner::add_silence(int number, const Frame& last, Duration p
     const Segment* segment = segment_of(camera, due);
     if (!segment) continue;
     int& taken = camera.per_segment[static_cast<std::size_t>(segment - plan_.segments().data())];
-    if (segment->phase != Phase::kSweep && taken >= settings_.dark_frames) continue;
+    if (segment->phase != Phase::kSweep && taken >= settings_.capture.dark_frames) continue;
     ++taken;
     ++silent;
   }
@@ -140,7 +140,7 @@ bool FrameJoiner::try_join(const Waiting& waiting) {
   }
   const Segment& segment = *segment_of(camera, frame);
   const bool on = light == LaserTimeline::Light::kOn;
-  const bool wrong = segment.phase == Phase::kSweep ? !on && !settings_.laser_pairs : on;
+  const bool wrong = segment.phase == Phase::kSweep ? !on && !settings_.capture.laser_pairs : on;
   if (wrong) {
     not_used(camera, "laser_wrong", frame.stamp);
     return true;

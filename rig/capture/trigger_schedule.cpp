@@ -19,10 +19,10 @@ TriggerSchedule::TriggerSchedule(const ScanPlan& plan, const ScanSettings& setti
       record_(record),
       period_(period),
       cycle_period_(1 / settings.cycle_hz),
-      from_(settings.sweep_from),
-      to_(settings.sweep_to),
-      side_(settings.sweep_to > settings.sweep_from ? 1 : -1),
-      passes_(settings.passes),
+      from_(settings.sweep.from),
+      to_(settings.sweep.to),
+      side_(settings.sweep.to > settings.sweep.from ? 1 : -1),
+      passes_(settings.sweep.passes),
       delay_ns_(trigger.delay.value_or(Duration{0}).count()) {}
 
 bool TriggerSchedule::exposed_at_time(double plan_time) const noexcept {

@@ -39,14 +39,14 @@ std::string camera_timing_yaml(const RigCamera& camera) {
 void settle_camera_timing(RigConfig& rig) {
   const RigCamera* mono = rig.find_camera(CameraRole::kMono);
   if (mono && mono->trigger.mode == TriggerMode::kPosition) {
-    if (rig.scan.laser_pairs)
+    if (rig.scan.capture.laser_pairs)
       throw InputError(rig.file, "camera " + mono->name +
                                      ": trigger: found position with scan: laser_pairs, expected one of the two: the "
                                      "laser is switched at equal times");
-    rig.scan.frame_period = mono->trigger.spacing / rig.scan.sweep_velocity;
-    if (rig.scan.frame_period < 1 / mono->rate_hz * (1 - 1e-9))
+    rig.scan.capture.frame_period = mono->trigger.spacing / rig.scan.sweep.velocity;
+    if (rig.scan.capture.frame_period < 1 / mono->rate_hz * (1 - 1e-9))
       throw InputError(rig.file, "camera " + mono->name + ": spacing_rad: found " + exact_text(mono->trigger.spacing) +
-                                     ", " + exact_text(rig.scan.frame_period) +
+                                     ", " + exact_text(rig.scan.capture.frame_period) +
                                      " s at the sweep's velocity, expected at least a frame's time of " +
                                      exact_text(1 / mono->rate_hz) + " s");
   }

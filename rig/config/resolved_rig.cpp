@@ -26,8 +26,8 @@ std::string laser_yaml(const RigConfig& rig) {
   const RigLaser& l = rig.laser;
   return "laser:\n  ePl: " + yaml_of(l.ePl) + "\n  origin_e_m: " + yaml_of(l.origin_e) +
          "\n  direction_e: " + yaml_of(l.direction_e) + "\n  fan_rad: " + exact_text(l.fan) +
-         "\n  warm_up_s: " + exact_text(rig.scan.laser_warm_up) +
-         "\n  switches_per_frame: " + (rig.scan.laser_switches_per_frame ? "true" : "false") + "\n";
+         "\n  warm_up_s: " + exact_text(rig.scan.capture.laser_warm_up) +
+         "\n  switches_per_frame: " + (rig.scan.capture.laser_switches_per_frame ? "true" : "false") + "\n";
 }
 
 std::string obstacles_yaml(const Obstacles& o) {

@@ -87,7 +87,7 @@ void read_cameras(const ConfigNode& root, RigConfig& rig) {
     root.fail("cameras", "found no mono camera that records the sweep, expected one");
   if (roles.contains(CameraRole::kLeft) != roles.contains(CameraRole::kRight))
     root.fail("cameras", "found one eye of a stereo pair, expected left and right, or neither");
-  rig.scan.frame_period = 1.0 / mono->rate_hz;
+  rig.scan.capture.frame_period = 1.0 / mono->rate_hz;
 }
 
 void read_laser(const ConfigNode& node, RigConfig& rig) {
@@ -98,8 +98,8 @@ void read_laser(const ConfigNode& node, RigConfig& rig) {
   if (!(laser.direction_e.norm() > 1e-6)) node.fail("direction_e", "found length 0, expected a direction");
   if (std::abs(laser.direction_e.norm() - 1) > 1e-14) laser.direction_e.normalize();
   laser.fan = node.number("fan_rad", {0.001, 3.2});
-  rig.scan.laser_warm_up = node.number("warm_up_s", {0, 600});
-  rig.scan.laser_switches_per_frame = node.flag_or("switches_per_frame", false);
+  rig.scan.capture.laser_warm_up = node.number("warm_up_s", {0, 600});
+  rig.scan.capture.laser_switches_per_frame = node.flag_or("switches_per_frame", false);
   if (std::abs(laser.ePl.distance(laser.origin_e)) > 1e-3)
     node.fail("origin_e_m", "found a point " + std::to_string(laser.ePl.distance(laser.origin_e)) +
                                 " m off the sheet ePl, expected one on it");

@@ -43,58 +43,67 @@ using Scan = ScanSettings;
 const Setting<Scan> kScan[] = {
     {"park_rad", &Scan::park, kAngle, "posture before and after a scan", true},
     {"posture_rad", &Scan::posture, kAngle, "posture of the sweep; its elbow is ignored", true},
-    {"dark_frames",
-     &Scan::dark_frames,
-     {0, 10000},
-     "frames of each camera before and after the sweep, laser off, arm at rest"},
-    {"camera_lead_s", &Scan::camera_lead, kTime, "a camera runs this long before its phase"},
-    {"laser_pairs",
-     &Scan::laser_pairs,
-     {},
-     "laser on in every second frame of the sweep only; needs `laser: switches_per_frame`"},
     {"cycle_hz",
      &Scan::cycle_hz,
      {1, 10000},
      "rate of the cycle; at least four cycles in `control.feedback_timeout_s`"},
 };
-const Setting<Scan> kSweep[] = {
-    {"from_rad", &Scan::sweep_from, kAngle, "elbow where the recorded sweep begins", true},
-    {"to_rad", &Scan::sweep_to, kAngle, "elbow where it ends", true},
-    {"velocity_rad_s", &Scan::sweep_velocity, kVelocity, "of the elbow; at least its dead zone", true},
-    {"acceleration_rad_s2", &Scan::sweep_acceleration, kAcceleration, "of the ramps"},
-    {"jerk_rad_s3", &Scan::sweep_jerk, kJerk, "of the ramps"},
-    {"lead_in_s", &Scan::sweep_lead_in, kTime,
+const Setting<CaptureSettings> kCapture[] = {
+    {"dark_frames",
+     &CaptureSettings::dark_frames,
+     {0, 10000},
+     "frames of each camera before and after the sweep, laser off, arm at rest"},
+    {"camera_lead_s", &CaptureSettings::camera_lead, kTime, "a camera runs this long before its phase"},
+    {"laser_pairs",
+     &CaptureSettings::laser_pairs,
+     {},
+     "laser on in every second frame of the sweep only; needs `laser: switches_per_frame`"},
+};
+const Setting<SweepSettings> kSweep[] = {
+    {"from_rad", &SweepSettings::from, kAngle, "elbow where the recorded sweep begins", true},
+    {"to_rad", &SweepSettings::to, kAngle, "elbow where it ends", true},
+    {"velocity_rad_s", &SweepSettings::velocity, kVelocity, "of the elbow; at least its dead zone", true},
+    {"acceleration_rad_s2", &SweepSettings::acceleration, kAcceleration, "of the ramps"},
+    {"jerk_rad_s3", &SweepSettings::jerk, kJerk, "of the ramps"},
+    {"lead_in_s", &SweepSettings::lead_in, kTime,
      "constant velocity before the first recorded frame: backlash is taken up"},
-    {"passes", &Scan::passes, {1, 100}, "sweeps; the lines of pass k lie k / passes of a line spacing beside pass 0"},
-    {"there_and_back", &Scan::there_and_back, {}, "odd passes sweep backwards; false: the elbow returns first"},
+    {"passes",
+     &SweepSettings::passes,
+     {1, 100},
+     "sweeps; the lines of pass k lie k / passes of a line spacing beside pass 0"},
+    {"there_and_back",
+     &SweepSettings::there_and_back,
+     {},
+     "odd passes sweep backwards; false: the elbow returns first"},
 };
-const Setting<Scan> kMove[] = {
-    {"velocity_rad_s", &Scan::move_velocity, kVelocity, "of the fastest joint, between postures"},
-    {"acceleration_rad_s2", &Scan::move_acceleration, kAcceleration, "of the ramps"},
-    {"jerk_rad_s3", &Scan::move_jerk, kJerk, "of the ramps"},
-    {"settle_s", &Scan::settle, kTime, "rest before a dark block and before a sweep"},
+const Setting<MoveSettings> kMove[] = {
+    {"velocity_rad_s", &MoveSettings::velocity, kVelocity, "of the fastest joint, between postures"},
+    {"acceleration_rad_s2", &MoveSettings::acceleration, kAcceleration, "of the ramps"},
+    {"jerk_rad_s3", &MoveSettings::jerk, kJerk, "of the ramps"},
+    {"settle_s", &MoveSettings::settle, kTime, "rest before a dark block and before a sweep"},
 };
-const Setting<Scan> kControl[] = {
-    {"position_gain_per_s", &Scan::position_gain, {0, 100}, "velocity correction per position error"},
+const Setting<ControlSettings> kControl[] = {
+    {"position_gain_per_s", &ControlSettings::position_gain, {0, 100}, "velocity correction per position error"},
     {"learning_rate_per_s2",
-     &Scan::learning_rate,
+     &ControlSettings::learning_rate,
      {0, 100},
      "relative velocity correction per second and second of trail"},
     {"feed_forward_lead_s",
-     &Scan::feed_forward_lead,
+     &ControlSettings::feed_forward_lead,
      {0, 1},
      "planned velocities are sent this much early: lag of actuators and carrier"},
     {"dead_zone_rad_s",
-     &Scan::dead_zone,
+     &ControlSettings::dead_zone,
      {0, 2},
      "slowest even speed of each joint; slower set-points become it or rest"},
     {"following_error_limit_rad",
-     &Scan::following_error_limit,
+     &ControlSettings::following_error_limit,
      {0.0001, 1},
      "planned minus measured, any joint; more is a fault"},
-    {"feedback_timeout_s", &Scan::feedback_timeout, kTimeout, "longest silence of the arm"},
-    {"heartbeat_timeout_s", &Scan::heartbeat_timeout, kTimeout, "longest silence of whoever supervises the cycle"},
-    {"max_joint_gap_s", &Scan::max_joint_gap, kTimeout,
+    {"feedback_timeout_s", &ControlSettings::feedback_timeout, kTimeout, "longest silence of the arm"},
+    {"heartbeat_timeout_s", &ControlSettings::heartbeat_timeout, kTimeout,
+     "longest silence of whoever supervises the cycle"},
+    {"max_joint_gap_s", &ControlSettings::max_joint_gap, kTimeout,
      "widest pair of joint samples that a frame is interpolated between"},
 };
 const Setting<JointLimits> kLimits[] = {
@@ -196,9 +205,10 @@ void for_each_table(ScanLike& scan, Visit visit) {
     visit(path, std::span<const Setting<S>>(rows), settings);
   };
   table("", kScan, scan);
-  table("sweep", kSweep, scan);
-  table("move", kMove, scan);
-  table("control", kControl, scan);
+  table("", kCapture, scan.capture);
+  table("sweep", kSweep, scan.sweep);
+  table("move", kMove, scan.move);
+  table("control", kControl, scan.control);
   table("limits", kLimits, scan.limits);
   table("limits", kCurrent, scan.limits.current);
   table("real_time", kRealTime, scan.real_time);
@@ -226,13 +236,14 @@ std::string rounded(double value) {
 
 /// What the sweep's speed must keep to: the arm's slowest even motion, and the camera's rate.
 void check_sweep_velocity(const ConfigNode& sweep, const ScanSettings& scan) {
-  if (scan.sweep_velocity < scan.dead_zone[kElbow])
-    sweep.fail("velocity_rad_s", "found '" + real(scan.sweep_velocity) + "', expected at least " +
-                                     real(scan.dead_zone[kElbow]) + ": below it the arm sticks");
-  const double duration = std::abs(scan.sweep_to - scan.sweep_from) / scan.sweep_velocity;
-  if (duration < 2 * scan.frame_period)
-    sweep.fail("velocity_rad_s", "found '" + real(scan.sweep_velocity) + "', a sweep of " + rounded(duration) +
-                                     " s, expected at least two frame periods of " + rounded(scan.frame_period) + " s");
+  if (scan.sweep.velocity < scan.control.dead_zone[kElbow])
+    sweep.fail("velocity_rad_s", "found '" + real(scan.sweep.velocity) + "', expected at least " +
+                                     real(scan.control.dead_zone[kElbow]) + ": below it the arm sticks");
+  const double duration = std::abs(scan.sweep.to - scan.sweep.from) / scan.sweep.velocity;
+  if (duration < 2 * scan.capture.frame_period)
+    sweep.fail("velocity_rad_s", "found '" + real(scan.sweep.velocity) + "', a sweep of " + rounded(duration) +
+                                     " s, expected at least two frame periods of " +
+                                     rounded(scan.capture.frame_period) + " s");
 }
 
 /// Cycles within the feedback timeout: with fewer, a late answer of the arm could not be told from silence.
@@ -268,19 +279,19 @@ void check_scan_section(const ConfigNode& node, const ScanSettings& scan, const 
     if (node.has("posture_rad") && i != kElbow) check(node, "posture_rad", i, scan.posture[i]);
   }
   if (const auto sweep = node.optional_child("sweep")) {
-    check(*sweep, "from_rad", kElbow, scan.sweep_from);
-    check(*sweep, "to_rad", kElbow, scan.sweep_to);
-    if (scan.sweep_from == scan.sweep_to)
+    check(*sweep, "from_rad", kElbow, scan.sweep.from);
+    check(*sweep, "to_rad", kElbow, scan.sweep.to);
+    if (scan.sweep.from == scan.sweep.to)
       sweep->fail("to_rad", "found the same angle as from_rad, expected another one");
     check_sweep_velocity(*sweep, scan);
   } else {
     check_sweep_velocity(node, scan);
   }
-  const double slowest_hz = kCyclesPerTimeout / scan.feedback_timeout;
+  const double slowest_hz = kCyclesPerTimeout / scan.control.feedback_timeout;
   if (scan.cycle_hz < slowest_hz * (1 - 1e-9))
     node.fail("cycle_hz", "found '" + real(scan.cycle_hz) + "', expected at least " + rounded(slowest_hz) +
                               ", four cycles in control.feedback_timeout_s");
-  if (scan.laser_pairs && !scan.laser_switches_per_frame)
+  if (scan.capture.laser_pairs && !scan.capture.laser_switches_per_frame)
     node.fail("laser_pairs", "found true, expected false unless laser.switches_per_frame is true");
 }
 

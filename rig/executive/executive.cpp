@@ -40,7 +40,7 @@ Executive::Executive(const ScanPlan& plan, const ScanSettings& settings, Arm& ar
       rest_(settings.safety.rest_velocity),
       laser_watch_(settings.safety),
       follower_(settings_),
-      monitor_(settings.limits, settings.following_error_limit),
+      monitor_(settings.limits, settings.control.following_error_limit),
       ring_(ring_capacity) {
   monitor_.set_reach(plan.reach());
 }
@@ -123,7 +123,7 @@ void Executive::read_laser(CycleRecord& record) noexcept {
 }
 
 void Executive::check_silence(const CycleRecord& record) noexcept {
-  if (seconds(record.stamp - last_news_) > settings_.feedback_timeout)
+  if (seconds(record.stamp - last_news_) > settings_.control.feedback_timeout)
     raise(Fault::kArmSilent, {ErrorCode::kTimeout, 0, record.stamp, "arm: no joint state"});
 }
 
@@ -138,7 +138,7 @@ InterlockOutputs Executive::decide(const CycleRecord& record) noexcept {
   const Segment& segment = plan_->segments()[record.segment];
   const bool running = state_ == ExecutiveState::kRunning;
   const Duration silence{record.stamp.ns - heartbeat_ns_.load(std::memory_order_relaxed)};
-  const bool fresh = seconds(silence) <= settings_.heartbeat_timeout;
+  const bool fresh = seconds(silence) <= settings_.control.heartbeat_timeout;
   if (running && !fresh && heartbeat_ns_.load(std::memory_order_relaxed) != 0)
     raise(Fault::kHeartbeat, {ErrorCode::kTimeout, 0, record.stamp, "executive: heartbeat"});
   const std::uint32_t resets = resets_.load(std::memory_order_acquire);
@@ -192,9 +192,9 @@ void Executive::raise(Trip trip, BeamVerdict beam, Stamp now) noexcept {
 }
 
 bool Executive::laser_request(const CycleRecord& record, const Segment& segment) const noexcept {
-  if (!segment.laser || !settings_.laser_pairs) return segment.laser;
+  if (!segment.laser || !settings_.capture.laser_pairs) return segment.laser;
   // Frames are at mid-exposure at whole frame periods of plan time: switch half-way between them.
-  return static_cast<std::int64_t>(std::floor(record.plan_time / settings_.frame_period + 0.5)) % 2 == 0;
+  return static_cast<std::int64_t>(std::floor(record.plan_time / settings_.capture.frame_period + 0.5)) % 2 == 0;
 }
 
 /// Set-points towards the plan; rest where there is nothing to follow. What the monitor refuses is a fault.

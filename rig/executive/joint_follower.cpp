@@ -26,7 +26,7 @@ JointVector JointFollower::step(const ScanPlan& plan, double plan_time, Duration
                                 const JointState& newest) noexcept {
   const Segment& segment = plan.segments()[plan.segment_at(plan_time)];
   const JointVector way = segment.motion.to() - segment.motion.from();
-  const JointVector ahead = segment.motion.at(plan_time + settings_.feed_forward_lead - segment.begin).velocity;
+  const JointVector ahead = segment.motion.at(plan_time + settings_.control.feed_forward_lead - segment.begin).velocity;
   const JointVector error = planned_when_measured(plan, plan_time, age, newest) - newest.q;
   const double dt = learned_.ns == 0 ? 0 : std::min(seconds(newest.stamp - learned_), kLongestStep);
   learned_ = newest.stamp;
@@ -36,8 +36,8 @@ JointVector JointFollower::step(const ScanPlan& plan, double plan_time, Duration
     if (way[j] == 0) continue;
     if (dt > 0) learn(j, error[j], segment, plan_time - seconds(age), dt);
     const double side = way[j] > 0 ? 1 : -1;
-    const double speed = side * (ahead[j] * (1 + correction_[j]) + settings_.position_gain * error[j]);
-    const double slowest = settings_.dead_zone[j];
+    const double speed = side * (ahead[j] * (1 + correction_[j]) + settings_.control.position_gain * error[j]);
+    const double slowest = settings_.control.dead_zone[j];
     if (speed < 0.5 * slowest) continue;  // also where the joint is ahead: never against the plan's direction
     velocity[j] = side * std::max(speed, slowest);
   }
@@ -46,11 +46,11 @@ JointVector JointFollower::step(const ScanPlan& plan, double plan_time, Duration
 
 void JointFollower::learn(int joint, double error, const Segment& segment, double plan_time, double dt) noexcept {
   const MotionPoint measured = segment.motion.at(plan_time - segment.begin);
-  const MotionPoint ahead = segment.motion.at(plan_time + settings_.feed_forward_lead - segment.begin);
+  const MotionPoint ahead = segment.motion.at(plan_time + settings_.control.feed_forward_lead - segment.begin);
   const double planned = measured.velocity[joint];
   const bool even = measured.acceleration[joint] == 0 && ahead.acceleration[joint] == 0;
-  if (!even || std::abs(planned) < settings_.dead_zone[joint] || planned == 0) return;
-  const double learned = correction_[joint] + settings_.learning_rate * dt * error / planned;
+  if (!even || std::abs(planned) < settings_.control.dead_zone[joint] || planned == 0) return;
+  const double learned = correction_[joint] + settings_.control.learning_rate * dt * error / planned;
   correction_[joint] = std::clamp(learned, -kLargestCorrection, kLargestCorrection);
 }
 

@@ -14,7 +14,7 @@ Segment& hold(std::vector<Segment>& segments, const ScanSettings& s, const Joint
   segment.name = name;
   segment.begin = segments.empty() ? 0 : segments.back().end();
   segment.duration = duration;
-  segment.motion = JointMove(q, q, s.move_limits());
+  segment.motion = JointMove(q, q, s.move.limits());
   segment.record_begin = segment.record_end = segment.begin;
   segments.push_back(std::move(segment));
   return segments.back();
@@ -28,23 +28,24 @@ void record(Segment& segment, Phase phase) {
 }  // namespace
 
 ScanPlan make_move_plan(const ScanSettings& s, const JointVector& now, const JointVector& to, const std::string& name) {
-  require_positive("move_velocity", s.move_velocity);
-  require_positive("move_acceleration", s.move_acceleration);
-  require_positive("move_jerk", s.move_jerk);
+  require_positive("move_velocity", s.move.velocity);
+  require_positive("move_acceleration", s.move.acceleration);
+  require_positive("move_jerk", s.move.jerk);
   Segment segment;
   segment.name = name;
-  segment.motion = JointMove(now, to, s.move_limits());
-  segment.duration = segment.motion.duration() + s.settle;
+  segment.motion = JointMove(now, to, s.move.limits());
+  segment.duration = segment.motion.duration() + s.move.settle;
   return ScanPlan({segment});
 }
 
 ScanPlan make_lit_hold_plan(const ScanSettings& s, const JointVector& now, double lit_s) {
-  require_positive("frame_period", s.frame_period);
+  require_positive("frame_period", s.capture.frame_period);
   require_positive("seconds", lit_s);
   std::vector<Segment> segments;
-  if (s.dark_frames > 0)
-    record(hold(segments, s, now, "dark frames", (s.dark_frames + 1) * s.frame_period), Phase::kDarkBefore);
-  Segment& warm_up = hold(segments, s, now, "laser warm-up", s.laser_warm_up + s.frame_period);
+  if (s.capture.dark_frames > 0)
+    record(hold(segments, s, now, "dark frames", (s.capture.dark_frames + 1) * s.capture.frame_period),
+           Phase::kDarkBefore);
+  Segment& warm_up = hold(segments, s, now, "laser warm-up", s.capture.laser_warm_up + s.capture.frame_period);
   warm_up.laser = warm_up.hold = true;
   Segment& lit = hold(segments, s, now, "laser on", lit_s);
   lit.laser = lit.hold = true;

@@ -17,26 +17,26 @@ namespace {
 }
 
 void check_settings(const ScanSettings& s) {
-  require_positive("scan: sweep_velocity", s.sweep_velocity);
-  require_positive("scan: sweep_acceleration", s.sweep_acceleration);
-  require_positive("scan: sweep_jerk", s.sweep_jerk);
-  require_positive("scan: move_velocity", s.move_velocity);
-  require_positive("scan: move_acceleration", s.move_acceleration);
-  require_positive("scan: move_jerk", s.move_jerk);
-  require_positive("scan: frame_period", s.frame_period);
+  require_positive("scan: sweep_velocity", s.sweep.velocity);
+  require_positive("scan: sweep_acceleration", s.sweep.acceleration);
+  require_positive("scan: sweep_jerk", s.sweep.jerk);
+  require_positive("scan: move_velocity", s.move.velocity);
+  require_positive("scan: move_acceleration", s.move.acceleration);
+  require_positive("scan: move_jerk", s.move.jerk);
+  require_positive("scan: frame_period", s.capture.frame_period);
   require_positive("scan: cycle_hz", s.cycle_hz);
-  if (s.passes < 1) refuse("passes", s.passes, "at least 1");
-  if (s.dark_frames < 0) refuse("dark_frames", s.dark_frames, "0 or more");
-  if (!(s.settle >= 0)) refuse("settle", s.settle, "0 or more seconds");
-  if (!(s.sweep_lead_in >= 0)) refuse("sweep_lead_in", s.sweep_lead_in, "0 or more seconds");
-  if (!(s.laser_warm_up >= 0)) refuse("laser_warm_up", s.laser_warm_up, "0 or more seconds");
-  if (!(std::abs(s.sweep_to - s.sweep_from) > 0)) refuse("sweep_to", s.sweep_to, "an angle other than sweep_from");
-  if (s.laser_pairs && !s.laser_switches_per_frame)
+  if (s.sweep.passes < 1) refuse("passes", s.sweep.passes, "at least 1");
+  if (s.capture.dark_frames < 0) refuse("dark_frames", s.capture.dark_frames, "0 or more");
+  if (!(s.move.settle >= 0)) refuse("settle", s.move.settle, "0 or more seconds");
+  if (!(s.sweep.lead_in >= 0)) refuse("sweep_lead_in", s.sweep.lead_in, "0 or more seconds");
+  if (!(s.capture.laser_warm_up >= 0)) refuse("laser_warm_up", s.capture.laser_warm_up, "0 or more seconds");
+  if (!(std::abs(s.sweep.to - s.sweep.from) > 0)) refuse("sweep_to", s.sweep.to, "an angle other than sweep_from");
+  if (s.capture.laser_pairs && !s.capture.laser_switches_per_frame)
     throw InputError(
         "scan: laser_pairs: found true, expected false: the rig does not declare a laser that switches faster than a "
         "frame");
-  if (s.laser_pairs && s.laser_warm_up >= 0.25 * s.frame_period)
-    refuse("laser_warm_up", s.laser_warm_up, "less than a quarter of the frame period for laser_pairs");
+  if (s.capture.laser_pairs && s.capture.laser_warm_up >= 0.25 * s.capture.frame_period)
+    refuse("laser_warm_up", s.capture.laser_warm_up, "less than a quarter of the frame period for laser_pairs");
 }
 
 /// Smallest value >= 0 that is `t` modulo `period`.
@@ -49,26 +49,26 @@ double modulo(double t, double period) {
 class Builder {
  public:
   Builder(const ScanSettings& settings, const JointVector& now)
-      : s_(settings), ramp_(settings.sweep_limits()), q_(now) {}
+      : s_(settings), ramp_(settings.sweep.limits()), q_(now) {}
 
   double time() const { return segments_.empty() ? 0 : segments_.back().end(); }
 
   Segment& move(const std::string& name, const JointVector& to) {
     Segment segment;
-    segment.motion = JointMove(q_, to, s_.move_limits());
+    segment.motion = JointMove(q_, to, s_.move.limits());
     const double duration = segment.motion.duration();
     return append(name, std::move(segment), duration);
   }
 
   Segment& hold(const std::string& name, double duration) {
     Segment segment;
-    segment.motion = JointMove(q_, q_, s_.move_limits());
+    segment.motion = JointMove(q_, q_, s_.move.limits());
     return append(name, std::move(segment), duration);
   }
 
   void dark_block(const std::string& name, Phase phase) {
-    if (s_.dark_frames == 0) return;
-    Segment& segment = hold(name, (s_.dark_frames + 1) * s_.frame_period);
+    if (s_.capture.dark_frames == 0) return;
+    Segment& segment = hold(name, (s_.capture.dark_frames + 1) * s_.capture.frame_period);
     segment.phase = phase;
     segment.record_begin = segment.begin;
     segment.record_end = segment.end();
@@ -80,19 +80,19 @@ class Builder {
     JointVector to = q_;
     to[kElbow] = last + side * ramp_.distance();
     Segment segment;
-    segment.motion = JointMove(q_, to, s_.sweep_limits());
+    segment.motion = JointMove(q_, to, s_.sweep.limits());
     const double duration = segment.motion.duration();
     Segment& added = append(name, std::move(segment), duration);
     added.phase = Phase::kSweep;
     added.pass = pass;
     added.record_begin = added.begin + lead_time();
-    added.record_end = added.record_begin + std::abs(last - first) / s_.sweep_velocity;
+    added.record_end = added.record_begin + std::abs(last - first) / s_.sweep.velocity;
     return added;
   }
 
   /// From rest to the crossing of the recorded part's first angle.
-  double lead_time() const { return ramp_.duration() + s_.sweep_lead_in; }
-  double lead_distance() const { return ramp_.distance() + s_.sweep_velocity * s_.sweep_lead_in; }
+  double lead_time() const { return ramp_.duration() + s_.sweep.lead_in; }
+  double lead_distance() const { return ramp_.distance() + s_.sweep.velocity * s_.sweep.lead_in; }
 
   std::vector<Segment> take() { return std::move(segments_); }
 
@@ -121,9 +121,9 @@ double start_angle(const Builder& build, double first, double last) {
 /// When, modulo the frame period, the crossing of `first` must happen so that frames at whole periods see the elbow at
 /// sweep_from + velocity * period * (n + pass / passes).
 double crossing_phase(const ScanSettings& s, int pass, bool backwards) {
-  const double shift = s.frame_period * pass / s.passes;
-  const double span = std::abs(s.sweep_to - s.sweep_from) / s.sweep_velocity;
-  return modulo(backwards ? shift - span : -shift, s.frame_period);
+  const double shift = s.capture.frame_period * pass / s.sweep.passes;
+  const double span = std::abs(s.sweep.to - s.sweep.from) / s.sweep.velocity;
+  return modulo(backwards ? shift - span : -shift, s.capture.frame_period);
 }
 
 }  // namespace
@@ -172,34 +172,34 @@ ScanPlan make_scan_plan(const ScanSettings& s, const JointVector& now) {
   Builder build(s, now);
 
   JointVector start = s.posture;
-  start[kElbow] = start_angle(build, s.sweep_from, s.sweep_to);
+  start[kElbow] = start_angle(build, s.sweep.from, s.sweep.to);
   build.move("move to the sweep's start", start);
-  build.hold("settle", s.settle);
+  build.hold("settle", s.move.settle);
   build.dark_block("dark block before", Phase::kDarkBefore);
 
   const auto lit_hold = [&](const std::string& name, double duration) {
     Segment& hold = build.hold(name, duration);
     hold.laser = hold.sweeping = true;
   };
-  for (int pass = 0; pass < s.passes; ++pass) {
-    const bool backwards = s.there_and_back && pass % 2 == 1;
-    const double first = backwards ? s.sweep_to : s.sweep_from;
-    const double last = backwards ? s.sweep_from : s.sweep_to;
+  for (int pass = 0; pass < s.sweep.passes; ++pass) {
+    const bool backwards = s.sweep.there_and_back && pass % 2 == 1;
+    const double first = backwards ? s.sweep.to : s.sweep.from;
+    const double last = backwards ? s.sweep.from : s.sweep.to;
     if (pass > 0) {
       JointVector turn = start;
       turn[kElbow] = start_angle(build, first, last);
       Segment& move = build.move("move to pass " + std::to_string(pass), turn);
       move.laser = move.sweeping = true;
     }
-    const double rest = pass == 0 ? s.laser_warm_up : s.settle;
+    const double rest = pass == 0 ? s.capture.laser_warm_up : s.move.settle;
     const double crossing = build.time() + rest + build.lead_time();
     lit_hold(pass == 0 ? "laser warm-up" : "settle",
-             rest + modulo(crossing_phase(s, pass, backwards) - crossing, s.frame_period));
+             rest + modulo(crossing_phase(s, pass, backwards) - crossing, s.capture.frame_period));
     Segment& sweep = build.sweep("sweep pass " + std::to_string(pass), pass, first, last);
     sweep.laser = sweep.sweeping = true;
   }
 
-  build.hold("settle", s.settle);
+  build.hold("settle", s.move.settle);
   build.dark_block("dark block after", Phase::kDarkAfter);
   build.move("move to park", s.park);
   return ScanPlan(build.take());

@@ -21,10 +21,10 @@ JointVector read_posture(Arm& arm, Clock& clock, Duration timeout) {
 
 void check_laser_ready(const ScanSettings& settings, const Laser& laser, bool interlock_closed) {
   const double warm_up = seconds(laser.warm_up());
-  if (warm_up > settings.laser_warm_up + 1e-9) {
+  if (warm_up > settings.capture.laser_warm_up + 1e-9) {
     char line[128];
     std::snprintf(line, sizeof line, "scan: laser_warm_up: found %g s, expected at least the laser's own %g s",
-                  settings.laser_warm_up, warm_up);
+                  settings.capture.laser_warm_up, warm_up);
     throw InputError(line);
   }
   if (!interlock_closed) throw InputError(std::string("scan: ") + kInterlockOpen);

@@ -41,7 +41,7 @@ bool CameraFeeds::start_grid_camera() {
 }
 
 void CameraFeeds::schedule(bool ended) {
-  const Duration lead = from_seconds(settings_.camera_lead);
+  const Duration lead = from_seconds(settings_.capture.camera_lead);
   const Stamp now = clock_.now();
   for (Feed& feed : feeds_) {
     const bool wanted = !ended && joiner_.wanted(feed.number, now - lead, now + lead);
@@ -81,7 +81,7 @@ std::invoke_result_t<Call> CameraFeeds::ask(const Feed& feed, Call call) {
   const Stamp before = clock_.now();
   auto answer = call();
   const double took = seconds(clock_.now() - before);
-  if (took > settings_.heartbeat_timeout) {
+  if (took > settings_.control.heartbeat_timeout) {
     char line[64];
     std::snprintf(line, sizeof line, ": held the supervisor up for %.0f ms", 1e3 * took);
     held_up_ = "camera " + feed.camera->info().name + line;
@@ -97,7 +97,7 @@ void CameraFeeds::grab() {
 /// A camera that takes longer for a frame than it takes to come must not keep the loop.
 void CameraFeeds::grab(Feed& feed) {
   const Stamp begin = clock_.now();
-  const auto late = [&] { return seconds(clock_.now() - begin) > settings_.heartbeat_timeout; };
+  const auto late = [&] { return seconds(clock_.now() - begin) > settings_.control.heartbeat_timeout; };
   for (int frames = 0; frames < kFramesPerRound && !late(); ++frames) {
     auto news = ask(feed, [&] { return feed.camera->try_grab(); });
     if (!news.ok()) return failed(feed, news.error());

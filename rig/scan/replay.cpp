@@ -48,7 +48,7 @@ class Replay {
         recorded_(recorded),
         sink_(sink),
         numbered_(session, sink, counts_),
-        joints_(kJointSamples, from_seconds(settings.max_joint_gap)),
+        joints_(kJointSamples, from_seconds(settings.control.max_joint_gap)),
         joiner_(recorded.plan, settings, joints_, laser_, numbered_) {
     constexpr bool kEachInItsSegment = true;  // only recorded frames come
     for (const SessionCamera& camera : session.info.cameras)

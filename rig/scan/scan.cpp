@@ -30,7 +30,7 @@ constexpr double kCyclesToArm = 2;        // until the safety step has seen the 
 /// No camera waits for more dark pictures than the plan has.
 BeamSettings beam_settings(const ScanSettings& settings) {
   BeamSettings beam = settings.safety.beam;
-  beam.dark_frames = std::clamp(beam.dark_frames, 1, std::max(settings.dark_frames, 1));
+  beam.dark_frames = std::clamp(beam.dark_frames, 1, std::max(settings.capture.dark_frames, 1));
   return beam;
 }
 
@@ -42,15 +42,15 @@ class ScanRun {
         settings_(job.settings),
         begin_(job.clock.now()),
         executive_(plan_, settings_, job.arm, job.laser),
-        joints_(kJointSamples, from_seconds(settings_.max_joint_gap)),
+        joints_(kJointSamples, from_seconds(settings_.control.max_joint_gap)),
         joiner_(plan_, settings_, joints_, laser_, job.sink),
         triggers_(plan_, settings_, job.clock, job.sink),
-        beam_(beam_settings(settings_), settings_.laser_pairs ? Duration{0} : kBeamSettles, laser_, joints_),
+        beam_(beam_settings(settings_), settings_.capture.laser_pairs ? Duration{0} : kBeamSettles, laser_, joints_),
         feeds_(job.cameras, settings_, job.clock, joiner_, triggers_, beam_, feed_events()),
         end_(settings_.safety),
         log_(plan_, job.sink),
         cycle_(executive_, job.clock, from_seconds(1.0 / settings_.cycle_hz), settings_.real_time,
-               {from_seconds(settings_.heartbeat_timeout), from_seconds(settings_.safety.rest_timeout)}) {
+               {from_seconds(settings_.control.heartbeat_timeout), from_seconds(settings_.safety.rest_timeout)}) {
     executive_.stop_also_on(job_.stop);
     executive_.set_listener(&triggers_);
   }
@@ -96,7 +96,7 @@ class ScanRun {
     triggers_.begin();
     cycle_.begin();
     take_turn();
-    if (!feeds_.start_grid_camera()) start_plan(job_.clock.now() + from_seconds(settings_.frame_period));
+    if (!feeds_.start_grid_camera()) start_plan(job_.clock.now() + from_seconds(settings_.capture.frame_period));
     executive_.heartbeat(job_.clock.now());
     executive_.set_armed(plan_.uses_laser());  // last: an edge while anything is missing is lost
   }
@@ -141,7 +141,7 @@ class ScanRun {
     if (std::exchange(hung_, true)) return;
     tell_what_to_cut({}, {});
     char line[80];
-    std::snprintf(line, sizeof line, "cycle: hangs: no step for %g s", settings_.heartbeat_timeout);
+    std::snprintf(line, sizeof line, "cycle: hangs: no step for %g s", settings_.control.heartbeat_timeout);
     device_failed(line);
     job_.sink.event(job_.clock.now(), event_kind::kFault,
                     std::string(line) + "; laser switched off and arm stopped past it");
@@ -211,7 +211,7 @@ class ScanRun {
 
   /// A whole number of frame periods after `frame`, and a period ahead of now.
   Stamp on_frame_grid(Stamp frame) const {
-    const double period = settings_.frame_period;
+    const double period = settings_.capture.frame_period;
     const double periods = std::max(0.0, seconds(job_.clock.now() - frame) / period);
     return frame + from_seconds((static_cast<double>(static_cast<std::int64_t>(periods)) + 2) * period);
   }
@@ -222,7 +222,7 @@ class ScanRun {
     if (!lit) return zero;
     const double delay = settings_.safety.indicator_delay + kCyclesToArm / settings_.cycle_hz;
     const double short_of = delay - *lit - seconds(zero - job_.clock.now());
-    const double period = settings_.frame_period;
+    const double period = settings_.capture.frame_period;
     return short_of > 0 ? zero + from_seconds(std::ceil(short_of / period) * period) : zero;
   }
 

@@ -87,12 +87,12 @@ struct ExecutiveBench {
   static ScanSettings settings(const JointVector& park) {
     ScanSettings s;
     s.park = s.posture = park;
-    s.sweep_from = park[kElbow] + 0.1;
-    s.sweep_to = park[kElbow] + 0.3;
-    s.dark_frames = 2;
-    s.laser_warm_up = 0.1;
-    s.feedback_timeout = s.heartbeat_timeout = 5;  // the driver's own silence is to be seen
-    s.following_error_limit = 1;                   // and nothing that a busy machine does to the motion
+    s.sweep.from = park[kElbow] + 0.1;
+    s.sweep.to = park[kElbow] + 0.3;
+    s.capture.dark_frames = 2;
+    s.capture.laser_warm_up = 0.1;
+    s.control.feedback_timeout = s.control.heartbeat_timeout = 5;  // the driver's own silence is to be seen
+    s.control.following_error_limit = 1;                           // and nothing that a busy machine does to the motion
     return s;
   }
 
@@ -232,7 +232,7 @@ TEST_P(ArmCycleOn, AnArmAtRestIsSeenAtRestThoughAnEncoderWavers) {
 /// With light, the arm held at rest.
 struct HoldBench : ExecutiveBench {
   explicit HoldBench(Wire wire) : ExecutiveBench(wire) {
-    scan.dark_frames = 20;
+    scan.capture.dark_frames = 20;
     plan = make_lit_hold_plan(scan, scan.park, 30);
   }
   bool lit() {

@@ -28,7 +28,7 @@ Histogram run_cycle() {
   ScanSettings settings;
   settings.park << 0, 0.12, 1.2, 0, 0.1;
   settings.posture = settings.park;
-  settings.feedback_timeout = 1e9;
+  settings.control.feedback_timeout = 1e9;
   settings.real_time.overruns = 0;
   const ScanPlan plan = make_scan_plan(settings, settings.park);
   testing_support::CallLog log;

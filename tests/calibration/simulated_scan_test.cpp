@@ -49,10 +49,10 @@ TimeOffsetSolution offset_of_scan(Duration injected, Duration in_rig_file = {}, 
   ScanSettings s;
   s.park << 0, 0.12, 1.6, 0, 0.1;
   s.posture << 0, 0.12, 0, 0, 0.1;
-  s.sweep_from = 1.70;
-  s.sweep_to = 1.85;
-  s.passes = 2;
-  s.dark_frames = 0;
+  s.sweep.from = 1.70;
+  s.sweep.to = 1.85;
+  s.sweep.passes = 2;
+  s.capture.dark_frames = 0;
   sim::MockParameters mock;
   mock.camera.phase = 7ms;
   mock.camera.stamp_offset = injected;

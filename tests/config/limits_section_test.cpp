@@ -27,8 +27,8 @@ TEST(LimitsSection, KeepsTheLaboratorysThresholdsWhereItSaysNothing) {
   EXPECT_EQ(rig.scan.limits.refusal_margin, 0.05);
   EXPECT_EQ(rig.scan.limits.set_point_step, 0.4);
   EXPECT_EQ(rig.scan.limits.angles[kSlew].lower, rig.arm.limits[kSlew].lower);
-  EXPECT_EQ(rig.scan.sweep_jerk, 5);
-  EXPECT_EQ(rig.scan.move_jerk, 5);
+  EXPECT_EQ(rig.scan.sweep.jerk, 5);
+  EXPECT_EQ(rig.scan.move.jerk, 5);
   EXPECT_THAT(rig.backlash_ticks, testing::Each(0));
 }
 
@@ -52,7 +52,7 @@ TEST(LimitsSection, IsReadAndWrittenAgain) {
     EXPECT_EQ(limits.set_point_step, 0.3);
     EXPECT_EQ(limits.current.amperes, 1.5);
     EXPECT_EQ(limits.current.duration, 500ms);
-    EXPECT_EQ(rig->scan.move_jerk, 3);
+    EXPECT_EQ(rig->scan.move.jerk, 3);
     EXPECT_THAT(rig->backlash_ticks, testing::ElementsAre(1, 2, 30, 0, 0.5));
   }
 }

@@ -32,14 +32,14 @@ TEST(RigConfig, ReadsEverySection) {
   EXPECT_EQ(rig.motion_limits.angle_margin, 0.01);
   EXPECT_EQ(rig.scan.park[kElbow], 1.9);
   EXPECT_EQ(rig.scan.posture[kShoulder], 0.12);
-  EXPECT_EQ(rig.scan.sweep_from, 1.3);
-  EXPECT_EQ(rig.scan.sweep_to, 2.1);
-  EXPECT_EQ(rig.scan.dark_frames, 8);
-  EXPECT_EQ(rig.scan.position_gain, 1.5);
-  EXPECT_EQ(rig.scan.following_error_limit, ScanSettings{}.following_error_limit)
+  EXPECT_EQ(rig.scan.sweep.from, 1.3);
+  EXPECT_EQ(rig.scan.sweep.to, 2.1);
+  EXPECT_EQ(rig.scan.capture.dark_frames, 8);
+  EXPECT_EQ(rig.scan.control.position_gain, 1.5);
+  EXPECT_EQ(rig.scan.control.following_error_limit, ScanSettings{}.control.following_error_limit)
       << "what is not said keeps its default";
-  EXPECT_EQ(rig.scan.frame_period, 0.08) << "of the camera that records the sweep";
-  EXPECT_EQ(rig.scan.laser_warm_up, 2);
+  EXPECT_EQ(rig.scan.capture.frame_period, 0.08) << "of the camera that records the sweep";
+  EXPECT_EQ(rig.scan.capture.laser_warm_up, 2);
   EXPECT_TRUE(rig.read_lux);
   ASSERT_EQ(rig.cameras.size(), 3u);
   EXPECT_EQ(rig.cameras[0].model.fy, 682.78);
@@ -57,9 +57,9 @@ TEST(RigConfig, AppliesAPresetToItsScanOnly) {
   const TemporaryFolder folder;
   const auto file = folder.write("rig.yaml", kSmallRig);
   const RigConfig rig = load_rig(file, "fine");
-  EXPECT_EQ(rig.scan.passes, 3);
-  EXPECT_EQ(rig.scan.sweep_velocity, 0.0625);
-  EXPECT_EQ(rig.scan.sweep_to, 2.1);
+  EXPECT_EQ(rig.scan.sweep.passes, 3);
+  EXPECT_EQ(rig.scan.sweep.velocity, 0.0625);
+  EXPECT_EQ(rig.scan.sweep.to, 2.1);
   EXPECT_FALSE(rig.read_lux);
   EXPECT_THAT(message_of<InputError>([&] { load_rig(file, "finer"); }),
               HasSubstr("presets: found no 'finer', expected one of: fine"));
@@ -88,21 +88,21 @@ TEST(RigConfig, ShowsAHugeNameOnOneShortLine) {
 TEST(RigConfig, WrittenAsUsedLoadsAgainToTheSame) {
   const TemporaryFolder folder;
   RigConfig rig = load_rig(folder.write("rig.yaml", kSmallRig), "fine");
-  rig.scan.dark_frames = 3;
+  rig.scan.capture.dark_frames = 3;
   rig.scan.safety.beam.waived = {"mono", "left"};
-  rig.scan.sweep_velocity = 1.0 / 7;
-  rig.scan.feed_forward_lead = 1.0 / 70;
-  rig.scan.dead_zone << 0.01, 0.02, 1.0 / 30, 0.04, 0;
+  rig.scan.sweep.velocity = 1.0 / 7;
+  rig.scan.control.feed_forward_lead = 1.0 / 70;
+  rig.scan.control.dead_zone << 0.01, 0.02, 1.0 / 30, 0.04, 0;
   const std::string text = resolved_rig_yaml(rig, "box.obj");
   const RigConfig again = load_rig(folder.write("session/rig.yaml", text));
   EXPECT_EQ(again.scene, rig.scene);
   EXPECT_EQ(again.object.mesh, folder.path() / "session/box.obj");
-  EXPECT_EQ(again.scan.sweep_velocity, 1.0 / 7);
-  EXPECT_EQ(again.scan.feed_forward_lead, 1.0 / 70);
-  EXPECT_EQ(again.scan.dead_zone, rig.scan.dead_zone);
-  EXPECT_EQ(again.scan.dark_frames, 3);
+  EXPECT_EQ(again.scan.sweep.velocity, 1.0 / 7);
+  EXPECT_EQ(again.scan.control.feed_forward_lead, 1.0 / 70);
+  EXPECT_EQ(again.scan.control.dead_zone, rig.scan.control.dead_zone);
+  EXPECT_EQ(again.scan.capture.dark_frames, 3);
   EXPECT_EQ(again.scan.safety.beam.waived, rig.scan.safety.beam.waived);
-  EXPECT_EQ(again.scan.passes, 3);
+  EXPECT_EQ(again.scan.sweep.passes, 3);
   EXPECT_EQ(again.preset, "fine");
   EXPECT_EQ(again.cameras[0].model.k1, rig.cameras[0].model.k1);
   EXPECT_EQ(again.section("reconstruction")->child("laser").texts("names"), (std::vector<std::string>{"a", "b: c"}));
@@ -193,7 +193,7 @@ TEST(RigConfig, NamesFileLineAndKeyOfBadInput) {
        "scan: safety.beam.waived: found 'mona', expected the name of a camera"},
       {"passes: 1}", "passes: 1.5}", "scan.sweep.passes: found '1.5', expected a whole number"},
       {"dark_frames: 8", "dark_frames: 8\n  laser_pairs: true",
-       "scan.laser_pairs: found true, expected false unless laser.switches_per_frame is true"},
+       "scan.capture.laser_pairs: found true, expected false unless laser.switches_per_frame is true"},
       {"passes: 3,", "passes: 0,", "presets.fine.sweep.passes: found '0'"},
       {"read_lux: false", "red_lux: false", "presets.fine.red_lux: unknown key"},
       {"name: left", "name: mono", "name: found 'mono' for the second time"},
@@ -240,7 +240,7 @@ TEST(RigConfig, TakesFromItsBaseWhatItDoesNotSayItself) {
   const RigConfig rig = load_rig(file, "fine");
   EXPECT_EQ(rig.name, "wired");
   EXPECT_EQ(rig.backend, "devices");
-  EXPECT_EQ(rig.scan.passes, 3);
+  EXPECT_EQ(rig.scan.sweep.passes, 3);
   EXPECT_EQ(rig.scene, folder.path() / "base/scenes/tank.xml");
   EXPECT_EQ(rig.section("devices")->child("arm").text("driver"), "arm5e");
   const auto kept = folder.write("kept/rig.yaml", resolved_rig_yaml(rig, "box.obj"));
@@ -258,7 +258,7 @@ TEST(RigConfig, NamesTheBaseFileForWhatIsWrongThere) {
     FAIL();
   } catch (const InputError& e) {
     EXPECT_THAT(e.what(), testing::HasSubstr("base/rig.yaml:"));
-    EXPECT_THAT(e.what(), testing::HasSubstr("scan.dark_frames: found 'x'"));
+    EXPECT_THAT(e.what(), testing::HasSubstr("scan.capture.dark_frames: found 'x'"));
   }
   folder.write("base/rig.yaml", "base: other.yaml\n");
   EXPECT_THROW(load_rig(file), InputError);

@@ -43,14 +43,14 @@ ScanSettings settings() {
   ScanSettings s;
   s.park << 0, 0.12, 1.2, 0, 0.1;
   s.posture = s.park;
-  s.sweep_from = 1.3;
-  s.sweep_to = 1.5;
-  s.dark_frames = 2;
-  s.laser_warm_up = 0.2;
-  s.settle = 0.1;
-  s.feed_forward_lead = 0;         // the fake arm has no lag
-  s.safety.indicator_delay = 0.1;  // shorter than the way to the sweep
-  s.dead_zone.setZero();
+  s.sweep.from = 1.3;
+  s.sweep.to = 1.5;
+  s.capture.dark_frames = 2;
+  s.capture.laser_warm_up = 0.2;
+  s.move.settle = 0.1;
+  s.control.feed_forward_lead = 0;  // the fake arm has no lag
+  s.safety.indicator_delay = 0.1;   // shorter than the way to the sweep
+  s.control.dead_zone.setZero();
   return s;
 }
 
@@ -130,14 +130,15 @@ TEST(Executive, FollowsThePlanToItsEnd) {
 
 TEST(Executive, NeverAsksForASpeedInTheDeadZone) {
   ScanSettings s = settings();
-  s.dead_zone = ScanSettings().dead_zone;
+  s.control.dead_zone = ScanSettings().control.dead_zone;
   ExecutiveBench bench(s);
   bench.go();
   while (bench.last.state != ExecutiveState::kDone && bench.last.cycle < 20000) {
     bench.cycle();
     for (int j = 0; j < kJoints; ++j) {
       const double speed = std::abs(bench.last.desired[j]);
-      EXPECT_TRUE(speed == 0 || speed >= s.dead_zone[j]) << kJointNames[static_cast<std::size_t>(j)] << " " << speed;
+      EXPECT_TRUE(speed == 0 || speed >= s.control.dead_zone[j])
+          << kJointNames[static_cast<std::size_t>(j)] << " " << speed;
     }
   }
   EXPECT_EQ(bench.last.state, ExecutiveState::kDone);
@@ -163,15 +164,15 @@ TEST(Executive, NeverLightsTheLaserUnarmed) {
 
 TEST(Executive, PairsFramesByLightingEverySecondFramePeriod) {
   ScanSettings s = settings();
-  s.laser_pairs = s.laser_switches_per_frame = true;
-  s.laser_warm_up = 0;
+  s.capture.laser_pairs = s.capture.laser_switches_per_frame = true;
+  s.capture.laser_warm_up = 0;
   ExecutiveBench bench(s);
   bench.go();
   std::set<bool> seen;
   while (bench.last.state != ExecutiveState::kDone && bench.last.cycle < 20000) {
     bench.cycle();
     if (bench.plan.segments()[bench.last.segment].phase != Phase::kSweep) continue;
-    const auto frame = static_cast<std::int64_t>(std::floor(bench.last.plan_time / s.frame_period + 0.5));
+    const auto frame = static_cast<std::int64_t>(std::floor(bench.last.plan_time / s.capture.frame_period + 0.5));
     EXPECT_EQ(bench.laser.on(), frame % 2 == 0);
     seen.insert(bench.laser.on());
   }
@@ -228,7 +229,7 @@ TEST(Executive, FaultsWhenAJointIsNotWhereItShouldBe) {
   bench.expect_safe(Fault::kFollowingError);
   ASSERT_TRUE(bench.last.violation);
   EXPECT_EQ(bench.last.violation->joint, kElbow);
-  EXPECT_NEAR(cycles * 0.005 * bench.s.sweep_velocity, bench.s.following_error_limit, 1.6e-3);
+  EXPECT_NEAR(cycles * 0.005 * bench.s.sweep.velocity, bench.s.control.following_error_limit, 1.6e-3);
 }
 
 TEST(Executive, FaultsWhenTheLaserFails) {
@@ -288,9 +289,9 @@ TEST(Executive, FaultsWhenTheLaserStaysDarkBeyondItsWarmUp) {
 TEST(Executive, FindsAStuckAndADeadLaserAlsoWhereItSwitchesWithEveryFrame) {
   for (const bool dead : {false, true}) {
     ScanSettings s = settings();
-    s.laser_pairs = s.laser_switches_per_frame = true;
-    s.laser_warm_up = 0;
-    s.sweep_to = 1.6;
+    s.capture.laser_pairs = s.capture.laser_switches_per_frame = true;
+    s.capture.laser_warm_up = 0;
+    s.sweep.to = 1.6;
     ExecutiveBench bench(s);
     bench.go();
     while (!(bench.laser.on() && bench.plan.segments()[bench.last.segment].phase == Phase::kSweep)) bench.cycle();

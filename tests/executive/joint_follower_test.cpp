@@ -67,11 +67,11 @@ using Play = std::array<double, kJoints>;
 /// A scan there and back of an arm with habits, whose play the rig file has as `known_play`.
 Trueness sweep(double velocity, const sim::MockArmParameters& arm, const Play& known_play) {
   MockRig rig;
-  rig.s.sweep_velocity = velocity;
-  rig.s.sweep_from = 1.0;
-  rig.s.sweep_to = 2.04;  // room for the ramps and the lead-in
-  rig.s.passes = 2;
-  rig.s.following_error_limit = 0.03;
+  rig.s.sweep.velocity = velocity;
+  rig.s.sweep.from = 1.0;
+  rig.s.sweep.to = 2.04;  // room for the ramps and the lead-in
+  rig.s.sweep.passes = 2;
+  rig.s.control.following_error_limit = 0.03;
   rig.mock.arm = arm;
   rig.power_on();
   BacklashArm links(*rig.arm, rig.model, known_play);
@@ -133,14 +133,14 @@ struct Loop {
       state.q = q;
       state.stamp = Stamp{} + from_seconds(1 + t);
       q += 0.01 * gain * sut.step(plan, t + seconds(late), late, state);
-      if (t > half && plan.at(t).velocity[kElbow] == s.move_velocity)
+      if (t > half && plan.at(t).velocity[kElbow] == s.move.velocity)
         worst = std::max(worst, std::abs(plan.at(t).q[kElbow] - state.q[kElbow]));
     }
   }
   static ScanSettings settings() {
     ScanSettings s;
-    s.feed_forward_lead = 0;
-    s.settle = 0;
+    s.control.feed_forward_lead = 0;
+    s.move.settle = 0;
     return s;
   }
   static JointVector from() { return (JointVector() << 0, 0.3, 0.5, 0, 0.1).finished(); }
@@ -177,7 +177,7 @@ TEST(JointFollower, NeverDrivesAJointAgainstItsWayNorSlowerThanItsDeadZone) {
       state.q = plan.at(t).q;
       state.q[kElbow] -= error;
       const double speed = sut.step(plan, t, Duration{}, state)[kElbow];
-      EXPECT_TRUE(speed == 0 || speed >= s.dead_zone[kElbow]) << speed;
+      EXPECT_TRUE(speed == 0 || speed >= s.control.dead_zone[kElbow]) << speed;
     }
 }
 

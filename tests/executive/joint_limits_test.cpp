@@ -66,9 +66,9 @@ TEST(JointLimits, AJointDrivenOnTowardsALimitThatItsPlanKeepsAwayFromStopsTheSca
   const auto near_its_stop = [](JointState& s) { s.q[kElbow] = 2.11; };
   EXPECT_THAT(status_with(near_its_stop,
                           [](ScanSettings& s) {
-                            s.following_error_limit = 1;
+                            s.control.following_error_limit = 1;
                             s.limits.velocity = 100;
-                            s.position_gain = 0;
+                            s.control.position_gain = 0;
                           }),
               HasSubstr("joint limit: elbow driven on at 2.1100 rad, refused beyond 2.1029"));
 }

@@ -70,7 +70,7 @@ TEST(MotionCheck, AcceptsASweepWithRoomAroundItAndSaysHowMuch) {
 
 TEST(MotionCheck, RefusesAnAngleOutsideItsLimitByJointValueAndPlace) {
   ScanSettings s = bent_elbow_scan();
-  s.sweep_to = 2.15;
+  s.sweep.to = 2.15;
   expect_refused(s, tank(), {"elbow", "2.1529", "sweep pass 0"});
   s = bent_elbow_scan();
   s.posture[kSlew] = 0.7;
@@ -83,10 +83,10 @@ TEST(MotionCheck, KeepsAMarginFromTheLimitsIfAsked) {
 
 TEST(MotionCheck, RefusesWhatTheActuatorCannotDo) {
   ScanSettings s = bent_elbow_scan();
-  s.move_velocity = 0.9;
-  s.move_acceleration = 5;
+  s.move.velocity = 0.9;
+  s.move.acceleration = 5;
   expect_refused(s, tank(), {"ticks/s"});
-  s.move_velocity = 1.5;
+  s.move.velocity = 1.5;
   s.park[kElbow] = 0;
   expect_refused(s, tank(), {"rad/s"});
 }
@@ -127,10 +127,10 @@ TEST(MotionCheck, LooksAtTheProjectorAndTheToolToo) {
 
 TEST(MotionCheck, MissesNoObstacleOfAFewMillimetresOnAFastPath) {
   ScanSettings s = bent_elbow_scan();
-  s.sweep_from = 1.3;
-  s.sweep_to = 1.6;
-  s.sweep_velocity = 0.5;
-  s.sweep_acceleration = 2;
+  s.sweep.from = 1.3;
+  s.sweep.to = 1.6;
+  s.sweep.velocity = 0.5;
+  s.sweep.acceleration = 2;
   MotionLimits limits = kNoMargin;
   limits.max_ticks_per_s = 1e6;
   Obstacles o = tank();
@@ -153,7 +153,7 @@ TEST(MotionCheck, MissesNoObstacleOfAFewMillimetresOnAFastPath) {
 TEST(MotionCheck, ReportsTheClearanceThatGeometryGives) {
   ScanSettings s = bent_elbow_scan();
   s.park = s.posture;  // the elbow only
-  s.park[kElbow] = s.sweep_from;
+  s.park[kElbow] = s.sweep.from;
   const Obstacles o = tank();
   const ScanPlan plan = make_scan_plan(s, s.park);
   const MotionCheck sut = check_motion(plan, arm5e(), o, kNoMargin);

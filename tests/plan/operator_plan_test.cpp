@@ -32,8 +32,8 @@ struct HandRig : MockRig {
 
 TEST(MovePlan, GoesStraightWithinVelocityAccelerationAndJerkAndWithoutLight) {
   ScanSettings s;
-  s.move_velocity = 0.2;
-  s.move_acceleration = 0.4;
+  s.move.velocity = 0.2;
+  s.move.acceleration = 0.4;
   const JointVector from = s.park;
   JointVector to = from;
   to << 0.3, 0.5, 1.0, -0.7, 0.2;
@@ -41,18 +41,18 @@ TEST(MovePlan, GoesStraightWithinVelocityAccelerationAndJerkAndWithoutLight) {
   EXPECT_FALSE(sut.uses_laser());
   EXPECT_EQ(sut.at(0).q, from);
   EXPECT_TRUE(sut.at(sut.duration()).q.isApprox(to));
-  EXPECT_NEAR(sut.duration(), 1.0 / 0.2 + 0.2 / 0.4 + 0.4 / s.move_jerk + s.settle, 1e-9);
+  EXPECT_NEAR(sut.duration(), 1.0 / 0.2 + 0.2 / 0.4 + 0.4 / s.move.jerk + s.move.settle, 1e-9);
   for (double t = 0; t < sut.duration(); t += 0.01) {
     EXPECT_LE(sut.at(t).velocity.cwiseAbs().maxCoeff(), 0.2 + 1e-9);
     EXPECT_LE(sut.at(t).acceleration.cwiseAbs().maxCoeff(), 0.4 + 1e-9);
     EXPECT_LE((sut.at(t + 0.01).acceleration - sut.at(t).acceleration).cwiseAbs().maxCoeff(),
-              0.01 * s.move_jerk + 1e-9);
+              0.01 * s.move.jerk + 1e-9);
   }
 }
 
 TEST(MovePlan, RefusesAVelocityThatIsNotPositive) {
   ScanSettings s;
-  s.move_velocity = 0;
+  s.move.velocity = 0;
   EXPECT_THROW(make_move_plan(s, s.park, s.park, "move"), InputError);
 }
 
@@ -60,7 +60,7 @@ TEST(MovePlan, AJointAtItsStopMayStartFromThereButGoNoFurther) {
   const ArmModel arm = arm5e();
   const auto refused = [&](double from, double to, double margin) {
     ScanSettings s;
-    s.move_velocity = 0.05;
+    s.move.velocity = 0.05;
     JointVector now = JointVector::Zero();
     now << 0, 0.3, 1.0, 0, from;
     JointVector then = now;
@@ -126,7 +126,7 @@ TEST(MoveByHand, ALaserThatIsOnIsAFault) {
 
 TEST(LitHold, RecordsDarkFramesThenLitOnesAndTheArmStaysWhereItIs) {
   HandRig rig;
-  rig.s.laser_warm_up = 1.0;
+  rig.s.capture.laser_warm_up = 1.0;
   const ScanPlan plan = make_lit_hold_plan(rig.s, rig.s.park, 2.0);
   EXPECT_TRUE(plan.uses_laser());
   const ScanResult result = rig.run(plan, {{rig.cameras[0].get(), RecordWhen::kAll}});

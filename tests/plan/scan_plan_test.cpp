@@ -21,8 +21,9 @@ std::vector<double> elbow_grid(const ScanPlan& plan, const ScanSettings& s, int 
   std::vector<double> grid;
   for (const Segment& segment : plan.segments()) {
     if (segment.phase != Phase::kSweep || segment.pass != pass) continue;
-    for (int n = 0; n * s.frame_period < segment.record_end; ++n)
-      if (n * s.frame_period > segment.record_begin) grid.push_back(plan.at(n * s.frame_period).q[kElbow]);
+    for (int n = 0; n * s.capture.frame_period < segment.record_end; ++n)
+      if (n * s.capture.frame_period > segment.record_begin)
+        grid.push_back(plan.at(n * s.capture.frame_period).q[kElbow]);
   }
   return grid;
 }
@@ -43,7 +44,7 @@ TEST(ScanPlan, GoesFromWhereTheArmIsThroughDarkBlocksAndSweepToPark) {
 
 TEST(ScanPlan, HasNoJumpInPositionAndKnowsItsDuration) {
   ScanSettings s = bent_elbow_scan();
-  s.passes = 3;
+  s.sweep.passes = 3;
   const ScanPlan sut = make_scan_plan(s, s.park);
   double sum = 0;
   for (const Segment& segment : sut.segments()) {
@@ -60,16 +61,16 @@ TEST(ScanPlan, SweepsAtConstantVelocityWhereItRecords) {
   const ScanPlan sut = make_scan_plan(s, s.park);
   for (const Segment& segment : sut.segments()) {
     if (segment.phase != Phase::kSweep) continue;
-    EXPECT_NEAR(sut.at(segment.record_begin).q[kElbow], s.sweep_from, 1e-12);
-    EXPECT_NEAR(sut.at(segment.record_end).q[kElbow], s.sweep_to, 1e-12);
+    EXPECT_NEAR(sut.at(segment.record_begin).q[kElbow], s.sweep.from, 1e-12);
+    EXPECT_NEAR(sut.at(segment.record_end).q[kElbow], s.sweep.to, 1e-12);
     for (double t = segment.record_begin; t <= segment.record_end; t += 0.01)
-      EXPECT_NEAR(sut.at(t).velocity[kElbow], s.sweep_velocity, 1e-12);
+      EXPECT_NEAR(sut.at(t).velocity[kElbow], s.sweep.velocity, 1e-12);
   }
 }
 
 TEST(ScanPlan, AsksForTheLaserOnlyFromWarmUpToTheEndOfTheLastPass) {
   ScanSettings s = bent_elbow_scan();
-  s.passes = 2;
+  s.sweep.passes = 2;
   const ScanPlan sut = make_scan_plan(s, s.park);
   bool lit = false, was_lit = false;
   for (const Segment& segment : sut.segments()) {
@@ -90,15 +91,15 @@ class Interleaving : public testing::TestWithParam<bool> {};
 
 TEST_P(Interleaving, PutsTheLinesOfEveryPassBetweenThoseOfTheOthers) {
   ScanSettings s = bent_elbow_scan();
-  s.passes = 4;
-  s.there_and_back = GetParam();
+  s.sweep.passes = 4;
+  s.sweep.there_and_back = GetParam();
   const ScanPlan sut = make_scan_plan(s, s.park);
-  const double step = s.sweep_velocity * s.frame_period;
-  for (int pass = 0; pass < s.passes; ++pass) {
+  const double step = s.sweep.velocity * s.capture.frame_period;
+  for (int pass = 0; pass < s.sweep.passes; ++pass) {
     const auto grid = elbow_grid(sut, s, pass);
-    EXPECT_NEAR(static_cast<double>(grid.size()), (s.sweep_to - s.sweep_from) / step, 1.5);
+    EXPECT_NEAR(static_cast<double>(grid.size()), (s.sweep.to - s.sweep.from) / step, 1.5);
     for (double elbow : grid) {
-      const double lines = (elbow - s.sweep_from) / step - static_cast<double>(pass) / s.passes;
+      const double lines = (elbow - s.sweep.from) / step - static_cast<double>(pass) / s.sweep.passes;
       EXPECT_NEAR(lines, std::round(lines), 1e-6) << "pass " << pass;
     }
   }
@@ -108,9 +109,9 @@ INSTANTIATE_TEST_SUITE_P(BothWays, Interleaving, testing::Bool());
 TEST(ScanPlan, CountsTheFramesToCome) {
   const ScanSettings s = bent_elbow_scan();
   const ScanPlan sut = make_scan_plan(s, s.park);
-  EXPECT_EQ(sut.expected_frames(RecordWhen::kDark, 0.04, s.dark_frames), 20);
-  EXPECT_NEAR(sut.expected_frames(RecordWhen::kSweep, 0.04, s.dark_frames), 200, 1);
-  EXPECT_NEAR(sut.expected_frames(RecordWhen::kAll, 0.04, s.dark_frames), 220, 1);
+  EXPECT_EQ(sut.expected_frames(RecordWhen::kDark, 0.04, s.capture.dark_frames), 20);
+  EXPECT_NEAR(sut.expected_frames(RecordWhen::kSweep, 0.04, s.capture.dark_frames), 200, 1);
+  EXPECT_NEAR(sut.expected_frames(RecordWhen::kAll, 0.04, s.capture.dark_frames), 220, 1);
 }
 
 void expect_refused(const ScanSettings& s, const std::string& word) {
@@ -124,27 +125,27 @@ void expect_refused(const ScanSettings& s, const std::string& word) {
 
 TEST(ScanPlan, RefusesSettingsThatMakeNoScan) {
   ScanSettings s = bent_elbow_scan();
-  s.sweep_velocity = 0;
+  s.sweep.velocity = 0;
   expect_refused(s, "sweep_velocity");
   s = bent_elbow_scan();
-  s.sweep_to = s.sweep_from;
+  s.sweep.to = s.sweep.from;
   expect_refused(s, "sweep_to");
   s = bent_elbow_scan();
-  s.passes = 0;
+  s.sweep.passes = 0;
   expect_refused(s, "passes");
   s = bent_elbow_scan();
-  s.frame_period = std::nan("");
+  s.capture.frame_period = std::nan("");
   expect_refused(s, "frame_period");
 }
 
 TEST(ScanPlan, PairsFramesOnlyWithALaserThatSwitchesFasterThanAFrame) {
   ScanSettings s = bent_elbow_scan();
-  s.laser_pairs = true;
-  s.laser_warm_up = 0;
+  s.capture.laser_pairs = true;
+  s.capture.laser_warm_up = 0;
   expect_refused(s, "laser_pairs");
-  s.laser_switches_per_frame = true;
+  s.capture.laser_switches_per_frame = true;
   EXPECT_NO_THROW(make_scan_plan(s, s.park));
-  s.laser_warm_up = 1;
+  s.capture.laser_warm_up = 1;
   expect_refused(s, "laser_warm_up");
 }
 

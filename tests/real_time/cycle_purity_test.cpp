@@ -70,14 +70,14 @@ class WatchedArm final : public Arm {
 ScanSettings short_scan(const JointVector& park) {
   ScanSettings s;
   s.park = s.posture = park;
-  s.sweep_from = park[kElbow] + 0.1;
-  s.sweep_to = park[kElbow] + 0.2;
-  s.move_velocity = s.sweep_velocity = 0.2;
-  s.dark_frames = 2;
-  s.settle = 0.1;
-  s.laser_warm_up = 0.1;
-  s.feedback_timeout = s.heartbeat_timeout = 5;
-  s.following_error_limit = 1;  // where the disk is busy, the kernel hands over what a line brought much later
+  s.sweep.from = park[kElbow] + 0.1;
+  s.sweep.to = park[kElbow] + 0.2;
+  s.move.velocity = s.sweep.velocity = 0.2;
+  s.capture.dark_frames = 2;
+  s.move.settle = 0.1;
+  s.capture.laser_warm_up = 0.1;
+  s.control.feedback_timeout = s.control.heartbeat_timeout = 5;
+  s.control.following_error_limit = 1;  // where the disk is busy, the kernel hands over what a line brought much later
   s.limits.velocity = s.limits.ticks_per_s = 1e6;
   s.safety.laser_off_allowance = s.safety.laser_on_margin = 5;
   s.real_time.overruns = 0;
@@ -362,7 +362,7 @@ class CycleWatchSees : public PureCycle {
     FakeLaser laser(log);
     BadArm arm(std::move(misdeed));
     ScanSettings s;
-    s.feedback_timeout = 1e9;  // the fake arm's clock stands still
+    s.control.feedback_timeout = 1e9;  // the fake arm's clock stands still
     s.park = (JointVector() << 0, 0.12, 1.2, 0, 0.1).finished();
     s.posture = s.park;
     WatchedCycle sut(s, arm, laser);

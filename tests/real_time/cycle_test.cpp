@@ -98,7 +98,7 @@ struct Bench {
     ScanSettings s;
     s.park << 0, 0.12, 1.2, 0, 0.1;
     s.posture = s.park;
-    s.feedback_timeout = 1e9;  // the fake arm's clock stands still
+    s.control.feedback_timeout = 1e9;  // the fake arm's clock stands still
     s.real_time.overruns = overruns;
     s.real_time.window = 60;
     s.real_time.lock_memory = false;

@@ -145,8 +145,8 @@ struct Rig {
     ScanSettings s;
     s.park << 0, 0.12, 1.25, 0, 0.1;
     s.posture = s.park;
-    s.sweep_from = 1.3;
-    s.sweep_to = 1.5;
+    s.sweep.from = 1.3;
+    s.sweep.to = 1.5;
     return s;
   }
   Rig() : s(settings()), arm(arm5e(), mock.arm, s.park, clock), real(mock.laser_warm_up, clock) {
@@ -211,7 +211,7 @@ TEST(BeamWatch, FindsADeadProjectorThatReadsBackOnWithinItsFrames) {
   Stamp told;
   for (const auto& e : rig.sink.events)
     if (e.kind == "fault" && told.ns == 0) told = e.when;
-  EXPECT_LE(seconds(told - died), (rig.s.safety.beam.frames + 2) * rig.s.frame_period);
+  EXPECT_LE(seconds(told - died), (rig.s.safety.beam.frames + 2) * rig.s.capture.frame_period);
 }
 
 TEST(BeamWatch, DoesNotMissAStripeThatIsOutOfView) {
@@ -244,12 +244,12 @@ std::string refusal(const std::function<void(Rig&)>& change) {
 TEST(BeamWatch, RefusesAScanWithACameraThatNeverSeesTheDarkAndNamesTheCure) {
   const std::string begin = "camera mono: the beam check does not work: the camera never sees the dark (",
                     end = "); or go without its word: scan: safety: beam: waived: [mono]";
-  EXPECT_EQ(refusal([](Rig& rig) { rig.s.dark_frames = 0; }),
+  EXPECT_EQ(refusal([](Rig& rig) { rig.s.capture.dark_frames = 0; }),
             begin + "scan: dark_frames: found 0, expected 1 or more" + end);
   EXPECT_EQ(refusal([](Rig& rig) { rig.record = RecordWhen::kSweep; }),
             begin + "record: found sweep, expected all" + end);
   EXPECT_EQ(refusal([](Rig& rig) {
-              rig.s.dark_frames = 0;
+              rig.s.capture.dark_frames = 0;
               rig.s.safety.beam.verify = false;
             }),
             "");
@@ -257,7 +257,7 @@ TEST(BeamWatch, RefusesAScanWithACameraThatNeverSeesTheDarkAndNamesTheCure) {
 
 TEST(BeamWatch, GoesWithoutACameraThatIsWaivedByNameAndSaysSo) {
   Rig rig;
-  rig.s.dark_frames = 0;
+  rig.s.capture.dark_frames = 0;
   rig.s.safety.beam.waived = {"mono"};
   rig.in_the_sweep = [&] { rig.real.faults.dead = true; };
   const ScanResult result = rig.run();
@@ -267,7 +267,7 @@ TEST(BeamWatch, GoesWithoutACameraThatIsWaivedByNameAndSaysSo) {
 
 TEST(BeamWatch, LearnsTheDarkFromAsFewPicturesAsTheScanTakes) {
   Rig rig;
-  rig.s.dark_frames = 5;
+  rig.s.capture.dark_frames = 5;
   rig.s.safety.beam.dark_frames = 100;
   rig.in_the_sweep = [&] { rig.real.faults.stuck_on = true; };
   const ScanResult result = rig.run();
@@ -316,7 +316,7 @@ TEST(BeamWatch, SaysNothingWrongOnTheSimulatedRigs) {
       if (camera.record == RecordWhen::kDark) continue;
       for (int i = 0; i <= 3; ++i) {
         JointVector q = rig.scan.posture;
-        q[kElbow] = rig.scan.sweep_from + (rig.scan.sweep_to - rig.scan.sweep_from) * i / 3.0;
+        q[kElbow] = rig.scan.sweep.from + (rig.scan.sweep.to - rig.scan.sweep.from) * i / 3.0;
         most_dark = std::max(most_dark, look_for_stripe(seen(camera.name, q, 0), dark.mean())->triples);
         if (!view.expects_stripe(q)) continue;
         ++expected;

@@ -49,13 +49,13 @@ ScanSettings settings() {
   ScanSettings s;
   s.park << 0, 0.12, 1.2, 0, 0.1;
   s.posture = s.park;
-  s.sweep_from = 1.3;
-  s.sweep_to = 1.5;
-  s.dark_frames = 2;
-  s.laser_warm_up = 0.2;
-  s.settle = 0.1;
-  s.feed_forward_lead = 0;  // the fake arm has no lag
-  s.dead_zone.setZero();
+  s.sweep.from = 1.3;
+  s.sweep.to = 1.5;
+  s.capture.dark_frames = 2;
+  s.capture.laser_warm_up = 0.2;
+  s.move.settle = 0.1;
+  s.control.feed_forward_lead = 0;  // the fake arm has no lag
+  s.control.dead_zone.setZero();
   return s;
 }
 
@@ -202,7 +202,7 @@ TEST(FaultReaction, KnowsEveryFaultThereIs) {
 
 /// The refused set-point itself, for one.
 TEST(FaultReaction, WritesNothingInTheCycleInWhichASetPointIsRefused) {
-  const double to_the_limit = settings().limits.angles[kElbow].upper - settings().sweep_from;
+  const double to_the_limit = settings().limits.angles[kElbow].upper - settings().sweep.from;
   const struct {
     JointViolation::Limit kind;
     double turned, step, gain;
@@ -214,9 +214,9 @@ TEST(FaultReaction, WritesNothingInTheCycleInWhichASetPointIsRefused) {
     s.limits.set_point_step = c.step;
     s.limits.refusal_margin = 0.05;
     s.limits.velocity = 1e3;
-    s.position_gain = c.gain;
-    s.learning_rate = 0;
-    s.following_error_limit = 10;
+    s.control.position_gain = c.gain;
+    s.control.learning_rate = 0;
+    s.control.following_error_limit = 10;
     ReactionBench bench(std::nullopt, s);
     ASSERT_TRUE(bench.go_sweeping());
     bench.arm.turned = c.turned * JointVector::Unit(kElbow);
@@ -293,7 +293,7 @@ TEST(Recovery, GoesOnFromTheMeasuredPostureAfterEveryFaultThatIsOver) {
     });
     EXPECT_EQ(bench.last.state, ExecutiveState::kDone) << to_string(bench.last.fault);
     EXPECT_TRUE(lit);
-    EXPECT_LT(longest_step, 0.005 * 1.5 * bench.s.move_velocity) << "the arm jumped";
+    EXPECT_LT(longest_step, 0.005 * 1.5 * bench.s.move.velocity) << "the arm jumped";
   }
 }
 

@@ -96,14 +96,14 @@ struct HungRig : testing_support::MockRigUnder<MonotonicClock> {
 
   HungRig() {
     s.park << 0, 0.12, 1.3, 0, 0.1;
-    s.sweep_from = 1.35;
-    s.sweep_to = 1.65;
-    s.dark_frames = 2;
-    s.settle = 0.1;
-    s.laser_warm_up = 0.2;
-    s.heartbeat_timeout = 1.5;
-    s.feedback_timeout = 30;
-    s.following_error_limit = 0.5;
+    s.sweep.from = 1.35;
+    s.sweep.to = 1.65;
+    s.capture.dark_frames = 2;
+    s.move.settle = 0.1;
+    s.capture.laser_warm_up = 0.2;
+    s.control.heartbeat_timeout = 1.5;
+    s.control.feedback_timeout = 30;
+    s.control.following_error_limit = 0.5;
     s.safety.rest_timeout = 1;
     s.real_time.required = false;
     s.real_time.overruns = 0;

@@ -18,15 +18,15 @@ using namespace std::chrono_literals;
 struct ShortRig : testing_support::MockRigUnder<MonotonicClock> {
   ShortRig() {
     s.park << 0, 0.12, 1.3, 0, 0.1;
-    s.sweep_from = 1.35;
-    s.sweep_to = 1.45;
-    s.dark_frames = 2;
-    s.settle = 0.1;
-    s.laser_warm_up = 0.2;
+    s.sweep.from = 1.35;
+    s.sweep.to = 1.45;
+    s.capture.dark_frames = 2;
+    s.move.settle = 0.1;
+    s.capture.laser_warm_up = 0.2;
     s.real_time.required = false;
     s.real_time.overruns = 0;
-    s.following_error_limit = 0.5;  // how late a busy machine's cycles are is not what is tested here
-    s.feedback_timeout = 5;
+    s.control.following_error_limit = 0.5;  // how late a busy machine's cycles are is not what is tested here
+    s.control.feedback_timeout = 5;
     mock.laser_warm_up = 200ms;
     mock.arm.watchdog = 10s;
   }
@@ -34,7 +34,7 @@ struct ShortRig : testing_support::MockRigUnder<MonotonicClock> {
 
 TEST(RealTimeScan, RecordsTheSweepAndEndsSafe) {
   ShortRig rig;
-  rig.s.heartbeat_timeout = 5;
+  rig.s.control.heartbeat_timeout = 5;
   testing_support::MachineWitness witness;
   const ScanResult result = rig.run();
   EXPECT_EQ(result.status, "complete");
@@ -69,7 +69,7 @@ TEST(RealTimeScan, TellsWhatTheSystemDoesNotGrantWhereItGoesWithoutIt) {
 
 TEST(RealTimeScan, LightsTheSweepOfACameraThatIsSlowToStart) {
   ShortRig rig;
-  rig.s.heartbeat_timeout = 5;
+  rig.s.control.heartbeat_timeout = 5;
   rig.power_on();
   rig.plan = std::make_unique<ScanPlan>(make_scan_plan(rig.s, read_posture(*rig.arm, rig.clock, 1s)));
   testing_support::SlowCamera mono(*rig.cameras[0], rig.clock, 100ms);
@@ -84,7 +84,7 @@ TEST(RealTimeScan, LightsTheSweepOfACameraThatIsSlowToStart) {
 
 TEST(RealTimeScan, DropsTheBeamWhileItsSupervisorHangs) {
   ShortRig rig;
-  rig.s.heartbeat_timeout = 1;
+  rig.s.control.heartbeat_timeout = 1;
   bool dropped_meanwhile = false;
   rig.sink.on_frame = [&](const FrameRecord& frame) {
     if (frame.phase != Phase::kSweep || dropped_meanwhile) return;
@@ -102,7 +102,7 @@ TEST(RealTimeScan, DropsTheBeamWhileItsSupervisorHangs) {
 
 TEST(RealTimeScan, EndsSafeWhenItsSinkThrows) {
   ShortRig rig;
-  rig.s.heartbeat_timeout = 5;
+  rig.s.control.heartbeat_timeout = 5;
   rig.sink.throw_at = 4;
   EXPECT_THROW(rig.run(), std::runtime_error);
   EXPECT_TRUE(rig.left.safe());

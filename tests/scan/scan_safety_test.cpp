@@ -113,7 +113,7 @@ TEST(ScanSafety, SaysThatTheArmMayBeMovingWhenItRunsAway) {
 
 TEST(ScanSafety, IsNotCompleteWhereTheArmDoesNotRestAfterThePlan) {
   MockRig rig;
-  rig.s.following_error_limit = 10;
+  rig.s.control.following_error_limit = 10;
   rig.progress = [&](const ScanProgress& p) {
     if (p.segment == "move to park") rig.arm->faults.runs_away = true;
   };
@@ -248,7 +248,7 @@ TEST(ScanSafety, NamesTheCameraThatHoldsTheSupervisorUp) {
 
 TEST(ScanSafety, GoesOnWhereCamerasTogetherTakeLongToStartOrToStopAndNoneOfThemAlone) {
   MockRig rig;
-  ASSERT_EQ(rig.s.heartbeat_timeout, 0.25);
+  ASSERT_EQ(rig.s.control.heartbeat_timeout, 0.25);
   rig.power_on();
   rig.plan = std::make_unique<ScanPlan>(make_scan_plan(rig.s, read_posture(*rig.arm, rig.clock, 1s)));
   const auto black = [](const std::string&, const sim::Exposure&) { return cv::Mat(2, 2, CV_8UC1, cv::Scalar(0)); };
@@ -269,7 +269,7 @@ TEST(ScanSafety, GoesOnWhereCamerasTogetherTakeLongToStartOrToStopAndNoneOfThemA
 
 TEST(ScanSafety, BlamesNoCameraForWhatItDidInAnEarlierRound) {
   MockRig rig;
-  rig.s.heartbeat_timeout = 0.35;
+  rig.s.control.heartbeat_timeout = 0.35;
   bool held_up = false;
   rig.sink.on_frame = [&](const FrameRecord& frame) {
     if (frame.phase == Phase::kSweep && !std::exchange(held_up, true)) rig.clock.sleep_until(rig.clock.now() + 500ms);
@@ -395,7 +395,7 @@ TEST(ScanSafety, TakesARoundThatIsHeldUpForALateHeartbeat) {
   for (const Duration held : {200ms, 300ms}) {
     MockRig rig;
     rig.mock.arm.watchdog = 1s;
-    rig.s.feedback_timeout = 1;
+    rig.s.control.feedback_timeout = 1;
     bool once = true;
     rig.sink.on_frame = [&](const FrameRecord& f) {
       if (f.phase == Phase::kSweep && f.index > 30 && std::exchange(once, false))

@@ -68,7 +68,7 @@ TEST(Scan, LightsTheLaserInSweepFramesOnlyAndTagsThemTruly) {
 TEST(Scan, MovesTheElbowWithinOnePercentOfItsVelocityOverAnySecondOfTheSweep) {
   for (const double velocity : {0.1, 0.08, 0.065}) {
     Bench bench;
-    bench.s.sweep_velocity = velocity;
+    bench.s.sweep.velocity = velocity;
     bench.run();
     const auto frames = bench.sink.of("mono", Phase::kSweep);
     ASSERT_GT(frames.size(), 100u);
@@ -109,14 +109,14 @@ TEST(Scan, IsWrongByVelocityTimesLatencyWhereTheLatencyIsNotKnown) {
 TEST(Scan, InterleavesThePassesOnTheCamerasOwnGrid) {
   for (const bool there_and_back : {true, false}) {
     Bench bench;
-    bench.s.passes = 2;
-    bench.s.there_and_back = there_and_back;
+    bench.s.sweep.passes = 2;
+    bench.s.sweep.there_and_back = there_and_back;
     bench.run();
-    const double step = bench.s.sweep_velocity * bench.s.frame_period;
+    const double step = bench.s.sweep.velocity * bench.s.capture.frame_period;
     double sum[2] = {0, 0};
     int count[2] = {0, 0};
     for (const FrameRecord& f : bench.sink.of("mono", Phase::kSweep)) {
-      const double lines = ((*f.q)[kElbow] - bench.s.sweep_from) / step - 0.5 * f.pass;
+      const double lines = ((*f.q)[kElbow] - bench.s.sweep.from) / step - 0.5 * f.pass;
       sum[f.pass] += lines - std::round(lines);
       EXPECT_LT(std::abs(lines - std::round(lines)), 0.25) << "pass " << f.pass << " elbow " << (*f.q)[kElbow];
       ++count[f.pass];
@@ -205,8 +205,8 @@ TEST(Scan, RefusesALaserThatWarmsUpLongerThanThePlanWaits) {
 
 TEST(Scan, PairsLitAndDarkFramesWithALaserThatSwitchesPerFrame) {
   Bench bench;
-  bench.s.laser_pairs = bench.s.laser_switches_per_frame = true;
-  bench.s.laser_warm_up = 0;
+  bench.s.capture.laser_pairs = bench.s.capture.laser_switches_per_frame = true;
+  bench.s.capture.laser_warm_up = 0;
   bench.mock.laser_warm_up = 0s;
   const ScanResult result = bench.run();
   EXPECT_EQ(result.counts.count("mono.laser_switching"), 0u);
@@ -220,8 +220,8 @@ TEST(Scan, PairsLitAndDarkFramesWithALaserThatSwitchesPerFrame) {
 
 TEST(Scan, UsesNoFrameInWhichTheLaserSwitched) {
   Bench bench;
-  bench.s.laser_pairs = bench.s.laser_switches_per_frame = true;
-  bench.s.laser_warm_up = 0;
+  bench.s.capture.laser_pairs = bench.s.capture.laser_switches_per_frame = true;
+  bench.s.capture.laser_warm_up = 0;
   bench.mock.laser_warm_up = 0s;
   bench.mock.camera.exposure = 38ms;
   const ScanResult result = bench.run();
@@ -256,12 +256,12 @@ TEST(Scan, WorksUnderTheRealClockToo) {
   ScanSettings s;
   s.park << 0, 0.12, 1.0, 0, 0.1;
   s.posture = s.park;
-  s.sweep_from = 1.045;
-  s.sweep_to = 1.065;
-  s.dark_frames = 1;
-  s.settle = s.laser_warm_up = 0.05;
-  s.heartbeat_timeout = s.feedback_timeout = 5;  // the machine may be busy
-  s.following_error_limit = 1;
+  s.sweep.from = 1.045;
+  s.sweep.to = 1.065;
+  s.capture.dark_frames = 1;
+  s.move.settle = s.capture.laser_warm_up = 0.05;
+  s.control.heartbeat_timeout = s.control.feedback_timeout = 5;  // the machine may be busy
+  s.control.following_error_limit = 1;
   s.real_time.overruns = 0;
   MockArm arm(arm5e(), {}, s.park, clock);
   MockLaser laser(50ms, clock);

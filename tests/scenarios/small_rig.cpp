@@ -23,9 +23,9 @@ ScanSettings small_scan() {
   ScanSettings s;
   s.park << 0, 0.3, 1.0, 0, 0.1;
   s.posture << 0, 0.12, 0, 0, 0.1;
-  s.sweep_from = 1.3;
-  s.sweep_to = 1.6;
-  s.dark_frames = 5;
+  s.sweep.from = 1.3;
+  s.sweep.to = 1.6;
+  s.capture.dark_frames = 5;
   s.cycle_hz = 1 / kCyclePeriod;
   return s;
 }
@@ -50,7 +50,7 @@ struct Rig {
   Rig(const sim::FaultPlan& plan, std::filesystem::path path, cv::Size picture)
       : script(plan),
         mock_arm(arm5e(), {}, s.park, clock),
-        mock_laser(from_seconds(s.laser_warm_up), clock),
+        mock_laser(from_seconds(s.capture.laser_warm_up), clock),
         faulty_arm(mock_arm, script, clock),
         faulty_laser(mock_laser, script, clock),
         lux_meter(mock_lux_meter, script, clock),

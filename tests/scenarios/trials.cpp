@@ -37,22 +37,22 @@ constexpr Duration kLightDueMock = 3700ms;                // the laser's first c
 std::optional<Duration> patience(std::string_view words, const Trial& trial) {
   const ScanSettings usual;
   const sim::FaultSpec& fault = trial.fault;
-  const Duration testimony = usual.safety.beam.frames * from_seconds(usual.frame_period);
+  const Duration testimony = usual.safety.beam.frames * from_seconds(usual.capture.frame_period);
   const Duration dark = (trial.place == Place::kMock ? kLitMock : kLitWire) - fault.at;
   const bool seen_lit = fault.device == D::kLaser;  // a box that tells the opposite contradicts the cameras at once
   // No cycle is stepped in virtual time while the supervisor hangs; a disk makes it hang at the next frame.
   const Duration hangs = fault.kind == K::kStuck ? fault.duration : fault.delay;
   const Duration held = trial.place == Place::kMock ? hangs : 0ms;
-  const Duration next_frame = fault.device == D::kDisk ? from_seconds(usual.frame_period) : 0ms;
+  const Duration next_frame = fault.device == D::kDisk ? from_seconds(usual.capture.frame_period) : 0ms;
   const struct {
     std::string_view words;
     Duration longest;
   } all[] = {
-      {"arm silent", from_seconds(usual.feedback_timeout)},
+      {"arm silent", from_seconds(usual.control.feedback_timeout)},
       {"arm: silent", kSilence},
       {"repeats old readings", kSilence},
       {"following error",
-       3 * from_seconds(usual.following_error_limit / usual.sweep_velocity)},  // an arm that creeps on
+       3 * from_seconds(usual.control.following_error_limit / usual.sweep.velocity)},  // an arm that creeps on
       {"joint limit", 0ms},
       {"joint too fast", 0ms},
       {"an encoder lost its reference", kThreeReadings},
@@ -62,14 +62,14 @@ std::optional<Duration> patience(std::string_view words, const Trial& trial) {
       {"camera mono", from_seconds(usual.safety.camera_timeout)},
       {kDark, testimony},
       {kRepeats, testimony},
-      {kJumped, from_seconds(usual.frame_period)},
+      {kJumped, from_seconds(usual.capture.frame_period)},
       {"stray beam", (seen_lit ? 0ms : dark) + kAfterSwitching + testimony},
       {kRelay, kRelaySilence},
       {"laser: on though not commanded", dark + from_seconds(usual.safety.laser_off_allowance)},
       {"laser: dark after its warm-up",
-       kLightDueMock + from_seconds(usual.laser_warm_up + usual.safety.laser_on_margin)},
+       kLightDueMock + from_seconds(usual.capture.laser_warm_up + usual.safety.laser_on_margin)},
       {"laser: switch", dark},
-      {kHeartbeat, std::max(from_seconds(usual.heartbeat_timeout), held) + next_frame},
+      {kHeartbeat, std::max(from_seconds(usual.control.heartbeat_timeout), held) + next_frame},
       {"interlock open", kContactsRead},
       {kNoRoom, 0ms},
       {kBadDisk, 0ms},

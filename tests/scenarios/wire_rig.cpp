@@ -48,12 +48,12 @@ ScanSettings short_scan() {
   ScanSettings s;
   s.park << 0, 0.12, 1.3, 0, 0.1;
   s.posture << 0, 0.12, 0, 0, 0.1;
-  s.sweep_from = 1.35;
-  s.sweep_to = 1.6;
-  s.dark_frames = 5;
-  s.settle = 0.2;
-  s.laser_warm_up = seconds(kWarmUp);
-  s.camera_lead = 0.3;
+  s.sweep.from = 1.35;
+  s.sweep.to = 1.6;
+  s.capture.dark_frames = 5;
+  s.move.settle = 0.2;
+  s.capture.laser_warm_up = seconds(kWarmUp);
+  s.capture.camera_lead = 0.3;
   s.real_time.required = false;
   s.real_time.overruns = 0;  // how late a busy machine's cycles are is not what is measured here
   return s;

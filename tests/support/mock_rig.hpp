@@ -34,9 +34,9 @@ struct MockRigUnder {
   MockRigUnder() {
     s.park << 0, 0.3, 1.0, 0, 0.1;
     s.posture << 0, 0.12, 0, 0, 0.1;
-    s.sweep_from = 1.3;
-    s.sweep_to = 1.8;
-    s.dark_frames = 5;
+    s.sweep.from = 1.3;
+    s.sweep.to = 1.8;
+    s.capture.dark_frames = 5;
     mock.camera.phase = std::chrono::milliseconds{7};
   }
 

@@ -123,7 +123,7 @@ TEST(FrameAccount, ClosesWhateverIsLostAndHoweverTheScanEnds) {
     if (seed % 3 != 0) rig.triggered(seed % 3 == 1 ? TriggerMode::kPosition : TriggerMode::kSoftware);
     rig.mock.camera.drop_every = one_of(0, 0, 7, 10);
     rig.s.sync.max_residual = one_of(1e9, 3e-3);
-    rig.s.passes = one_of(1, 2);
+    rig.s.sweep.passes = one_of(1, 2);
     rig.sink.throw_at = one_of(-1, -1, -1, 20);
     sim::FaultPlan plan;
     for (int i = 0; i < 2; ++i) {

@@ -38,18 +38,18 @@ struct WireRig : testing_support::MockRigUnder<MonotonicClock> {
   WireRig() {
     s.park << 0, 0.12, 1.33, 0, 0.1;
     s.posture = s.park;
-    s.sweep_from = 1.35;
-    s.sweep_to = 1.47;
-    s.sweep_lead_in = 0.1;
-    s.move_velocity = 0.3;
-    s.dark_frames = 8;
-    s.settle = s.laser_warm_up = s.camera_lead = 0.2;
+    s.sweep.from = 1.35;
+    s.sweep.to = 1.47;
+    s.sweep.lead_in = 0.1;
+    s.move.velocity = 0.3;
+    s.capture.dark_frames = 8;
+    s.move.settle = s.capture.laser_warm_up = s.capture.camera_lead = 0.2;
     mock.laser_warm_up = 100ms;
     s.real_time.required = false;
     s.real_time.overruns = 0;
-    s.heartbeat_timeout = 1;  // a busy machine is not what is tested
-    s.feedback_timeout = 1;
-    s.following_error_limit = 0.3;
+    s.control.heartbeat_timeout = 1;  // a busy machine is not what is tested
+    s.control.feedback_timeout = 1;
+    s.control.following_error_limit = 0.3;
     power_on();
   }
 
@@ -162,7 +162,7 @@ TEST_F(GigeTrigger, ExposesAtEqualElbowAngles) {
   ASSERT_GT(frames.size(), kAngles / 2);
   std::vector<double> off;
   for (const FrameRecord& f : frames) {
-    const double lines = (rig.truth(f).elbow - rig.s.sweep_from) / kSpacing;
+    const double lines = (rig.truth(f).elbow - rig.s.sweep.from) / kSpacing;
     off.push_back(std::abs(lines - std::round(lines)) * kSpacing);
   }
   const double usual = median(off);

@@ -21,7 +21,7 @@ inline std::uint64_t planned_times(const ScanPlan& plan, double period, bool in_
 
 /// Angles from the sweep's first to its last, of one pass.
 inline std::uint64_t planned_angles(const ScanSettings& s, double spacing) {
-  return static_cast<std::uint64_t>(std::floor(std::abs(s.sweep_to - s.sweep_from) / spacing + 1e-6)) + 1;
+  return static_cast<std::uint64_t>(std::floor(std::abs(s.sweep.to - s.sweep.from) / spacing + 1e-6)) + 1;
 }
 
 }  // namespace tankrig::testing_support

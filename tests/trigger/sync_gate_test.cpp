@@ -25,7 +25,7 @@ ScanSettings settings() {
   ScanSettings s;
   s.park << 0, 0.3, 1.0, 0, 0.1;
   s.posture << 0, 0.12, 0, 0, 0.1;
-  s.sweep_from = 1.3, s.sweep_to = 1.8;
+  s.sweep.from = 1.3, s.sweep.to = 1.8;
   s.target = SyncTarget{arm5e(), kSheet, kObject};
   return s;
 }

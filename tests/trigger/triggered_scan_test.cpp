@@ -62,7 +62,7 @@ TEST(PositionTrigger, ExposesAtEqualElbowAngles) {
   ASSERT_EQ(frames.size(), 126u) << "one each from the sweep's first angle to its last";
   std::vector<double> off;
   for (std::size_t angle = 0; angle < frames.size(); ++angle) {
-    const double lines = (rig.arm->truth_at(frames[angle].stamp)[kElbow] - rig.s.sweep_from) / rig.trigger.spacing;
+    const double lines = (rig.arm->truth_at(frames[angle].stamp)[kElbow] - rig.s.sweep.from) / rig.trigger.spacing;
     off.push_back((lines - static_cast<double>(angle)) * rig.trigger.spacing);
   }
   const Spread s = spread(off);
@@ -79,11 +79,11 @@ TEST(PositionTrigger, ExposesAtEqualElbowAngles) {
 
 TEST(PositionTrigger, InterleavesThePassesThereAndBack) {
   TriggeredRig rig;
-  rig.s.passes = 2;
+  rig.s.sweep.passes = 2;
   rig.run();
   std::vector<double> off[2];
   for (const FrameRecord& f : rig.sink.of("mono", Phase::kSweep)) {
-    const double lines = (rig.arm->truth_at(f.stamp)[kElbow] - rig.s.sweep_from) / rig.trigger.spacing - 0.5 * f.pass;
+    const double lines = (rig.arm->truth_at(f.stamp)[kElbow] - rig.s.sweep.from) / rig.trigger.spacing - 0.5 * f.pass;
     off[f.pass].push_back(lines - std::round(lines));
   }
   for (const auto& pass : off) {

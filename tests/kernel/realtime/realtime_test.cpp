@@ -108,11 +108,11 @@ struct Sweep {
 ScanPlan plan_of(ScanSettings& settings, const JointVector& stand) {
   settings.cycle_hz = 1000;
   settings.park = settings.posture = stand;
-  settings.sweep_from = 1.1;
-  settings.sweep_to = 1.75;
-  settings.passes = 2;
+  settings.sweep.from = 1.1;
+  settings.sweep.to = 1.75;
+  settings.sweep.passes = 2;
   settings.real_time.overruns = 0;  // counted only: the kernel's fault is what is to be seen
-  settings.feedback_timeout = settings.heartbeat_timeout = 1;
+  settings.control.feedback_timeout = settings.control.heartbeat_timeout = 1;
   return make_scan_plan(settings, stand);
 }
 
