@@ -86,7 +86,7 @@ struct Listed {
   std::string failure;  ///< why session.yaml cannot be read; empty: it can
 };
 
-/// Every session in `folder`, by the time of its making. `rig`: of that rig only; empty: of any.
+/// Every session in `folder`, by the time of its making. `rig`: of that rig, and those that cannot be read; empty: of any.
 std::vector<Listed> sessions_in(const fs::path& folder, const std::string& rig) {
   std::error_code error;
   fs::directory_iterator entries(folder, error);
@@ -101,7 +101,7 @@ std::vector<Listed> sessions_in(const fs::path& folder, const std::string& rig) 
     } catch (const InputError& e) {
       listed.failure = e.what();
     }
-    if (rig.empty() || listed.info.rig == rig) all.push_back(std::move(listed));
+    if (rig.empty() || listed.info.rig == rig || !listed.failure.empty()) all.push_back(std::move(listed));
   }
   std::sort(all.begin(), all.end(), [](const Listed& a, const Listed& b) {
     return std::tie(a.info.created_utc, a.path) < std::tie(b.info.created_utc, b.path);
