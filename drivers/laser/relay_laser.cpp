@@ -55,7 +55,7 @@ void RelayLaser::wait_until_open() {
   const RelayProtocol& p = settings_.protocol;
   if (off_echoed_)
     throw InputError(settings_.serial.device, "laser relay: switches, but gives no status to " + hex(*p.status_query) +
-                                                  ": correct `status_query`, or leave it out if the box has none");
+                                                  ": correct `status_query`, or leave it out, with `interlock: wired`, if the box has none");
   if (counts_.wrong_echoes > 0)
     throw InputError(settings_.serial.device, "laser relay: answers " + hex(wrong_byte_) + " to off (" +
                                                   hex(p.off_byte) +
