@@ -54,8 +54,9 @@ void RelayLaser::wait_until_open() {
   if (opening_.wait_for(lock, settings_.opening_timeout, [this] { return opened_; })) return;
   const RelayProtocol& p = settings_.protocol;
   if (off_echoed_)
-    throw InputError(settings_.serial.device, "laser relay: switches, but gives no status to " + hex(*p.status_query) +
-                                                  ": correct `status_query`, or leave it out, with `interlock: wired`, if the box has none");
+    throw InputError(settings_.serial.device,
+                     "laser relay: switches, but gives no status to " + hex(*p.status_query) +
+                         ": correct `status_query`, or leave it out, with `interlock: wired`, if the box has none");
   if (counts_.wrong_echoes > 0)
     throw InputError(settings_.serial.device, "laser relay: answers " + hex(wrong_byte_) + " to off (" +
                                                   hex(p.off_byte) +

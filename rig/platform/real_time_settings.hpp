@@ -13,7 +13,7 @@ enum class CyclePace : unsigned char {
 /// What the system must grant stands in docs/reference/real_time.md, with the files that grant it.
 struct RealTimeSettings {
   bool required = true;     ///< false: what is not granted is told, and the scan goes on without it
-  int priority = 80;        ///< of SCHED_FIFO, 1 .. 99
+  int priority = 80;        ///< of SCHED_FIFO, 1 .. 98
   std::optional<int> cpu;   ///< the only processor the cycle runs on
   bool lock_memory = true;  ///< the process's memory stays where it is
   int overruns = 10;        ///< so many late cycles within the window stop the scan; 0: they are only counted
