@@ -14,6 +14,9 @@ endfunction()
 
 add_library(tankrig_options INTERFACE)
 target_compile_options(tankrig_options INTERFACE -Wall -Wextra -Wshadow -ffp-contract=off)
+if(TANKRIG_UNITY)
+  target_compile_options(tankrig_options INTERFACE -Wno-subobject-linkage)  # takes every .cpp but the first for a header
+endif()
 if(CMAKE_SYSTEM_PROCESSOR STREQUAL "x86_64")
   target_compile_options(tankrig_options INTERFACE -march=${TANKRIG_ISA})
 endif()

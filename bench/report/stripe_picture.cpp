@@ -30,9 +30,9 @@ Vector2d middle_of(std::vector<Vector2d> stripe, const cv::Size& size) {
 
 cv::Rect quietest_corner(const std::vector<Vector2d>& stripe, const cv::Size& size, const cv::Size& inset,
                          const cv::Rect& source) {
-  constexpr int kGap = 10;
-  const int right = size.width - inset.width - kGap, low = size.height - inset.height - kGap;
-  const std::array<cv::Point, 4> corners{{{right, low}, {kGap, low}, {right, kGap}, {kGap, kGap}}};
+  constexpr int kDashGap = 10;
+  const int right = size.width - inset.width - kDashGap, low = size.height - inset.height - kDashGap;
+  const std::array<cv::Point, 4> corners{{{right, low}, {kDashGap, low}, {right, kDashGap}, {kDashGap, kDashGap}}};
   cv::Rect best;
   long fewest = -1;
   for (const cv::Point& corner : corners) {

@@ -7,7 +7,7 @@
 namespace tankrig {
 namespace {
 
-constexpr unsigned kSeed = 20260131;
+constexpr unsigned kSlotSeed = 20260131;
 
 TEST(JointSlot, DemandsAreBigEndian) {
   const DemandSlot slot{DemandType::kSpeedBackward, 0x0123, 0x0FFE, 0x00FF};
@@ -45,16 +45,16 @@ TEST(JointSlot, LimitsMayContainTen) {
 }
 
 TEST(JointSlot, ComesBackAsItWentForAnyContent) {
-  RecordProperty("seed", static_cast<int>(kSeed));
-  std::mt19937 random(kSeed);
+  RecordProperty("seed", static_cast<int>(kSlotSeed));
+  std::mt19937 random(kSlotSeed);
   for (int i = 0; i < 200'000; ++i) {
     SlotBytes bytes;
     for (std::uint8_t& b : bytes) b = static_cast<std::uint8_t>(random());
-    ASSERT_EQ(encode(decode_sensors(bytes)), bytes) << "seed " << kSeed;
+    ASSERT_EQ(encode(decode_sensors(bytes)), bytes) << "seed " << kSlotSeed;
     SlotBytes demand = bytes;
     demand[7] = 0;
     if (demand[2] == 0x0A) demand[2] = 0x0B;
-    ASSERT_EQ(encode(decode_demand(demand)), demand) << "seed " << kSeed;
+    ASSERT_EQ(encode(decode_demand(demand)), demand) << "seed " << kSlotSeed;
   }
 }
 

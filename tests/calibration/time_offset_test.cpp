@@ -109,7 +109,7 @@ INSTANTIATE_TEST_SUITE_P(TimeOffset, Interval,
                                          Conditions{"ShortSweep", 0.3, 0.1, 1.70, 24},
                                          Conditions{"SlowSweep", 0.3, 0.065, 1.85, 24},
                                          Conditions{"FastSweep", 0.3, 0.2, 1.85, 24}),
-                         [](const auto& info) { return std::string(info.param.name); });
+                         [](const auto& tested) { return std::string(tested.param.name); });
 
 TEST(TimeOffset, ReadsPlayAsAnOffsetAtOneSpeedAndSaysHowMuch) {
   GeneratedSweep sweep;

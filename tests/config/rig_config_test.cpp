@@ -193,7 +193,7 @@ TEST(RigConfig, NamesFileLineAndKeyOfBadInput) {
        "scan: safety.beam.waived: found 'mona', expected the name of a camera"},
       {"passes: 1}", "passes: 1.5}", "scan.sweep.passes: found '1.5', expected a whole number"},
       {"dark_frames: 8", "dark_frames: 8\n  laser_pairs: true",
-       "scan.capture.laser_pairs: found true, expected false unless laser.switches_per_frame is true"},
+       "scan.laser_pairs: found true, expected false unless laser.switches_per_frame is true"},
       {"passes: 3,", "passes: 0,", "presets.fine.sweep.passes: found '0'"},
       {"read_lux: false", "red_lux: false", "presets.fine.red_lux: unknown key"},
       {"name: left", "name: mono", "name: found 'mono' for the second time"},
@@ -258,7 +258,7 @@ TEST(RigConfig, NamesTheBaseFileForWhatIsWrongThere) {
     FAIL();
   } catch (const InputError& e) {
     EXPECT_THAT(e.what(), testing::HasSubstr("base/rig.yaml:"));
-    EXPECT_THAT(e.what(), testing::HasSubstr("scan.capture.dark_frames: found 'x'"));
+    EXPECT_THAT(e.what(), testing::HasSubstr("scan.dark_frames: found 'x'"));
   }
   folder.write("base/rig.yaml", "base: other.yaml\n");
   EXPECT_THROW(load_rig(file), InputError);

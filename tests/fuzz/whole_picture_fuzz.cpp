@@ -10,6 +10,6 @@ using namespace tankrig;
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
   const std::string_view text(reinterpret_cast<const char*>(bytes), size);
   if (is_whole_png(text) && (is_whole_jpeg(text) || is_whole_png(text.substr(0, size - 1)))) std::abort();
-  if (const auto size = picture_size(text); size && (size->width < 1 || size->height < 1)) std::abort();
+  if (const auto seen = picture_size(text); seen && (seen->width < 1 || seen->height < 1)) std::abort();
   return 0;
 }

@@ -57,7 +57,9 @@ TEST_P(SlowWireScan, IsWholeAndReplaysToTheSameBits) {
   const ProgramRun scan =
       run_tankrig({"scan", "--rig", slow_rig().string(), "--carrier", GetParam(), "--json", "--out", session.string()});
   if (forbids_private_network(scan)) GTEST_SKIP() << scan.err;
-  if (scan.exit_code != 0) TANKRIG_SKIP_IF_LATE(witness, testing_support::kStarved);
+  if (scan.exit_code != 0) {
+    TANKRIG_SKIP_IF_LATE(witness, testing_support::kStarved);
+  }
   ASSERT_EQ(scan.exit_code, 0) << scan.err;
   EXPECT_LT(scan.json().at("laser").at("mean_error_m").get<double>(), 1e-3);
   EXPECT_EQ(run_tankrig({"session", "check", session.string()}).exit_code, 0);

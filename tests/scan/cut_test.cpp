@@ -11,7 +11,7 @@ using namespace std::chrono_literals;
 using ::testing::StartsWith;
 using testing_support::MockRig;
 
-constexpr char kLaser[] = "LASER MAY BE ON: cut its supply", kArm[] = "ARM MAY BE MOVING: cut its power";
+constexpr char kCutLaser[] = "LASER MAY BE ON: cut its supply", kCutArm[] = "ARM MAY BE MOVING: cut its power";
 
 /// A scan that is stopped in its sweep, where something goes wrong too.
 struct StoppedRig : MockRig {
@@ -50,7 +50,7 @@ TEST(WhatToCut, IsSaidInTheTurnInWhichTheArmsStopIsNotTakenAndTakenBackWhenItRes
   StoppedRig rig;
   const ScanResult result = rig.stop_where([](StoppedRig& r) { r.arm->faults.stop_fails = true; });
   ASSERT_EQ(rig.told.size(), 2u);
-  EXPECT_EQ(rig.told[0].what, kArm);
+  EXPECT_EQ(rig.told[0].what, kCutArm);
   EXPECT_LE(rig.after(0), rig.turns(2));
   EXPECT_EQ(rig.told[1].what, "") << "its watchdog stopped it";
   EXPECT_TRUE(result.left.safe());
@@ -60,7 +60,7 @@ TEST(WhatToCut, IsSaidInTheTurnInWhichTheLaserDoesNotTakeOff) {
   StoppedRig rig;
   const ScanResult result = rig.stop_where([](StoppedRig& r) { r.laser->faults.set_fails = true; });
   ASSERT_EQ(rig.told.size(), 1u) << "and it is never over";
-  EXPECT_EQ(rig.told[0].what, kLaser);
+  EXPECT_EQ(rig.told[0].what, kCutLaser);
   EXPECT_LE(rig.after(0), rig.turns(2));
   EXPECT_FALSE(result.left.laser_dark);
 }
@@ -72,7 +72,7 @@ TEST(WhatToCut, IsTheLaserAloneOnceTheArmRests) {
     r.arm->faults.stop_fails = true;
   });
   ASSERT_GE(rig.told.size(), 2u);
-  EXPECT_EQ(rig.told.back().what, kLaser);
+  EXPECT_EQ(rig.told.back().what, kCutLaser);
   EXPECT_TRUE(result.left.arm_at_rest);
 }
 
@@ -83,10 +83,10 @@ TEST(WhatToCut, IsSaidAfterASecondOfDevicesThatTakeTheStopAndDoNotObey) {
     r.laser->faults.stuck_on = true;
   });
   ASSERT_EQ(rig.told.size(), 2u);
-  EXPECT_EQ(rig.told[0].what, std::string(kLaser) + "; " + kArm);
+  EXPECT_EQ(rig.told[0].what, std::string(kCutLaser) + "; " + kCutArm);
   EXPECT_LE(rig.after(0), SafeEnd::kUsual + rig.turns(3));
   EXPECT_LT(rig.after(0), from_seconds(rig.s.safety.rest_timeout));
-  EXPECT_EQ(rig.told[1].what, kLaser) << "the arm rests at the end of its way";
+  EXPECT_EQ(rig.told[1].what, kCutLaser) << "the arm rests at the end of its way";
   EXPECT_FALSE(result.left.safe());
 }
 
@@ -151,7 +151,7 @@ TEST(WhatToCut, IsSaidInTheTurnInWhichBothDevicesAreLostAlsoWhereTheDiskFailsWit
     else
       EXPECT_THAT(run_scan(job).status, StartsWith("stopped: arm read failed"));
     ASSERT_EQ(rig.told.size(), 1u);
-    EXPECT_EQ(rig.told[0].what, std::string(kLaser) + "; " + kArm);
+    EXPECT_EQ(rig.told[0].what, std::string(kCutLaser) + "; " + kCutArm);
     EXPECT_LE(rig.after(0), rig.turns(2));
   }
 }
