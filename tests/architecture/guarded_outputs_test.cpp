@@ -31,28 +31,38 @@ struct OpenArm : Arm {
 static_assert(!Lights<Laser> && !Moves<Arm>, "the compiler refuses it to everybody but OutputRight");
 static_assert(Lights<OpenLaser> && Moves<OpenArm>, "else the two lines above say nothing");
 
-/// Sources that know more of a laser or an arm than their interfaces, and so could go round them.
-std::vector<std::string> knowing_drivers(const std::filesystem::path& root, const std::vector<std::string>& sources) {
-  static const std::regex driver(
-      R"(#\s*include\s*"(drivers/output_right|drivers/laser/relay_laser|drivers/arm/(arm5e|backlash_arm|homing|arm_link)|sim_backends/(mock/mock_(arm|laser)|faults/faulty_(arm|laser)))\.hpp")");
+/// Sources other than drivers, their stand-ins and tests whose text matches `what`.
+std::vector<std::string> matching(const std::filesystem::path& root, const std::regex& what) {
+  static const std::regex makers("(drivers|sim_backends|tests)/.*");
   std::vector<std::string> found;
-  for (const std::string& file : sources) {
-    static const std::regex makers("(drivers|sim_backends|tests)/.*");
+  for (const std::string& file : sources_of(root)) {
     if (std::regex_match(file, makers)) continue;
     std::ifstream stream(root / file, std::ios::binary);
     const std::string text{std::istreambuf_iterator<char>(stream), {}};
-    if (std::regex_search(text, driver)) found.push_back(file);
+    if (std::regex_search(text, what)) found.push_back(file);
   }
   return found;
 }
 
+/// Those that know more of a laser or an arm than their interfaces, and so could go round them.
+const std::regex& driver_headers() {
+  static const std::regex headers(
+      R"(#\s*include\s*"(drivers/output_right|drivers/laser/relay_laser|drivers/arm/(arm5e|backlash_arm|homing|arm_link)|sim_backends/(mock/mock_(arm|laser)|faults/faulty_(arm|laser)))\.hpp")");
+  return headers;
+}
+
 TEST(GuardedOutputs, AreTheOnlyWayToLightAndMotion) {
-  const std::filesystem::path root = TANKRIG_SOURCE_DIR;
-  EXPECT_THAT(knowing_drivers(root, sources_of(root)),
+  EXPECT_THAT(matching(TANKRIG_SOURCE_DIR, driver_headers()),
               ::testing::UnorderedElementsAre("rig/safety/guarded_outputs.hpp", "apps/tankrig/backend.hpp",
                                               "apps/tankrig/device_backend.cpp", "apps/tankrig/mock_backend.cpp",
                                               "apps/tankrig/arm_home.cpp"))
       << "the guard holds the right; the backends make the drivers; homing moves the arm on its own, laser off";
+}
+
+/// The drivers themselves let anybody who has one move it: nobody who has one does.
+TEST(GuardedOutputs, AreCalledInsteadOfADriver) {
+  static const std::regex calls(R"((\.|->)\s*(write_velocity|write_ticks)\s*\()");
+  EXPECT_THAT(matching(TANKRIG_SOURCE_DIR, calls), ::testing::IsEmpty());
 }
 
 }  // namespace
