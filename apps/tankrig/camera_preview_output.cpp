@@ -18,6 +18,7 @@ namespace tankrig::app {
 namespace {
 
 constexpr Duration kRateWindow = std::chrono::seconds{1};
+constexpr double kStripeShare = 0.05;  // of the columns; fewer are dust
 
 std::string html_text(std::string_view text) {
   std::string out;
@@ -138,6 +139,7 @@ void PreviewOutput::show(const cv::Mat& image, bool lit) {
   marks.laser = lit;
   if (lit) marks.stripe = stripe_points(image, background_);
   summary_.stripe_points = marks.stripe.size();
+  width_ = image.cols;
   char rate[64];
   std::snprintf(rate, sizeof rate, "  %.1f frames/s  lost %llu", summary_.frames_per_s,
                 static_cast<unsigned long long>(summary_.lost));
@@ -153,7 +155,10 @@ void PreviewOutput::show(const cv::Mat& image, bool lit) {
 
 void PreviewOutput::print_line(bool lit) {
   char stripe[48] = "laser off";
-  if (lit) std::snprintf(stripe, sizeof stripe, "stripe %zu points", summary_.stripe_points);
+  if (lit && summary_.stripe_points < kStripeShare * static_cast<double>(width_))
+    std::snprintf(stripe, sizeof stripe, "no stripe");
+  else if (lit)
+    std::snprintf(stripe, sizeof stripe, "stripe %zu points", summary_.stripe_points);
   const double of_best = summary_.best_focus > 0 ? summary_.focus / summary_.best_focus : 0;
   std::fprintf(stderr, "%sfocus %8.1f %s best %.1f  clipped %6.3f %%  %s  %.1f frames/s  lost %llu%s",
                terminal_ ? "\r" : "", summary_.focus, text_bar(of_best).c_str(), summary_.best_focus,

@@ -54,6 +54,7 @@ class PreviewOutput {
   const Duration period_;
   const bool terminal_;
   bool line_open_ = false;
+  int width_ = 0;  // of the last picture [px]
   std::vector<cv::Mat> dark_;
   cv::Mat background_;
   std::deque<Stamp> recent_;  // stamps of the last second
