@@ -251,7 +251,7 @@ TEST_F(AravisFaultTest, NamesTheFeatureThatACameraRefuses) {
   settings = fault_settings();
   settings.info.width = 4000;
   EXPECT_EQ(opening_error(settings),
-            "camera left: a fault_picture of 4000 x 240 at offset 0, 0 does not fit its sensor of 320 x 240");
+            "camera left: a picture of 4000 x 240 at offset 0, 0 does not fit its sensor of 320 x 240");
   settings = fault_settings();
   settings.trigger = "Line7";
   EXPECT_NE(opening_error(settings).find("camera left: cannot set TriggerSource to Line7: "), std::string::npos);
