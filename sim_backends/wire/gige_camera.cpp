@@ -172,8 +172,7 @@ void GigeCameraEmulator::Impl::power_up() {
     throw InputError("emulated GigE camera " + settings.serial + ": cannot serve at " + settings.address +
                      ": it must be an address of a network interface of this machine (ip addr add " + settings.address +
                      "/8 dev lo) and its port 3956 must be free. `tankrig emulate ... -- COMMAND` serves it on a "
-                     "network of its own, "
-                     "`--device` leaves cameras out");
+                     "network of its own, `--device` leaves cameras out");
   const std::lock_guard lock(mutex);
   device = std::move(fresh);
 }

@@ -78,7 +78,8 @@ TEST_F(GigeCameraTest, RefusesWhatItCannotBe) {
   EXPECT_EQ(
       error(s),
       "emulated GigE camera EMULATED-1: cannot serve at 192.0.2.7: it must be an address of a network interface of "
-      "this machine (ip addr add 192.0.2.7/8 dev lo) and its port 3956 must be free");
+      "this machine (ip addr add 192.0.2.7/8 dev lo) and its port 3956 must be free. `tankrig emulate ... -- COMMAND` "
+      "serves it on a network of its own, `--device` leaves cameras out");
   s = small();
   s.pixel_format = "YUV422";
   EXPECT_NE(error(s).find("pixel_format is none of"), std::string::npos);
