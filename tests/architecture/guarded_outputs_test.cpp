@@ -53,9 +53,9 @@ const std::regex& driver_headers() {
 
 TEST(GuardedOutputs, AreTheOnlyWayToLightAndMotion) {
   EXPECT_THAT(matching(TANKRIG_SOURCE_DIR, driver_headers()),
-              ::testing::UnorderedElementsAre("rig/safety/guarded_outputs.hpp", "apps/tankrig/backend.hpp",
-                                              "apps/tankrig/device_backend.cpp", "apps/tankrig/mock_backend.cpp",
-                                              "apps/tankrig/arm_home.cpp"))
+              ::testing::UnorderedElementsAre("rig/safety/guarded_outputs.hpp", "apps/tankrig/devices/backend.hpp",
+                                              "apps/tankrig/devices/device_backend.cpp", "apps/tankrig/devices/mock_backend.cpp",
+                                              "apps/tankrig/arm/arm_home.cpp"))
       << "the guard holds the right; the backends make the drivers; homing moves the arm on its own, laser off";
 }
 

@@ -90,20 +90,24 @@ Scenario scenario_from(const std::string& name, const ConfigNode& node) {
     s.picture = {static_cast<int>(size[0]), static_cast<int>(size[1])};
   }
   s.expected = expected_from(node.child("expected"));
+  if (const auto wires = node.optional_child("wires")) {
+    for (const char* carrier : {"can", "serial"})
+      if (wires->has(carrier)) s.wires[carrier] = wires->text(carrier);
+    s.wires_counted = wires->text_or("counted", "");
+    wires->finish();
+    if (s.plan.faults.size() != 1) node.fail("faults", "expected one, because it is played on wires too");
+  }
   node.finish();
   return s;
 }
 
 }  // namespace
 
-ConfigNode table_of(sim::FaultDevice device) {
-  return ConfigNode::load(fs::path(TANKRIG_SOURCE_DIR) / "tests/scenarios" / (sim::to_string(device) + ".yaml"s));
-}
-
 std::vector<Scenario> scenarios() {
   std::vector<Scenario> all;
   for (auto d = std::uint8_t{0}; d <= static_cast<std::uint8_t>(sim::FaultDevice::kSupervisor); ++d) {
-    const ConfigNode table = table_of(static_cast<sim::FaultDevice>(d)).child("scenarios");
+    const ConfigNode table = ConfigNode::load(fs::path(TANKRIG_SOURCE_DIR) / "tests/scenarios" /
+                                              (sim::to_string(static_cast<sim::FaultDevice>(d)) + ".yaml"s));
     for (const std::string& name : table.keys()) all.push_back(scenario_from(name, table.child(name)));
   }
   return all;

@@ -31,15 +31,14 @@ struct Scenario {
   std::string name;
   sim::FaultPlan plan;
   Expected expected;
-  int disk_kib = 0;            ///< the session lies on a file system of this size; 0: the test's own
-  cv::Size picture{160, 120};  ///< of the cameras [px]
-  int file_kib = 0;            ///< no file may become larger than this; 0: no limit
+  int disk_kib = 0;                          ///< the session lies on a file system of this size; 0: the test's own
+  cv::Size picture{160, 120};                ///< of the cameras [px]
+  int file_kib = 0;                          ///< no file may become larger than this; 0: no limit
+  std::map<std::string, std::string> wires;  ///< by carrier: words of the status on emulated wires
+  std::string wires_counted;                 ///< there a count of the session that must not be 0
 };
 
-/// tests/scenarios/DEVICE.yaml.
-/// Errors: InputError with file and line.
-ConfigNode table_of(sim::FaultDevice device);
-/// Every device's, in the order of the tables.
+/// tests/scenarios/DEVICE.yaml of every device, in the order of the tables.
 /// Errors: InputError with file and line.
 std::vector<Scenario> scenarios();
 /// Its name, for messages of a test.

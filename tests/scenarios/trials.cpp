@@ -13,7 +13,7 @@ using namespace std::chrono_literals;
 using D = sim::FaultDevice;
 using K = sim::FaultKind;
 
-constexpr Duration kMockAt = 2s, kWireAt = 1200ms;  // after the laser's first command: in the sweep
+constexpr Duration kOnWires = 1200ms;  // after the laser's first command a fault begins there: in the shorter sweep
 
 constexpr char kDark[] = "beam not seen";
 constexpr char kRepeats[] = "repeats its picture";
@@ -116,24 +116,22 @@ std::string argument(const sim::FaultSpec& fault) {
 }
 
 std::vector<Trial> trials() {
-  constexpr D kOrder[] = {D::kArm,      D::kCamera,    D::kLaser, D::kBeam,
-                          D::kLuxMeter, D::kInterlock, D::kDisk,  D::kSupervisor};
   std::vector<Trial> all;
-  for (const D device : kOrder)
-    for (const ConfigNode& row : table_of(device).items("trials")) {
-      const std::vector<sim::FaultSpec> faults = sim::FaultPlan::from(row).faults;
-      if (faults.size() != 1 || faults[0].device != device)
-        row.fail("faults", std::string("expected one, of the ") + sim::to_string(device));
-      const std::string lux = row.text_or("lux", ""), counted = row.text_or("counted", "");
-      for (const Place place : {Place::kMock, Place::kCan, Place::kSerial}) {
-        const std::string must = row.text_or(to_string(place), "");
-        if (must.empty()) continue;
-        all.push_back({place, faults[0], must, lux, counted});
-        if (faults[0].origin == sim::FaultOrigin::kLaserOn)
-          all.back().fault.at = place == Place::kMock ? kMockAt : kWireAt;
+  for (const Scenario& s : scenarios()) {
+    if (s.plan.faults.size() != 1 || s.plan.faults[0].origin == sim::FaultOrigin::kPhase || s.disk_kib > 0 ||
+        s.file_kib > 0)
+      continue;
+    const sim::FaultSpec& fault = s.plan.faults[0];
+    const auto& counts = s.expected.counts;
+    const auto counted = std::ranges::find_if(counts, [](const auto& count) { return count.second.first > 0; });
+    all.push_back(
+        {Place::kMock, fault, s.expected.status, s.expected.lux, counted == counts.end() ? "" : counted->first});
+    for (const Place place : {Place::kCan, Place::kSerial})
+      if (const auto words = s.wires.find(to_string(place)); words != s.wires.end()) {
+        all.push_back({place, fault, words->second, s.expected.lux, s.wires_counted});
+        if (fault.origin == sim::FaultOrigin::kLaserOn) all.back().fault.at = kOnWires;
       }
-      row.finish();
-    }
+  }
   return all;
 }
 

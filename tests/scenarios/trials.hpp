@@ -28,7 +28,7 @@ std::optional<Duration> longest_detection(const Trial& trial);
 /// What differs from a plan's defaults: "ratio 0.1, delay 400 ms".
 std::string argument(const sim::FaultSpec& fault);
 
-/// In the order of sim::fault_offers().
+/// The scenarios that have one fault: on the mocks, and on the wires that their rows name.
 std::vector<Trial> trials();
 
 /// A kind that has no trial on a device.

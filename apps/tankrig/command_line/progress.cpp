@@ -1,0 +1,64 @@
+#include "apps/tankrig/command_line/progress.hpp"
+
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdio>
+
+#include "core/shown_text.hpp"
+
+namespace tankrig::app {
+
+Progress::Progress() : terminal_(isatty(STDERR_FILENO) != 0) {
+  if (!spdlog::get("tankrig")) spdlog::set_default_logger(spdlog::stderr_color_mt("tankrig"));
+  spdlog::set_pattern("tankrig: %^%l%$: %v");
+}
+
+Progress::~Progress() { finish_line(); }
+
+void Progress::finish_line() {
+  const std::lock_guard lock(mutex_);
+  end_line();
+}
+
+void Progress::end_line() {
+  if (line_open_) std::fputc('\n', stderr);
+  line_open_ = false;
+}
+
+void Progress::update(const std::string& stage, double fraction) {
+  const std::lock_guard lock(mutex_);
+  const auto now = std::chrono::steady_clock::now();
+  const bool new_stage = stage != stage_;
+  if (!terminal_) {
+    if (new_stage) std::fprintf(stderr, "%s\n", stage.c_str());
+    stage_ = stage;
+    return;
+  }
+  if (!new_stage && fraction < 1 && now - last_ < std::chrono::milliseconds(50)) return;
+  if (new_stage) end_line();
+  constexpr int kWidth = 32;
+  const int filled = static_cast<int>(std::clamp(fraction, 0.0, 1.0) * kWidth);
+  std::fprintf(stderr, "\r%-34s [%s%s] %3.0f %%", stage.c_str(), std::string(filled, '#').c_str(),
+               std::string(kWidth - filled, ' ').c_str(), 100 * std::clamp(fraction, 0.0, 1.0));
+  std::fflush(stderr);
+  line_open_ = true;
+  stage_ = stage;
+  last_ = now;
+}
+
+void Progress::note(const std::string& text) {
+  const std::lock_guard lock(mutex_);
+  end_line();
+  spdlog::info("{}", printable(text));
+}
+
+void Progress::warn(const std::string& text) {
+  const std::lock_guard lock(mutex_);
+  end_line();
+  spdlog::warn("{}", printable(text));
+}
+
+}  // namespace tankrig::app

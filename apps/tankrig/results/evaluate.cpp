@@ -1,0 +1,113 @@
+// `tankrig evaluate`: any cloud against any triangle mesh.
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "apps/tankrig/command_line/output.hpp"
+#include "apps/tankrig/commands.hpp"
+#include "apps/tankrig/results/summary.hpp"
+#include "apps/tankrig/session/open_session.hpp"
+#include "bench/metrics/metrics_json.hpp"
+#include "bench/metrics/verdict_cloud.hpp"
+#include "core/config_node.hpp"
+#include "core/input_error.hpp"
+#include "core/shown_text.hpp"
+#include "reconstruction/cloud/cloud_io.hpp"
+#include "session/import/planes_csv.hpp"
+
+namespace tankrig::app {
+namespace {
+
+struct EvaluateOptions {
+  std::filesystem::path cloud, object, pose;
+  std::filesystem::path verdict;  ///< coloured cloud to write; empty: none
+  std::string definition = "paper";
+  std::optional<double> inlier_m, outlier_m, ground_m;
+  std::string ground_plane;  ///< "a,b,c,d" in the object's frame; empty: horizontal, below the mesh
+  bool json = false;
+};
+
+/// Says why a score is no score of the object.
+ExitCode no_score(const PointCloud& cloud, const EvaluateOptions& options) {
+  const std::string cloud_file = printable(options.cloud.string());
+  if (cloud.points.empty())
+    std::fprintf(stderr, "tankrig: %s: the cloud has no point: nothing to score\n", cloud_file.c_str());
+  else
+    std::fprintf(stderr,
+                 "tankrig: %s: no point is near the object: wrong pose, frame or unit? Coordinates are taken as metres "
+                 "in frame %s\n",
+                 cloud_file.c_str(),
+                 cloud.frame.empty() ? "of the pose: the file names none" : shown_text(cloud.frame).c_str());
+  return kPartial;
+}
+
+int evaluate(const EvaluateOptions& options) {
+  if (!options.verdict.empty() && options.verdict.extension() != ".ply")
+    throw InputError(options.verdict, "found extension '" + options.verdict.extension().string() + "', expected .ply");
+  if (!options.verdict.empty()) check_in_no_session(options.verdict);
+  std::error_code ignored;
+  if (std::filesystem::equivalent(options.verdict, options.cloud, ignored))
+    throw InputError(options.verdict, "is the cloud itself, expected another file for --verdict");
+  const ConfigNode pose = ConfigNode::load(options.pose);
+  const Transform cMo = pose.as_transform();
+  pose.finish();
+  const PointCloud given = read_cloud(options.cloud);
+  const PointCloud cloud = transformed(cMo.inverse(), given, "o");
+  TriangleMesh mesh = read_mesh(options.object);
+
+  nlohmann::json result;
+  bool scored = false;
+  if (options.definition == "uwsim") {
+    if (!options.verdict.empty() || options.inlier_m || options.outlier_m || options.ground_m ||
+        !options.ground_plane.empty())
+      throw InputError(
+          "evaluate: --verdict, --inlier, --outlier, --ground and --ground-plane belong to --definition paper");
+    const UwsimMetrics metrics = uwsim_metrics(cloud, mesh);
+    scored = metrics.inliers > 0;
+    result = to_json(metrics);
+  } else {
+    MetricThresholds thresholds;
+    if (options.inlier_m) thresholds.inlier_m = *options.inlier_m;
+    if (options.outlier_m) thresholds.outlier_m = *options.outlier_m;
+    if (options.ground_m) thresholds.ground_band_m = *options.ground_m;
+    if (!options.ground_plane.empty()) thresholds.ground = parse_plane(options.ground_plane);
+    const ObjectSurface object(std::move(mesh), thresholds.surface_samples);
+    const Metrics metrics = tankrig::evaluate(cloud, object, thresholds);
+    if (!options.verdict.empty()) write_verdict_cloud(options.verdict, cloud, metrics.verdicts);
+    result = to_json(metrics);
+    scored = metrics.object_points > 0;
+  }
+  if (options.json) {
+    print_json(result);
+  } else if (options.definition == "uwsim") {
+    std::printf("%s", uwsim_table(result).c_str());
+  } else {
+    std::printf("%s", score_table({{"cloud", result}}).c_str());
+  }
+  return scored ? kOk : no_score(given, options);
+}
+
+}  // namespace
+
+void add_evaluate(CLI::App& app, ChosenCommand& chosen) {
+  CLI::App* c = app.add_subcommand("evaluate", "Score a point cloud against a triangle mesh");
+  EvaluateOptions& o = options_of(c, chosen, &evaluate);
+  c->footer("Example: tankrig evaluate cloud.ply --object box.obj --pose pose.yaml --json");
+  c->add_option("cloud", o.cloud, "Cloud, .ply or .pcd, metres")->required();
+  c->add_option("--object", o.object, "Triangle mesh of the object, metres")->required();
+  c->add_option("--pose", o.pose, "YAML with translation_m and quaternion_xyzw of the mesh's frame in the cloud's")
+      ->required();
+  c->add_option("--definition", o.definition, "'paper': the paper's words; 'uwsim': the reference module's arithmetic")
+      ->check(CLI::IsMember({"paper", "uwsim"}))
+      ->capture_default_str();
+  c->add_option("--inlier", o.inlier_m, "Inlier threshold [m] (default 0.010)")->check(CLI::PositiveNumber);
+  c->add_option("--outlier", o.outlier_m, "Outlier threshold [m] (default 0.010)")->check(CLI::PositiveNumber);
+  c->add_option("--ground", o.ground_m,
+                "Half height of the ground filter about the mesh's lowest point [m] (default 0.010)")
+      ->check(CLI::NonNegativeNumber);
+  c->add_option("--ground-plane", o.ground_plane,
+                "Ground a,b,c,d in the object's frame, metres (default: z_o = the mesh's lowest point, z_o up)");
+  c->add_option("--verdict", o.verdict, "Write the cloud coloured: ground black, object green, outliers blue (.ply)");
+  add_json_flag(c, o.json);
+}
+
+}  // namespace tankrig::app

@@ -1,0 +1,61 @@
+#include "apps/tankrig/scan/plan_check.hpp"
+
+#include "bench/metrics/triangle_mesh.hpp"
+#include "core/input_error.hpp"
+#include "rig/platform/machine.hpp"
+#include "session/recording/spool_pictures.hpp"
+
+namespace tankrig::app {
+namespace {
+
+/// Tables, logs, clouds, pictures, report, and the recorder's reserve.
+constexpr std::uint64_t kBesideFrames = 64 << 20;
+
+}  // namespace
+
+MotionCheck check_plan(const RigConfig& rig, const ScanPlan& plan) {
+  Obstacles obstacles = rig.obstacles;
+  const Eigen::AlignedBox3d box = read_mesh(rig.object.mesh).bounds();
+  obstacles.boxes.push_back({"object", rig.object.bMo * Eigen::Translation3d(box.center()), 0.5 * box.sizes()});
+  return check_motion(plan, rig.arm, obstacles, rig.motion_limits);
+}
+
+int expected_frames(const RigConfig& rig, const RigCamera& camera, const ScanPlan& plan) {
+  const double period = 1 / camera.rate_hz;
+  const double in_sweep =
+      camera.trigger.mode == TriggerMode::kPosition ? camera.trigger.spacing / rig.scan.sweep.velocity : period;
+  int frames = 0;
+  if (camera.record != RecordWhen::kSweep)
+    frames += plan.expected_frames(RecordWhen::kDark, period, rig.scan.capture.dark_frames);
+  if (camera.record != RecordWhen::kDark && camera.trigger.mode == TriggerMode::kPosition)
+    frames += rig.scan.sweep.passes;  // a pass has an angle more than spacings
+  if (camera.record != RecordWhen::kDark)
+    frames += plan.expected_frames(RecordWhen::kSweep, in_sweep, rig.scan.capture.dark_frames);
+  return frames;
+}
+
+/// As its driver delivers it.
+CameraInfo camera_info(const RigConfig& rig, const RigCamera& camera) {
+  const auto devices = rig.section("devices");
+  const auto cameras = devices ? devices->optional_child("cameras") : std::nullopt;
+  const auto node = cameras ? cameras->optional_child(camera.name) : std::nullopt;
+  return {camera.name, camera.model.width, camera.model.height, node ? node->integer_or("channels", 3, {1, 3}) : 3,
+          camera.rate_hz};
+}
+
+std::uint64_t disk_need(const RigConfig& rig, const ScanPlan& plan) {
+  std::uint64_t raw = 0;
+  for (const RigCamera& camera : rig.cameras) {
+    const CameraInfo info = camera_info(rig, camera);
+    raw += static_cast<std::uint64_t>(expected_frames(rig, camera, plan)) * static_cast<std::uint64_t>(info.channels) *
+           static_cast<std::uint64_t>(info.width) * static_cast<std::uint64_t>(info.height);
+  }
+  return most_on_disk(raw) + kBesideFrames;
+}
+
+void check_room(const RigConfig& rig, const ScanPlan& plan, const std::filesystem::path& path) {
+  const Finding room = room_finding(path, free_space(path), disk_need(rig, plan));
+  if (room.refused) throw InputError(room.measured + "; nothing was moved; " + room.cure);
+}
+
+}  // namespace tankrig::app

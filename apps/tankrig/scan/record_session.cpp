@@ -1,0 +1,205 @@
+#include "apps/tankrig/scan/record_session.hpp"
+
+#include <chrono>
+
+#include "apps/tankrig/command_line/rig_files.hpp"
+#include "apps/tankrig/command_line/stop.hpp"
+#include "apps/tankrig/devices/played_faults.hpp"
+#include "apps/tankrig/scan/timing.hpp"
+#include "core/input_error.hpp"
+#include "core/opencv_camera_file.hpp"
+#include "rig/capture/beam_view.hpp"
+#include "rig/plan/plan_csv.hpp"
+#include "rig/scan/session_rig.hpp"
+#include "session/checking/checksums.hpp"
+#include "session/checking/sha256.hpp"
+#include "session/recording/event_kinds.hpp"
+#include "session/recording/session_writer.hpp"
+
+namespace fs = std::filesystem;
+
+namespace tankrig::app {
+namespace {
+
+/// The session as the scan's sink.
+class SessionSink final : public ScanSink {
+ public:
+  SessionSink(SessionWriter& writer, PlayedFaults& faults, Progress& progress)
+      : writer_(writer), faults_(faults), progress_(progress) {}
+  void joints(const JointState& state) override {
+    faults_.write(false);
+    writer_.joints(state);
+  }
+  void frame(const FrameRecord& record, const cv::Mat& image) override {
+    faults_.write(true);
+    writer_.frame(record, image);
+  }
+  /// A fault is told at once: what follows may take seconds.
+  void event(Stamp when, std::string_view kind, const std::string& text) override {
+    if (kind == event_kind::kFault) progress_.warn(text);
+    if (kind == event_kind::kRealTime) progress_.warn("real time " + text);
+    if (kind == event_kind::kPhase) faults_.enter_phase(text, when);
+    writer_.event(when, kind, text);
+  }
+
+ private:
+  SessionWriter& writer_;
+  PlayedFaults& faults_;
+  Progress& progress_;
+};
+
+double read_lux(Backend& backend) {
+  const auto reading = backend.lux_meter().read(std::chrono::seconds(2));
+  if (!reading)
+    throw InputError(std::string("lux meter: ") + reading.error().where + ": " + to_string(reading.error().code) +
+                     ", expected a reading (or give --lux VALUE)");
+  return reading.value().lux;
+}
+
+SessionInfo session_info_of(const ScanOptions& options, Backend& backend, const fs::path& path) {
+  SessionInfo info;
+  info.name = path.filename().string();
+  info.kind = "scan";
+  info.operator_name = options.operator_name;
+  info.notes = options.notes;
+  info.software = TANKRIG_VERSION;
+  info.noise = backend.noise();
+  info.seed = options.world.seed;
+  if (backend.world()) info.light = backend.world()->light();
+  info.clock_begin = read_clock_pair(backend.clock());
+  return info;
+}
+
+/// What was counted and measured, however the scan ended.
+void keep_figures(SessionWriter& writer, const RigConfig& rig, Backend& backend, const ScanResult& result) {
+  SessionInfo& info = writer.info();
+  info.simulated_s = result.simulated_s;
+  if (backend.clock().real_time()) info.clock_end = read_clock_pair(backend.clock());
+  info.counts.insert(result.counts.begin(), result.counts.end());
+  info.account = result.account;
+  backend.end_wire_record();
+  for (const Statistic& s : backend.statistics()) info.devices[s.name] = s.value;
+  for (const Statistic& s : result.sync) info.devices[s.name] = s.value;
+  keep_timing(writer, rig, result);
+}
+
+/// Of each camera that lost frames how many and why; one line for those that lost none.
+void tell_frames(const SessionInfo& info, Progress& progress) {
+  std::string whole;
+  for (const auto& [camera, account] : info.account) {
+    if (!lost_nothing(info.counts, camera, account))
+      progress.warn("camera " + camera + ": " + account_line(info.counts, camera, account));
+    else
+      whole += (whole.empty() ? "" : ", ") + camera + " " + std::to_string(info.counts.at(camera + ".recorded"));
+  }
+  if (!whole.empty()) progress.note("frames recorded, none lost: " + whole);
+}
+
+/// Where what failed has been told of, most likely the disk.
+template <class Keep>
+void as_far_as_possible(Keep keep) {
+  try {
+    keep();
+  } catch (const NotOnDisk&) {
+    throw;
+  } catch (const std::exception&) {
+  }
+}
+
+}  // namespace
+
+void check_lux(const std::string& lux) {
+  if (lux == "auto") return;
+  std::size_t used = 0;
+  double value = -1;
+  try {
+    value = std::stod(lux, &used);
+  } catch (const std::exception&) {
+    used = std::string::npos;
+  }
+  if (used != lux.size() || !(value >= 0 && value <= kMaxLux))
+    throw InputError("--lux: found '" + lux + "', expected auto or a number from 0 to 10000000");
+}
+
+ScanResult record_session(const ScanOptions& options, const RigConfig& rig, const ScanPlan& plan, Backend& backend,
+                          const fs::path& path, Progress& progress, Motion& motion) {
+  SessionInfo info = session_info_of(options, backend, path);
+  const bool meter = options.lux == "auto" && rig.read_lux;
+  if (meter || options.lux != "auto") {
+    info.lux_source = meter ? "meter" : "hand";
+    info.lux_before = meter ? read_lux(backend) : std::stod(options.lux);
+  }
+  const std::string mesh = rig.object.mesh.filename().string();
+  const std::string rig_file = resolved_rig_yaml(rig, mesh);
+  info.rig_hash = sha256_of_text(rig_file);
+  // As rig.yaml will be read: a pose read and written again is not the same text, and `session recover` proves a
+  // calibration by its text.
+  describe(read_rig(ConfigNode::parse(rig_file, path / "rig.yaml")), info);
+  SessionWriterOptions writer_options;
+  writer_options.wait_when_full = !backend.clock().real_time();
+  SessionWriter writer(path, std::move(info), writer_options);
+  writer.add_file(rig.object.mesh, mesh);
+  writer.add_text("rig.yaml", rig_file);
+  writer.add_text("plan.csv", plan_csv(plan));
+
+  fs::create_directory(path / "cameras");
+  for (const RigCamera& camera : rig.cameras) {
+    write_camera_file(path / "cameras" / (camera.name + ".yaml"), camera.model, camera.name);
+    write_opencv_camera_file(path / "cameras" / (camera.name + ".opencv.yml"), camera.model, camera.name);
+  }
+
+  backend.record_wire(path);
+  PlayedFaults faults(backend, writer, options.faults);
+  SessionSink sink(writer, faults, progress);
+  std::vector<ScanCamera> cameras;
+  const std::vector<Camera*> devices = backend.cameras();
+  for (std::size_t i = 0; i < devices.size(); ++i)
+    cameras.push_back({devices[i], rig.cameras[i].record, stripe_in_view(rig, rig.cameras[i]), rig.cameras[i].trigger,
+                       rig.cameras[i].time_offset});
+  ScanJob job{plan,
+              rig.scan,
+              backend.clock(),
+              backend.arm(),
+              backend.laser(),
+              cameras,
+              sink,
+              StopOnSignal::requested(),
+              [&] { return faults.round(); },
+              [&](const ScanProgress& p) { progress.update("scan: " + p.segment, p.fraction); },
+              [&](const std::string& what) { progress.cut(what); }};
+  const auto pictures = [&] {
+    return PictureOptions{[&](double fraction) { progress.update("writing pictures", fraction); },
+                          StopOnSignal::from_now_on()};
+  };
+  ScanResult& result = job.result;
+  try {
+    motion.run(job);
+  } catch (const std::exception& e) {
+    if (result.status.empty()) result.status = std::string("stopped: ") + e.what();
+    progress.warn(result.status + "; closing the session");
+    as_far_as_possible([&] { keep_figures(writer, rig, backend, result); });
+    as_far_as_possible([&] { writer.close(result.status, pictures()); });
+    tell_frames(writer.info(), progress);
+    throw;
+  }
+  keep_figures(writer, rig, backend, result);
+  for (const std::string& fault : faults.never_began()) {
+    progress.warn("faults: " + fault + ": never began");
+    writer.event(backend.clock().now(), event_kind::kInjected, fault + " never began");
+  }
+  if (meter && result.complete()) try {
+      writer.info().lux_after = read_lux(backend);
+    } catch (const InputError& e) {
+      progress.warn(e.what());
+      writer.event(backend.clock().now(), event_kind::kFault, e.what());
+    }
+  progress.update("closing the session", 0);
+  writer.close(result.status, pictures());
+  write_checksums(path);
+  tell_frames(writer.info(), progress);
+  for (const auto& [name, count] : writer.info().counts) result.counts[name] = count;
+  result.account = writer.info().account;
+  return result;
+}
+
+}  // namespace tankrig::app

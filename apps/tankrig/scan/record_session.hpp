@@ -1,0 +1,36 @@
+// The recording part of `tankrig scan`: the rig's devices, the scan, and the session it leaves.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "apps/tankrig/arm/arm_motion.hpp"
+#include "apps/tankrig/command_line/progress.hpp"
+#include "apps/tankrig/devices/backend.hpp"
+#include "rig/config/rig_config.hpp"
+#include "rig/scan/scan.hpp"
+#include "sim_backends/world/tank_world.hpp"
+
+namespace tankrig::app {
+
+struct ScanOptions {
+  std::string rig = "tank-sim";  ///< name below etc/rigs, or a path to a rig.yaml
+  std::string preset;
+  sim::WorldOptions world;
+  std::string lux = "auto";  ///< "auto" reads the lux meter, or a value by hand
+  std::string carrier;       ///< of the arm: "can" or "serial"; empty: the rig file's
+  std::string operator_name, notes;
+  std::filesystem::path faults;  ///< fault plan for simulated or emulated devices; empty: none
+  std::filesystem::path out;     ///< session directory; empty: sessions/<rig>-<UTC>
+  bool json = false, dry_run = false;
+};
+
+/// Errors: InputError unless --lux is "auto" or a number of at least 0.
+void check_lux(const std::string& lux);
+
+/// Moves the arm and records the session.
+/// Errors: what the disk refuses.
+ScanResult record_session(const ScanOptions& options, const RigConfig& rig, const ScanPlan& plan, Backend& backend,
+                          const std::filesystem::path& path, Progress& progress, Motion& motion);
+
+}  // namespace tankrig::app

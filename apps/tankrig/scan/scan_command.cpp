@@ -1,0 +1,222 @@
+// `tankrig scan`: the whole road, from the rig file to the report.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "apps/tankrig/arm/arm_motion.hpp"
+#include "apps/tankrig/command_line/output.hpp"
+#include "apps/tankrig/command_line/progress.hpp"
+#include "apps/tankrig/command_line/rig_files.hpp"
+#include "apps/tankrig/command_line/stop.hpp"
+#include "apps/tankrig/command_line/waiting.hpp"
+#include "apps/tankrig/commands.hpp"
+#include "apps/tankrig/devices/backend.hpp"
+#include "apps/tankrig/devices/scene_check.hpp"
+#include "apps/tankrig/devices/world_options.hpp"
+#include "apps/tankrig/results/summary.hpp"
+#include "apps/tankrig/scan/dry_run.hpp"
+#include "apps/tankrig/scan/plan_check.hpp"
+#include "apps/tankrig/scan/record_session.hpp"
+#include "apps/tankrig/scan/timing.hpp"
+#include "core/input_error.hpp"
+#include "core/shown_text.hpp"
+#include "core/utc.hpp"
+#include "pipeline/report_session.hpp"
+#include "pipeline/score_session.hpp"
+#include "rig/plan/light_check.hpp"
+#include "rig/scan/before_start.hpp"
+#include "rig/scan/scan.hpp"
+#include "session/checking/checksums.hpp"
+#include "session/recording/session_lock.hpp"
+
+namespace fs = std::filesystem;
+
+namespace tankrig::app {
+namespace {
+
+/// sessions/RIG-20170503T091244Z, numbered if there is one already. Nothing of a rig's name leads elsewhere.
+fs::path default_session(std::string rig) {
+  const auto no_file_name = [](char c) { return c == '/' || static_cast<unsigned char>(c) < 0x20 || c == 0x7f; };
+  std::replace_if(rig.begin(), rig.end(), no_file_name, '_');
+  if (rig.starts_with('.')) rig.front() = '_';
+  std::string stamp = utc_now();
+  std::erase_if(stamp, [](char c) { return c == '-' || c == ':'; });
+  const fs::path base = fs::path("sessions") / (rig + "-" + stamp);
+  fs::path path = base;
+  for (int n = 2; fs::exists(path); ++n) path = base.string() + "-" + std::to_string(n);
+  return path;
+}
+
+int told_stopped(const fs::path& path, const std::string& why, const std::optional<EndState>& left, bool finished,
+                 Progress& progress) {
+  progress.warn("scan " + why + "; " + (left ? to_string(*left) : "laser and arm were not touched") +
+                ", session kept in " + printable(path.string()) +
+                (finished ? "" : ", not finished: tankrig session recover"));
+  return kPartial;
+}
+
+int stopped(const fs::path& path, const std::string& why, const std::optional<EndState>& left, Progress& progress) {
+  bool sealed = false;
+  try {
+    write_checksums(path);
+    sealed = true;
+  } catch (const std::exception& e) {
+    progress.warn(e.what());
+  }
+  return told_stopped(path, why, left, sealed && !has_spool(path), progress);
+}
+
+/// Warns of every camera that recorded clearly less than the plan holds. True if one has too little to make a cloud of,
+/// or if nobody knows what became of frames.
+bool frames_are_missing(const RigConfig& rig, const ScanPlan& plan, const ScanResult& result, Progress& progress) {
+  bool too_few = false;
+  for (const RigCamera& camera : rig.cameras) {
+    const int expected = expected_frames(rig, camera, plan);
+    const std::uint64_t recorded = result.counts.at(camera.name + ".recorded");
+    too_few = too_few || !result.account.at(camera.name).closes();
+    if (static_cast<double>(recorded) >= 0.9 * expected) continue;
+    progress.warn("camera " + camera.name + ": " + std::to_string(recorded) + " frames recorded, the plan holds " +
+                  std::to_string(expected));
+    too_few = too_few || static_cast<double>(recorded) < 0.5 * expected;
+  }
+  return too_few;
+}
+
+nlohmann::ordered_json scan_json(const RigConfig& rig, const Session& session, const std::vector<Score>& scores,
+                                 const ScanResult& result, double wall_s) {
+  nlohmann::ordered_json out = scores_json(scores);
+  out["session"] = session.path.string();
+  out["wall_s"] = wall_s;
+  out["simulated_s"] = result.simulated_s;
+  out["frames"] = session.frames.size();
+  for (const auto& [camera, account] : result.account) {
+    nlohmann::ordered_json& frames = out["cameras"][camera];
+    frames = {{"expected", account.expected}, {"recorded", result.counts.at(camera + ".recorded")}};
+    frames["left_out"] = nlohmann::ordered_json::object();
+    for (const auto& [reason, count] : frame_reasons(result.counts, camera)) frames["left_out"][reason] = count;
+    frames["unaccounted"] = account.unaccounted;
+  }
+  if (result.times) out["timing"] = timing_json(session_timing(*result.times, rig.scan.cycle_hz));
+  return out;
+}
+
+void print_scan(const Session& session, const std::vector<Score>& scores, const ScanResult& result, bool real_time,
+                double wall_s) {
+  std::printf("%s%s", score_table(tabled(scores)).c_str(), sync_line(result.sync).c_str());
+  std::printf("%zu frames, a scan of %.1f s%s, all in %.1f s\nlook at %s\n", session.frames.size(), result.simulated_s,
+              real_time ? "" : " simulated", wall_s, (session.path / "report.html").c_str());
+}
+
+/// Errors: InputError if its light is not as the rig file allows, or would not be verified.
+ScanPlan plan_from(const RigConfig& rig, const JointVector& posture) {
+  ScanPlan plan = make_scan_plan(rig.scan, posture);
+  check_light(plan, rig.scan.safety);
+  for (const RigCamera& camera : rig.cameras) check_witness(plan, rig.scan.safety.beam, camera.name, camera.record);
+  return plan;
+}
+
+int scan(const ScanOptions& options) {
+  const auto began = std::chrono::steady_clock::now();
+  check_lux(options.lux);
+  Progress progress;
+  const RigConfig rig = load_rig(find_rig(options.rig), options.preset);
+  const PipelineParameters parameters = pipeline_parameters(rig.root);
+  if (options.dry_run) {
+    if (!rig.scene.empty())
+      for (const std::string& warning : scene_warnings(rig, sim::TankWorld::load(rig.scene, options.world)))
+        progress.warn(warning);
+    const ScanPlan plan = plan_from(rig, rig.scan.park);
+    print_dry_run(rig, plan, check_plan(rig, plan), options.json);
+    return kOk;
+  }
+  const StopOnSignal stop_on_signal;  // before the devices: it outlives them
+  const OwnBackend backend =
+      make_backend(rig, {.world = options.world, .carrier = options.carrier, .faults = options.faults});
+  for (const std::string& warning : backend->warnings()) progress.warn(warning);
+  for (const Statistic& s : backend->statistics())
+    if (s.name == "arm.bus_load_percent")
+      progress.note("arm: its wire is busy for " + std::to_string(std::lround(s.value)) + " % of the time");
+
+  const JointVector posture = homed_posture(*backend, options.rig);
+  const ScanPlan plan = plan_from(rig, posture);
+  check_plan(rig, plan);
+
+  const fs::path path = options.out.empty() ? default_session(rig.name) : options.out;
+  if (fs::exists(path)) throw InputError(path, "exists already, expected a new session directory");
+  check_room(rig, plan, path);
+  check_laser_ready(rig.scan, backend->laser(), backend->interlock_closed());
+  auto stops = std::make_unique<RigStops>(*backend, progress);
+  if (backend->clock().real_time()) check_real_time(rig.scan.real_time);  // refused before there is a session
+  if (StopOnSignal::requested()) {
+    progress.warn("scan stopped before anything moved");
+    return kPartial;
+  }
+  ScanResult result;
+  Motion motion(*backend, rig.scan.safety, progress);
+  try {
+    result = record_session(options, rig, plan, *backend, path, progress, motion);
+    stops.reset();
+  } catch (const NotOnDisk& e) {
+    return told_stopped(path, std::string("stopped: ") + e.what(), motion.left(), false, progress);
+  } catch (const std::exception& e) {
+    if (!motion.left() && !fs::exists(path / "session.yaml")) throw;
+    return stopped(path, std::string("stopped: ") + e.what(), motion.left(), progress);
+  }
+  if (result.times && !options.json) {
+    progress.finish_line();
+    print_timing(rig, result);
+  }
+  if (!result.complete()) return stopped(path, result.status, motion.left(), progress);
+  if (has_spool(path)) return stopped(path, "stopped while writing pictures", motion.left(), progress);
+  const bool partial = frames_are_missing(rig, plan, result, progress);
+
+  std::optional<Waiting> waiting(std::in_place, "another program to finish reading " + printable(path.string()));
+  const SessionLock at_rest(path, SessionUse::kWrite, std::chrono::minutes(10));
+  waiting.reset();
+  const Session session = Session::open(path);
+  OutsideView outside;
+  if (const sim::TankWorld* tank = backend->world())
+    outside = [tank](const JointVector& q, bool laser_on) { return tank->render_external(q, laser_on, 1280, 860); };
+  const auto scores =
+      reconstruct_and_report(session, parameters, StopOnSignal::requested(), progress.callback(), outside);
+  progress.finish_line();
+  if (!scores) {
+    progress.warn("stopped before the report; the scan is complete: tankrig report " + path.string());
+    return kPartial;
+  }
+  const double wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+  if (options.json)
+    print_json(scan_json(rig, session, *scores, result, wall));
+  else
+    print_scan(session, *scores, result, backend->clock().real_time(), wall);
+  return partial ? kPartial : kOk;
+}
+
+}  // namespace
+
+void add_scan(CLI::App& app, ChosenCommand& chosen) {
+  CLI::App* c = app.add_subcommand("scan", "Sweep the arm, record a session, reconstruct, score, report");
+  ScanOptions& o = options_of(c, chosen, &scan);
+  c->footer(
+      "Exit code: 0 done; 3 in part: stopped, or frames are missing; 1 failed; 2 wrong words on the command line.\n"
+      "Example: tankrig scan --rig tank-sim --light 0.5 --noise 0.02 --json");
+  add_rig_option(c, o.rig);
+  c->add_option("--preset", o.preset, "Preset of the rig file; tank-sim and tank-wire have: fine");
+  add_world_options(c, o.world);
+  c->add_option("--lux", o.lux, "'auto' reads the lux meter before and after the sweep; or a value by hand [lx]")
+      ->capture_default_str();
+  add_carrier_option(c, o.carrier);
+  c->add_option("--faults", o.faults,
+                "Play this fault plan on simulated or emulated devices (docs/reference/faults.md)")
+      ->check(CLI::ExistingFile);
+  c->add_option("--operator", o.operator_name, "Who runs the experiment");
+  c->add_option("--notes", o.notes, "Free text kept in the session");
+  c->add_option("--out", o.out, "Session directory, which must not exist (default: sessions/RIG-DATE)");
+  c->add_flag("--dry-run", o.dry_run,
+              "Print the path from the park posture, clearance, duration and disk need; uses no devices");
+  add_json_flag(c, o.json);
+}
+
+}  // namespace tankrig::app

@@ -1,0 +1,83 @@
+// `tankrig init`: a rig of one's own to edit, complete in one folder.
+#include <cstdio>
+#include <regex>
+
+#include "apps/tankrig/command_line/output.hpp"
+#include "apps/tankrig/command_line/rig_files.hpp"
+#include "apps/tankrig/commands.hpp"
+#include "apps/tankrig/session/open_session.hpp"
+#include "core/config_node.hpp"
+#include "core/input_error.hpp"
+#include "core/text_files.hpp"
+#include "rig/config/rig_config.hpp"
+#include "rig/config/scan_section.hpp"
+
+namespace fs = std::filesystem;
+
+namespace tankrig::app {
+namespace {
+
+struct InitOptions {
+  std::filesystem::path directory;
+  std::string from = "tank-sim";
+  bool keys = false;  ///< print the keys of `scan` and make nothing
+};
+
+/// `text` with every path in front of the file name `name` removed: "../objects/box.obj" becomes "box.obj".
+std::string without_folder(const std::string& text, const std::string& name) {
+  const std::string literal = std::regex_replace(name, std::regex(R"([.^$|()\[\]{}*+?\\])"), R"(\$&)");
+  return std::regex_replace(text, std::regex(R"([\w./-]*/)" + literal), name);
+}
+
+/// The rig file with another name.
+std::string named(const std::string& text, const std::string& name) {
+  const std::string literal = std::regex_replace(name, std::regex(R"(\$)"), "$$$$");
+  return std::regex_replace(text, std::regex(R"((^|\n)name: *[^ #\n]+)"), "$1name: " + literal,
+                            std::regex_constants::format_first_only);
+}
+
+int init(const InitOptions& options) {
+  if (options.keys) {
+    std::printf("%s", scan_section_table().c_str());
+    return kOk;
+  }
+  const fs::path file = find_rig(options.from);
+  if (fs::exists(options.directory)) throw InputError(options.directory, "exists already, expected a new folder");
+  const ConfigNode root = rig_file(file);
+  if (!root.has("scene")) root.fail("scene", "found nothing, expected a scene to start from");
+  const fs::path scene = root.path("scene"), mesh = root.child("object").path("mesh");
+  const std::string name = yaml_quoted(session_path(options.directory).filename().string());
+  UnfinishedFolder made(options.directory);
+  const fs::path& building = made.path();
+  const auto rig_text = [&](const fs::path& of) {
+    return without_folder(without_folder(read_whole_file(of), scene.filename()), mesh.filename());
+  };
+  if (!root.has("base")) {
+    write_file_durably(building / "rig.yaml", named(rig_text(file), name));
+  } else {
+    write_file_durably(building / "base.yaml", rig_text(root.path("base")));
+    const std::string text =
+        std::regex_replace(rig_text(file), std::regex(R"((^|\n)base: *[^ #\n]+)"), "$1base: base.yaml");
+    write_file_durably(building / "rig.yaml", named(text, name));
+  }
+  write_file_durably(building / scene.filename(), without_folder(read_whole_file(scene), mesh.filename()));
+  write_file_durably(building / mesh.filename(), read_whole_file(mesh));
+  made.put_in_place();
+  std::printf("%s: edit rig.yaml, then  tankrig scan --rig %s\n", options.directory.c_str(), options.directory.c_str());
+  return kOk;
+}
+
+}  // namespace
+
+void add_init(CLI::App& app, ChosenCommand& chosen) {
+  CLI::App* c = app.add_subcommand("init", "Write a commented rig to start from: rig file, scene and object");
+  InitOptions& o = options_of(c, chosen, &init);
+  c->footer("Example: tankrig init my-rig && tankrig scan --rig my-rig/rig.yaml");
+  auto* what = c->add_option_group("what");
+  what->add_option("directory", o.directory, "Folder to make");
+  what->add_flag("--keys", o.keys, "Print every key of a rig file's scan section: default, range, meaning");
+  what->require_option(1);
+  c->add_option("--from", o.from, "Rig to start from")->capture_default_str();
+}
+
+}  // namespace tankrig::app
