@@ -54,8 +54,8 @@ const std::regex& driver_headers() {
 TEST(GuardedOutputs, AreTheOnlyWayToLightAndMotion) {
   EXPECT_THAT(matching(TANKRIG_SOURCE_DIR, driver_headers()),
               ::testing::UnorderedElementsAre("rig/safety/guarded_outputs.hpp", "apps/tankrig/devices/backend.hpp",
-                                              "apps/tankrig/devices/device_backend.cpp", "apps/tankrig/devices/mock_backend.cpp",
-                                              "apps/tankrig/arm/arm_home.cpp"))
+                                              "apps/tankrig/devices/device_backend.cpp",
+                                              "apps/tankrig/devices/mock_backend.cpp", "apps/tankrig/arm/arm_home.cpp"))
       << "the guard holds the right; the backends make the drivers; homing moves the arm on its own, laser off";
 }
 
