@@ -14,6 +14,9 @@ struct LaserState {
   bool emitting = false;                   ///< powered, and warm-up over
   Stamp since{};                           ///< when `emitting` or, if off, `powered` last changed
   std::optional<bool> interlock_closed{};  ///< the interlock's loop, where the device reads it
+
+  /// Sure to give no light.
+  bool dark() const noexcept { return !powered && !emitting; }
 };
 
 class OutputRight;

@@ -31,7 +31,7 @@ void BeamWatch::add_camera(const std::string& name, StripeInView in_view) {
 }
 
 void BeamWatch::add(const CycleRecord& record) {
-  const bool emitting = record.laser_known ? record.laser_emitting : emitting_;
+  const bool emitting = record.laser ? record.laser->emitting : emitting_;
   if (record.laser_commanded != commanded_ || emitting != emitting_) switched_ = record.stamp;
   commanded_ = record.laser_commanded;
   emitting_ = emitting;

@@ -16,12 +16,16 @@ class LaserTimeline {
 
   /// Records in order of their stamps. One that could not read the laser says nothing of it.
   void add(const CycleRecord& record) {
-    if (!record.laser_known) return;
-    if (edges_.empty() || edges_.back().emitting != record.laser_emitting)
-      edges_.push_back({edges_.empty() ? Stamp{std::numeric_limits<std::int64_t>::min()} : record.laser_since,
-                        record.laser_emitting});
+    if (record.laser) add(record.stamp, *record.laser);
+  }
+
+  /// What the laser told at `now`.
+  void add(Stamp now, const LaserState& laser) {
+    if (edges_.empty() || edges_.back().emitting != laser.emitting)
+      edges_.push_back(
+          {edges_.empty() ? Stamp{std::numeric_limits<std::int64_t>::min()} : laser.since, laser.emitting});
     if (edges_.size() > kEdges) edges_.pop_front();
-    known_until_ = record.stamp;
+    known_until_ = now;
   }
 
   /// What the laser did in all of [begin, end].

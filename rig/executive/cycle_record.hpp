@@ -1,7 +1,10 @@
 // What one cycle of the executive saw and did: the only thing that leaves it.
 #pragma once
 
+#include <optional>
+
 #include "drivers/arm/arm.hpp"
+#include "drivers/laser/laser.hpp"
 #include "rig/safety/joint_monitor.hpp"
 
 namespace tankrig {
@@ -53,11 +56,8 @@ struct CycleRecord {
   bool armed = false;                         ///< the safety step's
   bool holding = false;                       ///< likewise
   bool laser_commanded = false;
-  bool laser_known = false;  ///< its state could be read in this cycle: what follows is the device's word
-  bool laser_powered = false;
-  bool laser_emitting = false;
-  Stamp laser_since{};      ///< LaserState::since
-  bool has_joints = false;  ///< `joints` is new in this cycle
+  std::optional<LaserState> laser{};  ///< the device's word; nothing: it could not be read in this cycle
+  bool has_joints = false;            ///< `joints` is new in this cycle
   JointState joints{};
   JointVector planned = JointVector::Zero();  ///< position set-point
   JointVector desired = JointVector::Zero();  ///< velocity asked for

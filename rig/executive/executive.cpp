@@ -34,7 +34,7 @@ Fault fault_of(ErrorCode code, Fault otherwise) noexcept {
 
 Executive::Executive(const ScanPlan& plan, const ScanSettings& settings, Arm& arm, Laser& laser,
                      std::size_t ring_capacity)
-    : plan_(&plan),
+    : plan_(plan),
       settings_(settings),
       guard_(arm, laser, settings.safety),
       rest_(settings.safety.rest_velocity),
@@ -52,13 +52,12 @@ void Executive::step(Stamp now, const TimeAsleep& asleep) noexcept {
   record.cycle = cycle_++;
 
   const std::int64_t zero = plan_zero_ns_.load(std::memory_order_acquire);
-  if (state_ == ExecutiveState::kWaiting) take_plan(next_plan_.load(std::memory_order_relaxed));
   record.plan_time = zero == kNotStarted ? -1 : seconds(now - Stamp{zero});
-  record.segment = static_cast<std::uint32_t>(plan_->segment_at(record.plan_time));
-  record.planned = plan_->at(record.plan_time).q;
+  record.segment = static_cast<std::uint32_t>(plan_.segment_at(record.plan_time));
+  record.planned = plan_.at(record.plan_time).q;
 
   if (state_ == ExecutiveState::kWaiting && record.plan_time >= 0) state_ = ExecutiveState::kRunning;
-  if (state_ == ExecutiveState::kRunning && record.plan_time >= plan_->duration()) state_ = ExecutiveState::kDone;
+  if (state_ == ExecutiveState::kRunning && record.plan_time >= plan_.duration()) state_ = ExecutiveState::kDone;
   if (state_ != ExecutiveState::kFault && stop_asked()) state_ = ExecutiveState::kStopped;
 
   slept_ = suspend_watch_.look(asleep);
@@ -86,12 +85,6 @@ void Executive::step(Stamp now, const TimeAsleep& asleep) noexcept {
   if (!ring_.try_push(record)) dropped_.fetch_add(1, std::memory_order_relaxed);
 }
 
-void Executive::take_plan(const ScanPlan* plan) noexcept {
-  if (!plan || plan == plan_) return;
-  plan_ = plan;
-  monitor_.set_reach(plan->reach());
-}
-
 void Executive::read_joints(CycleRecord& record) noexcept {
   const auto news = guard_.read_joints();
   if (!news.ok()) {
@@ -112,10 +105,7 @@ void Executive::read_laser(CycleRecord& record) noexcept {
     raise(fault_of(laser.error().code, Fault::kLaser), laser.error());
     return;
   }
-  record.laser_known = true;
-  record.laser_powered = laser.value().powered;
-  record.laser_emitting = laser.value().emitting;
-  record.laser_since = laser.value().since;
+  record.laser = laser.value();
   loop_closed_ = laser.value().interlock_closed.value_or(true);
   if (const auto wrong = laser_watch_.look(laser.value(), guard_.laser_commanded(), guard_.laser_warm_up(),
                                            record.stamp, record.stamp - last_step_))
@@ -129,26 +119,21 @@ void Executive::check_silence(const CycleRecord& record) noexcept {
 
 void Executive::check_following(CycleRecord& record) noexcept {
   if (state_ != ExecutiveState::kRunning || !joints_) return;
-  const JointVector planned = planned_when_measured(*plan_, record.plan_time, record.stamp - joints_->stamp, *joints_);
+  const JointVector planned = planned_when_measured(plan_, record.plan_time, record.stamp - joints_->stamp, *joints_);
   record.following_error = (planned - joints_->q).cwiseAbs().maxCoeff();
   raise(monitor_.check_following(planned, joints_->q), record.stamp);
 }
 
 InterlockOutputs Executive::decide(const CycleRecord& record) noexcept {
-  const Segment& segment = plan_->segments()[record.segment];
+  const Segment& segment = plan_.segments()[record.segment];
   const bool running = state_ == ExecutiveState::kRunning;
   const Duration silence{record.stamp.ns - heartbeat_ns_.load(std::memory_order_relaxed)};
   const bool fresh = seconds(silence) <= settings_.control.heartbeat_timeout;
   if (running && !fresh && heartbeat_ns_.load(std::memory_order_relaxed) != 0)
     raise(Fault::kHeartbeat, {ErrorCode::kTimeout, 0, record.stamp, "executive: heartbeat"});
-  const std::uint32_t resets = resets_.load(std::memory_order_acquire);
-  const bool reset = std::exchange(resets_seen_, resets) != resets;
-  if (const Status over = reset ? guard_.clear_arm_faults() : Status{}; !over.ok())
-    raise(fault_of(over.error().code, Fault::kArmRead), over.error());
   InterlockInputs in;
   in.now = record.stamp;
   in.arm = armed_.load(std::memory_order_relaxed);
-  in.reset = reset;
   in.hold = running && segment.hold;
   in.interlock_closed = interlock_.load(std::memory_order_relaxed) && loop_closed_;
   in.heartbeat_fresh = fresh;
@@ -159,25 +144,12 @@ InterlockOutputs Executive::decide(const CycleRecord& record) noexcept {
   in.laser_request = running && laser_request(record, segment);
   in.beam = beam_.load(std::memory_order_relaxed);
 
-  const bool ended = state_ == ExecutiveState::kStopped || state_ == ExecutiveState::kDone;
   const bool hold_asked = in.hold && !guard_.state().last_hold;
   const InterlockOutputs allowed = guard_.step(in);
-  if (allowed.recovered || (in.reset && ended && !guard_.state().latched)) recover();
   raise(allowed.trip, in.beam, record.stamp);
   if (hold_asked && guard_.state().armed && !guard_.state().holding)  // the edge is lost: it would stay dark
     raise(Fault::kHoldRefused, {ErrorCode::kRefused, 0, record.stamp, "arm: expected at rest"});
   return allowed;
-}
-
-/// Nothing of what was planned goes on: the laser is disarmed, the arm waits where it is measured to be.
-void Executive::recover() noexcept {
-  guard_.disarm();
-  state_ = ExecutiveState::kWaiting;
-  fault_ = Fault::kNone;
-  error_ = {};
-  violation_.reset();
-  plan_zero_ns_.store(kNotStarted, std::memory_order_relaxed);
-  laser_watch_.forget();
 }
 
 void Executive::raise(Trip trip, BeamVerdict beam, Stamp now) noexcept {
@@ -200,7 +172,7 @@ bool Executive::laser_request(const CycleRecord& record, const Segment& segment)
 /// Set-points towards the plan; rest where there is nothing to follow. What the monitor refuses is a fault.
 JointVector Executive::follow(const CycleRecord& record) noexcept {
   if (state_ != ExecutiveState::kRunning || !joints_) return JointVector::Zero();
-  const JointVector velocity = follower_.step(*plan_, record.plan_time, record.stamp - joints_->stamp, *joints_);
+  const JointVector velocity = follower_.step(plan_, record.plan_time, record.stamp - joints_->stamp, *joints_);
   raise(monitor_.check_set_point(velocity, *joints_), record.stamp);
   return velocity;
 }

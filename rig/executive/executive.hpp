@@ -35,18 +35,13 @@ class Executive {
   /// The plan's time 0; it must lie in the future. Until then the arm rests. A plan that does not begin where the arm
   /// is measured to be is a following error before anything moves.
   void start(Stamp plan_zero) noexcept { plan_zero_ns_.store(plan_zero.ns, std::memory_order_release); }
-  /// Another plan, which outlives the executive or the next one. In kWaiting only.
-  void start(const ScanPlan& plan, Stamp plan_zero) noexcept {
-    next_plan_.store(&plan, std::memory_order_relaxed);
-    start(plan_zero);
-  }
 
   // Switches of the safety step; all off until they are set.
   void set_armed(bool on) noexcept { armed_.store(on, std::memory_order_relaxed); }
   void set_interlock(bool closed) noexcept { interlock_.store(closed, std::memory_order_relaxed); }
   /// Whoever supervises the cycle was well at `when`.
   void heartbeat(Stamp when) noexcept { heartbeat_ns_.store(when.ns, std::memory_order_relaxed); }
-  /// Laser off, then arm stopped, in the next cycle, until a reset.
+  /// Laser off, then arm stopped, in the next cycle, for good.
   void request_stop() noexcept { stop_.store(true, std::memory_order_relaxed); }
   /// Likewise while `flag` is set, whoever sets it: it needs no supervisor to be passed on. Before the first cycle.
   void stop_also_on(const std::atomic<bool>& flag) noexcept { outside_stop_ = &flag; }
@@ -54,13 +49,6 @@ class Executive {
   void stop_past_cycle() noexcept {
     request_stop();
     guard_.force_safe_past_cycle();
-  }
-  /// One edge: from fault, stopped or done to waiting at the measured posture, if everything is well now. The laser
-  /// must be armed again by an edge, and no plan runs until the next start().
-  void request_reset() noexcept {
-    stop_.store(false, std::memory_order_relaxed);
-    overrun_.store(false, std::memory_order_relaxed);
-    resets_.fetch_add(1, std::memory_order_release);
   }
   /// What the cameras say.
   /// Threads: any.
@@ -93,9 +81,7 @@ class Executive {
   InterlockOutputs decide(const CycleRecord& record) noexcept;
   bool laser_request(const CycleRecord& record, const Segment& segment) const noexcept;
   JointVector follow(const CycleRecord& record) noexcept;
-  void take_plan(const ScanPlan* plan) noexcept;
   void act(CycleRecord& record, const InterlockOutputs& allowed) noexcept;
-  void recover() noexcept;
   void write_outputs(CycleRecord& record) noexcept;
   void force_safe(CycleRecord& record) noexcept;
   void raise(Fault fault, const Error& error = {}) noexcept;
@@ -105,7 +91,7 @@ class Executive {
     return stop_.load(std::memory_order_relaxed) || (outside_stop_ && outside_stop_->load(std::memory_order_relaxed));
   }
 
-  const ScanPlan* plan_;
+  const ScanPlan& plan_;
   const ScanSettings settings_;
   GuardedOutputs guard_;
   RestWatch rest_;
@@ -119,8 +105,6 @@ class Executive {
   std::atomic<std::int64_t> heartbeat_ns_{0};
   std::atomic<bool> armed_{false}, interlock_{false}, stop_{false}, overrun_{false}, thread_died_{false};
   std::atomic<BeamVerdict> beam_{BeamVerdict::kNone};
-  std::atomic<std::uint32_t> resets_{0};
-  std::atomic<const ScanPlan*> next_plan_{nullptr};
   const std::atomic<bool>* outside_stop_ = nullptr;
   CycleListener* listener_ = nullptr;
   std::atomic<std::uint64_t> dropped_{0};
@@ -131,9 +115,8 @@ class Executive {
   Fault fault_ = Fault::kNone;
   Error error_{};
   std::optional<JointViolation> violation_;
-  bool raised_ = false;  // a fault since the last decision
-  bool slept_ = false;   // since the step before
-  std::uint32_t resets_seen_ = 0;
+  bool raised_ = false;               // a fault since the last decision
+  bool slept_ = false;                // since the step before
   std::optional<JointState> joints_;  // newest
   Stamp last_news_{};
   Stamp last_step_{};

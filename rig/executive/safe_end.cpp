@@ -28,14 +28,14 @@ void SafeEnd::add(const CycleRecord& r) {
       r.state == ExecutiveState::kDone || r.state == ExecutiveState::kStopped || r.state == ExecutiveState::kFault;
   if (!over) return;
   if (!ended_at_) ended_at_ = r.stamp;
-  left_.laser_dark = r.laser_known && !r.laser_powered && !r.laser_emitting;
+  left_.laser_dark = r.laser && r.laser->dark();
   if (r.has_joints && r.joints.stamp > *ended_at_) {
     rest_.add(r.joints);
     news_ = r.stamp;
   }
   left_.arm_at_rest = rest_.at_rest() && now_ - news_ <= kNewsAge;
   const bool early = now_ - *ended_at_ <= kUsual;
-  expected_.laser_dark = left_.laser_dark || (early && r.laser_known && r.laser_off.ok());
+  expected_.laser_dark = left_.laser_dark || (early && r.laser && r.laser_off.ok());
   expected_.arm_at_rest = left_.arm_at_rest || (early && r.arm_stop.ok() && now_ - *heard_ <= kNewsAge);
 }
 

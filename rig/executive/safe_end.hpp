@@ -12,7 +12,7 @@ namespace tankrig {
 
 /// What was confirmed by the devices themselves after the end, not what was commanded.
 struct EndState {
-  bool laser_dark = false;   ///< Laser::state() was read: neither powered nor emitting
+  bool laser_dark = false;   ///< Laser::state() was read: dark()
   bool arm_at_rest = false;  ///< measured velocities have been below creep for a while, and still are measured
 
   bool safe() const noexcept { return laser_dark && arm_at_rest; }

@@ -27,11 +27,6 @@ class GuardedOutputs {
 
   /// Once per cycle, before any output.
   const InterlockOutputs& step(InterlockInputs in) noexcept;
-  /// The laser must be armed again by an edge; what this step allowed is taken back.
-  void disarm() noexcept {
-    state_.armed = state_.holding = false;
-    allowed_ = {};
-  }
   const InterlockState& state() const noexcept { return state_; }
 
   /// On if the step wants light, else off; only where that is a change of what the laser's driver took last.
@@ -50,8 +45,6 @@ class GuardedOutputs {
     [[maybe_unused]] const Status dark = laser_.off();
     [[maybe_unused]] const Status rest = arm_.stop();
   }
-  /// With a reset: what the driver itself keeps is forgotten, where it is over.
-  Status clear_arm_faults() noexcept { return arm_.clear_faults(); }
 
   // What the devices say.
   Result<std::optional<JointState>> read_joints() noexcept { return arm_.try_read(); }

@@ -30,21 +30,17 @@ Trip trip_of(const InterlockState& state, const InterlockInputs& in, const Inter
 
 InterlockStep step(const InterlockState& state, const InterlockInputs& in, const InterlockLimits& limits) noexcept {
   const bool arm_edge = in.arm && !state.last_arm;
-  const bool reset_edge = in.reset && !state.last_reset;
   const bool hold_edge = in.hold && !state.last_hold;
   const bool lines = in.interlock_closed && in.heartbeat_fresh;
-  const bool fault = in.slept || in.device_fault || in.beam != BeamVerdict::kNone;
 
   InterlockStep next;
   InterlockState& s = next.state;
   s = state;
   s.last_arm = in.arm;
-  s.last_reset = in.reset;
   s.last_hold = in.hold;
   s.armed = s.holding = false;
   if (state.latched) {
-    s.latched = !(reset_edge && lines && !fault);
-    next.outputs.recovered = !s.latched;
+    s.latched = true;
   } else if (const Trip trip = trip_of(state, in, limits); trip != Trip::kNone) {
     s.latched = true;
     next.outputs.trip = trip;

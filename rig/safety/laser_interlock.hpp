@@ -25,7 +25,6 @@ struct InterlockLimits {
 struct InterlockInputs {
   Stamp now{};
   bool arm = false;               ///< arming switch: a scan's own, once it is begun
-  bool reset = false;             ///< reset button; no command has one yet: a fault ends the scan
   bool hold = false;              ///< operator's request for light with the arm at rest
   bool interlock_closed = false;  ///< lid, key, door: open means no emission
   bool heartbeat_fresh = false;   ///< the supervising loop was heard of lately
@@ -42,7 +41,6 @@ struct InterlockState {
   bool latched = false;
   bool holding = false;
   bool last_arm = true;  ///< a switch found closed at power-up is no edge
-  bool last_reset = true;
   bool last_hold = true;
   bool stretch = false;  ///< light, and the time after it in which new light belongs to the same stretch
   Stamp armed_at{};      ///< while armed
@@ -67,7 +65,6 @@ enum class Trip : std::uint8_t {
 struct InterlockOutputs {
   bool laser = false;       ///< beam allowed and wanted
   bool motion = false;      ///< arm may move
-  bool recovered = false;   ///< a reset was accepted by this very step: what was planned before is void
   Trip trip = Trip::kNone;  ///< a fault was latched by this very step
 };
 
@@ -85,21 +82,20 @@ struct InterlockStep {
 ///   over    light is asked for, and its stretch is longer than maximum_on
 ///   time    the hold is younger than its limit
 ///
-///   | latched armed holding | arm  reset hold | slept fault lines over rest sweeping time | -> latched armed holding |
-///   | yes     -     -       | -    edge  -    | no    no    yes   -    -    -        -    | -> no      no    no      |  arm again after it
-///   | yes     -     -       | -    -     -    | -     -     -     -    -    -        -    | -> yes     no    no      |
-///   | no      -     -       | -    -     -    | yes   -     -     -    -    -        -    | -> yes     no    no      |  the machine slept, armed or not
-///   | no      -     -       | -    -     -    | -     yes   -     -    -    -        -    | -> yes     no    no      |  trips, armed or not
-///   | no      yes   -       | -    -     -    | -     -     no    -    -    -        -    | -> yes     no    no      |  interlock, heartbeat
-///   | no      yes   -       | -    -     -    | -     -     -     yes  -    -        -    | -> yes     no    no      |  lit for too long
-///   | no      yes   yes     | -    -     -    | -     -     -     -    no   -        -    | -> yes     no    no      |  moved in a hold
-///   | no      yes   -       | no   -     -    | -     -     -     -    -    -        -    | -> no      no    no      |  disarming is no fault
-///   | no      yes   yes     | -    -     yes  | -     -     -     -    -    no       yes  | -> no      yes   yes     |
-///   | no      yes   yes     | -    -     -    | -     -     -     -    -    -        -    | -> no      yes   no      |  let go, or its time is up
-///   | no      yes   no      | -    -     edge | -     -     -     -    yes  no       -    | -> no      yes   yes     |
-///   | no      yes   no      | -    -     -    | -     -     -     -    -    -        -    | -> no      yes   no      |
-///   | no      no    -       | edge -     -    | -     -     yes   -    -    -        -    | -> no      yes   no      |
-///   | no      no    -       | -    -     -    | -     -     -     -    -    -        -    | -> no      no    no      |  an edge while not good is lost
+///   | latched armed holding | arm  hold | slept fault lines over rest sweeping time | -> latched armed holding |
+///   | yes     -     -       | -    -    | -     -     -     -    -    -        -    | -> yes     no    no      |
+///   | no      -     -       | -    -    | yes   -     -     -    -    -        -    | -> yes     no    no      |  the machine slept, armed or not
+///   | no      -     -       | -    -    | -     yes   -     -    -    -        -    | -> yes     no    no      |  trips, armed or not
+///   | no      yes   -       | -    -    | -     -     no    -    -    -        -    | -> yes     no    no      |  interlock, heartbeat
+///   | no      yes   -       | -    -    | -     -     -     yes  -    -        -    | -> yes     no    no      |  lit for too long
+///   | no      yes   yes     | -    -    | -     -     -     -    no   -        -    | -> yes     no    no      |  moved in a hold
+///   | no      yes   -       | no   -    | -     -     -     -    -    -        -    | -> no      no    no      |  disarming is no fault
+///   | no      yes   yes     | -    yes  | -     -     -     -    -    no       yes  | -> no      yes   yes     |
+///   | no      yes   yes     | -    -    | -     -     -     -    -    -        -    | -> no      yes   no      |  let go, or its time is up
+///   | no      yes   no      | -    edge | -     -     -     -    yes  no       -    | -> no      yes   yes     |
+///   | no      yes   no      | -    -    | -     -     -     -    -    -        -    | -> no      yes   no      |
+///   | no      no    -       | edge -    | -     -     yes   -    -    -        -    | -> no      yes   no      |
+///   | no      no    -       | -    -    | -     -     -     -    -    -        -    | -> no      no    no      |  an edge while not good is lost
 ///
 /// Outputs, from the new state:
 ///
@@ -107,8 +103,10 @@ struct InterlockStep {
 ///            AND NOT in a stretch longer than maximum_on
 ///   motion = NOT latched AND NOT holding
 ///
+/// Latched is for good: a fault ends the scan.
 /// So light means: armed by an edge, indicated before, lines closed, no fault, in a sweep or in a hold at rest, and not
-/// beyond maximum_on. Whoever acts on it takes the laser off first, then stops the arm.  RT: safe.
+/// beyond maximum_on. Whoever acts on it takes the laser off first, then stops the arm.
+/// RT: safe.
 // clang-format on
 InterlockStep step(const InterlockState& state, const InterlockInputs& in, const InterlockLimits& limits) noexcept;
 

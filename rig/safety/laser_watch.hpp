@@ -20,7 +20,7 @@ class LaserWatch {
   /// `passed`: since the last look.
   std::optional<Error> look(const LaserState& laser, bool commanded, Duration warm_up, Stamp now,
                             Duration passed) noexcept {
-    if (!laser.powered && !laser.emitting)
+    if (laser.dark())
       stray_ = Duration{0};
     else if (!commanded)
       stray_ += passed;
@@ -32,9 +32,6 @@ class LaserWatch {
     if (dark_ > warm_up + on_margin_) return Error{ErrorCode::kTimeout, 0, now, "laser: dark after its warm-up"};
     return std::nullopt;
   }
-
-  /// After a reset: what was is over.
-  void forget() noexcept { stray_ = dark_ = Duration{0}; }
 
  private:
   const Duration off_allowance_, on_margin_;

@@ -57,9 +57,7 @@ class Replay {
     for (const SessionEvent& event : recorded.events)
       if (event.kind == event_kind::kLaser && (event.text == kLaserEmitting || event.text == kLaserDark))
         edges_.push_back(&event);
-    CycleRecord dark;  // before it is ever told of
-    dark.laser_known = true;
-    laser_.add(dark);
+    laser_.add({}, told_);  // dark before it is ever told of
   }
 
   ReplayCounts run(const std::function<void(Stamp)>& before) {
@@ -90,17 +88,12 @@ class Replay {
 
   /// A device tells of a change later than it was: by the time its frames came, the scan knew.
   void tell_laser(Stamp now) {
-    CycleRecord record;
-    record.stamp = now;
-    record.laser_known = true;
     for (; edge_ < edges_.size() && seconds(edges_[edge_]->stamp - now) < kLaserToldWithin; ++edge_) {
-      emitting_ = edges_[edge_]->text == kLaserEmitting;
-      record.laser_emitting = emitting_;
-      record.laser_since = edges_[edge_]->stamp;
-      laser_.add(record);
+      told_.emitting = edges_[edge_]->text == kLaserEmitting;
+      told_.since = edges_[edge_]->stamp;
+      laser_.add(now, told_);
     }
-    record.laser_emitting = emitting_;
-    laser_.add(record);
+    laser_.add(now, told_);
   }
 
   void feed_frames(Stamp now) {
@@ -130,7 +123,7 @@ class Replay {
   std::map<std::string, int> numbers_;
   std::vector<const SessionEvent*> edges_;  // of the laser's light
   std::size_t event_ = 0, edge_ = 0, frame_ = 0;
-  bool emitting_ = false;
+  LaserState told_;
 };
 
 }  // namespace

@@ -31,8 +31,8 @@ void ScanLog::add(const CycleRecord& r, const std::string& why) {
   if (r.holding && !last_.holding) sink_.event(r.stamp, event_kind::kLaser, "hold");
   if (r.laser_commanded != last_.laser_commanded)
     sink_.event(r.stamp, event_kind::kLaser, r.laser_commanded ? "on" : "off");
-  if (r.laser_known && std::exchange(emitting_, r.laser_emitting) != r.laser_emitting)
-    sink_.event(r.laser_since, event_kind::kLaser, r.laser_emitting ? std::string(kLaserEmitting) : kLaserDark);
+  if (r.laser && std::exchange(emitting_, r.laser->emitting) != r.laser->emitting)
+    sink_.event(r.laser->since, event_kind::kLaser, r.laser->emitting ? std::string(kLaserEmitting) : kLaserDark);
   failed("laser not switched off: ", r.stamp, r.laser_off, last_.laser_off);
   failed("arm not stopped: ", r.stamp, r.arm_stop, last_.arm_stop);
   if (entered && r.state == ExecutiveState::kFault) {

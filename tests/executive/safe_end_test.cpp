@@ -22,7 +22,7 @@ struct EndBench {
       CycleRecord record;
       record.stamp = record.joints.stamp = now;
       record.state = state;
-      record.laser_known = true;
+      record.laser.emplace();
       record.has_joints = news;
       record.joints.velocity[kElbow] = velocity;
       sut.add(record);

@@ -109,7 +109,7 @@ struct WatchedCycle {
     CycleRecord record;
     while (executive.try_pop(record)) {
       last = record;
-      lit = lit || record.laser_emitting;
+      lit = lit || (record.laser && record.laser->emitting);
     }
   }
   bool until(const std::function<bool()>& end, Duration deadline = 30s) {

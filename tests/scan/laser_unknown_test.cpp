@@ -16,8 +16,9 @@ Stamp at(Duration time) { return Stamp{1'000'000'000} + time; }
 CycleRecord lit(Duration time) {
   CycleRecord record;
   record.stamp = at(time);
-  record.laser_known = record.laser_emitting = true;
-  record.laser_since = at(0ms);
+  record.laser.emplace();
+  record.laser->emitting = true;
+  record.laser->since = at(0ms);
   return record;
 }
 
@@ -46,8 +47,8 @@ TEST(LaserNotRead, IsNoEventOfTheLaser) {
   ASSERT_EQ(sink.events.size(), 1u);
   EXPECT_EQ(sink.events[0].text, "emitting");
   CycleRecord dark = lit(40ms);
-  dark.laser_emitting = false;
-  dark.laser_since = at(35ms);
+  dark.laser->emitting = false;
+  dark.laser->since = at(35ms);
   sut.add(dark, "");
   ASSERT_EQ(sink.events.size(), 2u);
   EXPECT_EQ(sink.events[1].text, "dark");

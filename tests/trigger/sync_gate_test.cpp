@@ -46,10 +46,9 @@ struct JoinedFrame {
     const Stamp sample = zero + from_seconds(0.5 * (sweep->record_begin + sweep->record_end));
     stamp = sample + kResidual;
     for (int i = -2; i <= 2; ++i) joints.push(state_at(sample + i * 10ms));
-    CycleRecord lit;
-    lit.laser_known = lit.laser_emitting = true;
-    lit.stamp = stamp + 1s;
-    laser.add(lit);
+    LaserState lit;
+    lit.emitting = true;
+    laser.add(stamp + 1s, lit);
   }
 
   JointVector q_at(Stamp when) const {
