@@ -1,5 +1,7 @@
 #include "reconstruction/cloud/scalar_fields.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -180,8 +182,7 @@ std::optional<std::string> frame_comment(std::string_view comment) {
 }
 
 void fail_truncated(const std::filesystem::path& file, std::size_t found, std::size_t expected) {
-  throw InputError(file,
-                   "data ends early: found " + std::to_string(found) + " points, expected " + std::to_string(expected));
+  throw InputError(file, fmt::format("data ends early: found {} points, expected {}", found, expected));
 }
 
 void append_float(std::string& out, float value) { out.append(reinterpret_cast<const char*>(&value), sizeof(value)); }

@@ -1,5 +1,6 @@
 #include "reconstruction/stripe/stripe_reconstruction.hpp"
 
+#include <fmt/core.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -17,9 +18,8 @@ constexpr std::size_t kVotingFrames = 7;
 cv::Mat load_checked(const StripeFrame& frame, const CameraModel& camera) {
   cv::Mat image = frame.load();
   if (image.cols != camera.width || image.rows != camera.height)
-    throw InputError("frame " + std::to_string(frame.index) + ": found an image of " + std::to_string(image.cols) +
-                     "x" + std::to_string(image.rows) + ", expected " + std::to_string(camera.width) + "x" +
-                     std::to_string(camera.height) + " as the camera");
+    throw InputError(fmt::format("frame {}: found an image of {}x{}, expected {}x{} as the camera", frame.index,
+                                 image.cols, image.rows, camera.width, camera.height));
   return image;
 }
 
@@ -119,8 +119,7 @@ void write_stripe_csv(const std::filesystem::path& file, const std::vector<Strip
   std::string text = orientation == StripeOrientation::kRows ? "frame,row_px,column_px,sigma_px,intensity\n"
                                                              : "frame,column_px,row_px,sigma_px,intensity\n";
   for (const StripeRow& row : rows) {
-    text += std::to_string(row.frame);
-    text += ',' + std::to_string(static_cast<int>(row.peak.column));
+    text += fmt::format("{},{}", row.frame, static_cast<int>(row.peak.column));
     for (const float value : {row.peak.position, row.peak.sigma_px, row.peak.intensity}) {
       text += ',';
       append_number(text, value);
