@@ -10,6 +10,7 @@
 
 #include "calibration/time_offset/stripe_pairs.hpp"
 #include "core/input_error.hpp"
+#include "core/median.hpp"
 
 namespace tankrig {
 namespace {
@@ -145,12 +146,7 @@ class Residuals {
   std::size_t pairs_ = 0;
 };
 
-double median_of(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
+double median_of(std::vector<double> values) { return values.empty() ? 0 : upper_median(values); }
 
 CloudDistance distance_of(const Eigen::VectorXd& r) {
   std::vector<double> absolute;

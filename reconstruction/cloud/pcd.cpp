@@ -108,7 +108,7 @@ class PcdHeaderReader {
   std::vector<std::size_t> numbers(const std::vector<std::string_view>& parts) const {
     std::vector<std::size_t> out;
     for (std::size_t i = 1; i < parts.size(); ++i) {
-      const auto value = parse_count(parts[i]);
+      const auto value = count_of(parts[i]);
       if (!value) fail(fmt::format("{}: found '{}', expected a whole number", parts[0], parts[i].substr(0, 40)));
       out.push_back(*value);
     }

@@ -110,7 +110,7 @@ class PlyHeaderReader {
   }
 
   void read_element(const std::vector<std::string_view>& parts) {
-    const auto count = parts.size() == 3 ? parse_count(parts[2]) : std::nullopt;
+    const auto count = parts.size() == 3 ? count_of(parts[2]) : std::nullopt;
     if (!count) fail("found '" + shown() + "', expected element NAME COUNT");
     header_.elements.push_back({std::string(parts[1]), *count, {}});
   }

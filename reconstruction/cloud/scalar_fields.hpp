@@ -60,8 +60,8 @@ class TokenReader {
   int line_;
 };
 
-std::optional<double> parse_number(std::string_view token);
-std::optional<std::size_t> parse_count(std::string_view token);
+std::optional<double> real_of(std::string_view token);
+std::optional<std::size_t> count_of(std::string_view token);
 std::vector<std::string_view> words(std::string_view line);
 
 /// Takes one header line, without its end, off `text` from `at` on; nothing at the end of the text.

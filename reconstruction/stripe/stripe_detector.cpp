@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "core/input_error.hpp"
+#include "core/median.hpp"
 #include "reconstruction/stripe/appearance.hpp"
 #include "reconstruction/stripe/plateau_fit.hpp"
 #include "reconstruction/stripe/profile_fit.hpp"
@@ -264,8 +265,7 @@ class ColumnDetector {
         const ProfileFit fit = fit_values(point.candidate.row - section.first_row, contrast);
         if (fit.ok) all[i] = fit.misfit;
       }
-      std::nth_element(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(n / 2), all.end());
-      return all[n / 2];
+      return upper_median(all);
     };
     if (misfit(0) <= 1) return 0;
     double low = 0, high = kMaxContrast;
