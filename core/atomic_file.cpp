@@ -1,6 +1,7 @@
 #include "core/atomic_file.hpp"
 
 #include <fcntl.h>
+#include <fmt/core.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -71,7 +72,7 @@ UnfinishedFile::UnfinishedFile(const fs::path& file) : file_(file), path_(file.s
     descriptor_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     if (descriptor_ >= 0) break;
     if (errno != EEXIST) throw CannotWrite(file_, errno);
-    path_ = file.string() + "." + std::to_string(n) + kUnfinished;
+    path_ = fmt::format("{}.{}{}", file.string(), n, kUnfinished);
   }
 }
 
@@ -99,7 +100,7 @@ UnfinishedFolder::UnfinishedFolder(const fs::path& target) : target_(fs::absolut
   fs::create_directories(target_.parent_path(), failed);
   for (int n = 1; path_.empty(); ++n) {
     const fs::path folder =
-        target_.parent_path() / ("." + target_.filename().string() + "." + std::to_string(n) + kUnfinished);
+        target_.parent_path() / fmt::format(".{}.{}{}", target_.filename().string(), n, kUnfinished);
     if (fs::create_directory(folder, failed))
       path_ = folder;
     else if (failed && failed != std::errc::file_exists)

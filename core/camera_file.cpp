@@ -1,13 +1,12 @@
 // Camera files: OpenCV calibrations and ROS camera_info, both YAML.
+#include <fmt/core.h>
 #include <yaml-cpp/yaml.h>
 
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <fstream>
 #include <initializer_list>
 #include <span>
-#include <sstream>
 
 #include "core/atomic_file.hpp"
 #include "core/camera_model.hpp"
@@ -15,15 +14,10 @@
 #include "core/opencv_camera_file.hpp"
 #include "core/regular_file.hpp"
 #include "core/shown_text.hpp"
+#include "core/text_files.hpp"
 
 namespace tankrig {
 namespace {
-
-std::string exact(double value) {
-  char buffer[32];
-  const auto [end, ec] = std::to_chars(buffer, buffer + sizeof buffer, value);
-  return std::string(buffer, end);
-}
 
 /// One camera file while it is read: every complaint carries file, line and field.
 struct CameraFile {
@@ -39,8 +33,8 @@ struct CameraFile {
               ConfigRange range) const {
     if (!(value >= range.lower && value <= range.upper))
       fail(at, field,
-           std::string("found ") + parameter + " = " + exact(value) + ", expected a number from " + exact(range.lower) +
-               " to " + exact(range.upper));
+           fmt::format("found {} = {}, expected a number from {} to {}", parameter, exact_text(value),
+                       exact_text(range.lower), exact_text(range.upper)));
   }
 
   /// The first of `names` the file has; undefined if none.
@@ -73,8 +67,7 @@ struct CameraFile {
       const double expected = number(rows, field + ".rows") * number(cols, field + ".cols");
       if (expected != static_cast<double>(values.size()))
         fail(data, field + ".data",
-             "found " + std::to_string(values.size()) +
-                 " numbers, expected rows x cols = " + std::to_string(static_cast<long>(expected)));
+             fmt::format("found {} numbers, expected rows x cols = {}", values.size(), expected));
     }
     return values;
   }
@@ -128,8 +121,8 @@ void read_matrix(const CameraFile& file, CameraModel& camera) {
     throw InputError(file.path,
                      "camera_matrix: missing, expected nine numbers (also called Camera_Matrix, cameraMatrix, K)");
   const std::vector<double> k = file.matrix(node, name);
-  if (k.size() != 9) file.fail(node, name, "found " + std::to_string(k.size()) + " numbers, expected 9");
-  if (k[1] != 0) file.fail(node, name, "found skew " + std::to_string(k[1]) + ", expected 0 (skew is not modelled)");
+  if (k.size() != 9) file.fail(node, name, fmt::format("found {} numbers, expected 9", k.size()));
+  if (k[1] != 0) file.fail(node, name, fmt::format("found skew {:f}, expected 0 (skew is not modelled)", k[1]));
   if (k[3] != 0 || k[6] != 0 || k[7] != 0 || k[8] != 1)
     file.fail(node, name, "expected [fx, 0, cx, 0, fy, cy, 0, 0, 1]");
   file.expect(node, name, "fx", k[0], kFocalRange);
@@ -153,7 +146,7 @@ void read_distortion(const CameraFile& file, CameraModel& camera) {
         "distortion_coefficients: missing, expected k1, k2, p1, p2[, k3] (also called Distortion_Coefficients, D)");
   std::vector<double> d = file.matrix(node, name);
   if (d.size() != 0 && d.size() != 4 && d.size() != 5 && d.size() != 8 && d.size() != 12 && d.size() != 14)
-    file.fail(node, name, "found " + std::to_string(d.size()) + " numbers, expected 4 or 5");
+    file.fail(node, name, fmt::format("found {} numbers, expected 4 or 5", d.size()));
   for (std::size_t i = 5; i < d.size(); ++i)
     if (d[i] != 0)
       file.fail(node, name, "found a coefficient beyond k3 that is not 0, expected k1, k2, p1, p2, k3 only");
@@ -169,9 +162,11 @@ void read_distortion(const CameraFile& file, CameraModel& camera) {
 /// "[1, 0, 0]"
 std::string list(std::span<const double> numbers) {
   std::string text;
-  for (const double value : numbers) text += (text.empty() ? "[" : ", ") + exact(value);
+  for (const double value : numbers) text += (text.empty() ? "[" : ", ") + exact_text(value);
   return text + "]";
 }
+
+std::array<double, 5> distortion_of(const CameraModel& c) { return {c.k1, c.k2, c.p1, c.p2, c.k3}; }
 
 }  // namespace
 
@@ -196,25 +191,26 @@ void write_camera_file(const std::filesystem::path& path, const CameraModel& cam
 
 void write_camera_file(const std::filesystem::path& path, const CameraModel& c, const std::string& name,
                        const Rectification& rectification) {
-  std::ostringstream out;
-  out << "image_width: " << c.width << "\nimage_height: " << c.height << "\ncamera_name: " << name
-      << "\ncamera_matrix:\n  rows: 3\n  cols: 3\n  data: " << list(c.matrix().val)
-      << "\ndistortion_model: plumb_bob\ndistortion_coefficients:\n  rows: 1\n  cols: 5\n  data: "
-      << list(std::array{c.k1, c.k2, c.p1, c.p2, c.k3})
-      << "\nrectification_matrix:\n  rows: 3\n  cols: 3\n  data: " << list(rectification.R.val)
-      << "\nprojection_matrix:\n  rows: 3\n  cols: 4\n  data: " << list(rectification.P.val) << "\n";
-  write_file_durably(path, out.str());
+  const auto matrix = [](const char* key, int rows, int cols, std::span<const double> numbers) {
+    return fmt::format("{}:\n  rows: {}\n  cols: {}\n  data: {}\n", key, rows, cols, list(numbers));
+  };
+  write_file_durably(path,
+                     fmt::format("image_width: {}\nimage_height: {}\ncamera_name: {}\n", c.width, c.height, name) +
+                         matrix("camera_matrix", 3, 3, c.matrix().val) + "distortion_model: plumb_bob\n" +
+                         matrix("distortion_coefficients", 1, 5, distortion_of(c)) +
+                         matrix("rectification_matrix", 3, 3, rectification.R.val) +
+                         matrix("projection_matrix", 3, 4, rectification.P.val));
 }
 
 void write_opencv_camera_file(const std::filesystem::path& path, const CameraModel& c, const std::string& name) {
-  const auto matrix = [](int rows, int cols, const std::string& numbers) {
-    return " !!opencv-matrix\n  rows: " + std::to_string(rows) + "\n  cols: " + std::to_string(cols) +
-           "\n  dt: d\n  data: " + numbers + "\n";
+  const auto matrix = [](const char* key, int rows, int cols, std::span<const double> numbers) {
+    return fmt::format("{}: !!opencv-matrix\n  rows: {}\n  cols: {}\n  dt: d\n  data: {}\n", key, rows, cols,
+                       list(numbers));
   };
   write_file_durably(
-      path, "%YAML:1.0\n---\nimage_width: " + std::to_string(c.width) + "\nimage_height: " + std::to_string(c.height) +
-                "\ncamera_name: \"" + name + "\"\ncamera_matrix:" + matrix(3, 3, list(c.matrix().val)) +
-                "distortion_coefficients:" + matrix(1, 5, list(std::array{c.k1, c.k2, c.p1, c.p2, c.k3})));
+      path,
+      fmt::format("%YAML:1.0\n---\nimage_width: {}\nimage_height: {}\ncamera_name: \"{}\"\n", c.width, c.height, name) +
+          matrix("camera_matrix", 3, 3, c.matrix().val) + matrix("distortion_coefficients", 1, 5, distortion_of(c)));
 }
 
 }  // namespace tankrig

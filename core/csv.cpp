@@ -1,5 +1,7 @@
 #include "core/csv.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 
 #include "core/input_error.hpp"
@@ -20,7 +22,7 @@ std::string header_of(const std::vector<std::string>& columns) {
 void CsvTable::fail(const CsvRow& row, std::size_t column, std::string_view expected) const {
   throw InputError(
       file, row.line,
-      columns[column] + ": found '" + shown_text(row.fields[column]) + "', expected " + std::string(expected));
+      fmt::format("{}: found '{}', expected {}", columns[column], shown_text(row.fields[column]), expected));
 }
 
 std::vector<std::string> split_csv_line(std::string_view line) {
@@ -76,15 +78,14 @@ CsvTable read_csv(const std::filesystem::path& file, const std::vector<std::stri
                           expected = i < columns.size() ? columns[i] : "nothing";
         if (found != expected)
           throw InputError(file, 1,
-                           "column " + std::to_string(i + 1) + ": found '" + shown_text(found) + "', expected '" +
-                               expected + "' of the header " + header);
+                           fmt::format("column {}: found '{}', expected '{}' of the header {}", i + 1,
+                                       shown_text(found), expected, header));
       }
       continue;
     }
     if (row.fields.size() != columns.size())
-      throw InputError(
-          file, line_number,
-          "found " + std::to_string(row.fields.size()) + " fields, expected " + std::to_string(columns.size()));
+      throw InputError(file, line_number,
+                       fmt::format("found {} fields, expected {}", row.fields.size(), columns.size()));
     table.rows.push_back(std::move(row));
   }
   return table;

@@ -1,5 +1,7 @@
 #include "core/frames.hpp"
 
+#include <fmt/core.h>
+
 #include <cmath>
 #include <string>
 
@@ -14,7 +16,7 @@ Plane operator*(const Transform& aMb, const Plane& plane_b) {
 
 Transform make_transform(const Vector3d& translation, const Eigen::Vector4d& q) {
   if (!(std::abs(q.norm() - 1.0) <= 1e-3))
-    throw InputError("quaternion has norm " + std::to_string(q.norm()) + ", expected 1");
+    throw InputError(fmt::format("quaternion has norm {:f}, expected 1", q.norm()));
   Transform m = Transform::Identity();
   m.linear() = Eigen::Quaterniond(q.w(), q.x(), q.y(), q.z()).normalized().toRotationMatrix();
   m.translation() = translation;

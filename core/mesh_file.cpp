@@ -1,5 +1,6 @@
 #include "core/mesh_file.hpp"
 
+#include <fmt/core.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -19,8 +20,7 @@ struct Beginning {
   std::uint64_t bytes = 0;
 
   [[noreturn]] void refuse(const std::string& found, const std::string& expected) const {
-    throw InputError(file,
-                     "found " + found + " in a file of " + std::to_string(bytes) + " bytes, expected " + expected);
+    throw InputError(file, fmt::format("found {} in a file of {} bytes, expected {}", found, bytes, expected));
   }
 };
 
@@ -51,12 +51,11 @@ void check_binary_gltf(const Beginning& glb) {
   };
   const std::uint64_t whole = number(8), first_part = number(12);
   if (whole < kHeaderBytes || whole > glb.bytes || first_part > glb.bytes - kHeaderBytes)
-    glb.refuse("a header of " + std::to_string(whole) + " bytes, the first part " + std::to_string(first_part),
-               expected);
+    glb.refuse(fmt::format("a header of {} bytes, the first part {}", whole, first_part), expected);
 }
 
 void check_count(const Beginning& mesh, std::uint64_t count) {
-  if (count > mesh.bytes) mesh.refuse(std::to_string(count) + " elements", "a mesh that is whole");
+  if (count > mesh.bytes) mesh.refuse(fmt::format("{} elements", count), "a mesh that is whole");
 }
 
 void check_ply(const Beginning& ply) {

@@ -1,6 +1,7 @@
 #include "core/regular_file.hpp"
 
 #include <fcntl.h>
+#include <fmt/core.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -22,7 +23,7 @@ namespace {
 
 [[noreturn]] void refuse_size(int descriptor, const std::filesystem::path& file, std::uint64_t most,
                               const std::string& expected) {
-  refuse(descriptor, file, "holds more than " + std::to_string(most >> 20) + " MiB", expected + " of at most that");
+  refuse(descriptor, file, fmt::format("holds more than {} MiB", most >> 20), expected + " of at most that");
 }
 
 int checked(int descriptor, const std::filesystem::path& file, std::uint64_t most, const std::string& expected) {

@@ -1,5 +1,7 @@
 #include "core/result.hpp"
 
+#include <fmt/core.h>
+
 namespace tankrig {
 
 const char* to_string(ErrorCode code) noexcept {
@@ -29,8 +31,8 @@ const char* to_string(ErrorCode code) noexcept {
 }
 
 std::string describe(const Error& error) {
-  std::string text = std::string(error.where) + ": " + to_string(error.code);
-  if (error.os_errno != 0) text += " (errno " + std::to_string(error.os_errno) + ")";
+  std::string text = fmt::format("{}: {}", error.where, to_string(error.code));
+  if (error.os_errno != 0) text += fmt::format(" (errno {})", error.os_errno);
   return text;
 }
 

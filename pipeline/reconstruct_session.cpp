@@ -1,5 +1,7 @@
 #include "pipeline/reconstruct_session.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <chrono>
 
@@ -62,7 +64,7 @@ void reconstruct_laser(const Session& session, const PipelineParameters& paramet
   for (const auto& [reason, count] : counts(result.statistics)) reconstruction.rejections[reason] = count;
   reconstruction.rejected = result.statistics.columns - result.statistics.no_peak - result.statistics.points;
   if (reconstruction.cloud.points.empty())
-    reconstruction.reason = "no stripe found in " + std::to_string(frames.size()) + " frames";
+    reconstruction.reason = fmt::format("no stripe found in {} frames", frames.size());
 }
 
 /// Left and right frames with the laser off. What they show is at rest, so cameras that run free may be half a period

@@ -1,5 +1,7 @@
 #include "pipeline/report_session.hpp"
 
+#include <fmt/core.h>
+
 #include <limits>
 #include <opencv2/imgcodecs.hpp>
 
@@ -33,11 +35,11 @@ class Album {
     std::vector<unsigned char> png;
     if (!cv::imencode(".png", image, png)) throw InputError(file, "cannot be encoded");
     write_whole_file(file, {reinterpret_cast<const char*>(png.data()), png.size()});
-    pictures_.push_back({heading_, caption, image, file});
+    pictures_.push_back({heading_, caption, file});
   }
   void keep(const std::string& name, const std::string& caption) {
     const fs::path file = folder_ / (name + ".png");
-    if (fs::exists(file)) pictures_.push_back({heading_, caption, {}, file});
+    if (fs::exists(file)) pictures_.push_back({heading_, caption, file});
   }
   const std::vector<ReportPicture>& pictures() const { return pictures_; }
 
@@ -80,7 +82,7 @@ void add_stripe_picture(const Session& session, const Score& score, Album& album
                            ? Vector2d(row.peak.position, row.peak.column)
                            : Vector2d(row.peak.column, row.peak.position));
   album.add(score.method() + "_frame",
-            "frame " + std::to_string(frame->index) + " of " + frame->camera + " with its detected stripe",
+            fmt::format("frame {} of {} with its detected stripe", frame->index, frame->camera),
             draw_stripe_frame(session.image(*frame), stripe));
 }
 

@@ -1,5 +1,7 @@
 #include "bench/metrics/metrics.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -88,7 +90,7 @@ MetricThresholds metric_thresholds_from(const ConfigNode& evaluation) {
     t.coverage_m = evaluation.numbers("coverage_m");
     for (double m : t.coverage_m)
       if (!(m >= length.lower && m <= length.upper))
-        evaluation.fail("coverage_m", "found " + std::to_string(m) + ", expected lengths from 1e-6 to 10 m");
+        evaluation.fail("coverage_m", fmt::format("found {:f}, expected lengths from 1e-6 to 10 m", m));
   }
   t.coverage_headline_m = evaluation.number_or("coverage_headline_m", t.coverage_headline_m, length);
   t.ground_band_m = evaluation.number_or("ground_band_m", t.ground_band_m, {0.0, 10.0});
@@ -109,8 +111,8 @@ const Coverage& Metrics::headline() const {
 Metrics evaluate(const PointCloud& cloud, const ObjectSurface& object, const MetricThresholds& thresholds,
                  const Ceiling* ceiling) {
   if (ceiling != nullptr && ceiling->reachable.size() != object.samples().size())
-    throw InputError("ceiling has " + std::to_string(ceiling->reachable.size()) + " samples, expected the object's " +
-                     std::to_string(object.samples().size()));
+    throw InputError(fmt::format("ceiling has {} samples, expected the object's {}", ceiling->reachable.size(),
+                                 object.samples().size()));
   Metrics m;
   m.thresholds = complete(thresholds, object.mesh(), ceiling);
   m.surface_area = object.mesh().area();

@@ -1,7 +1,8 @@
 #include "bench/metrics/metrics_json.hpp"
 
+#include <fmt/core.h>
+
 #include <cmath>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <string>
 
@@ -16,10 +17,8 @@ json finite_or_null(double value) { return std::isfinite(value) ? json(value) : 
 
 /// "0.002": metres with three decimals, or as many as a finer threshold needs.
 std::string threshold_key(double metres) {
-  char text[32];
   const bool whole_mm = std::abs(metres * 1e3 - std::round(metres * 1e3)) < 1e-9;
-  std::snprintf(text, sizeof text, whole_mm ? "%.3f" : "%.9g", metres);
-  return text;
+  return whole_mm ? fmt::format("{:.3f}", metres) : fmt::format("{:.9g}", metres);
 }
 
 json thresholds_json(const MetricThresholds& t) {

@@ -2,11 +2,11 @@
 #include <assimp/config.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
+#include <fmt/core.h>
 
 #include <algorithm>
 #include <assimp/Importer.hpp>
 #include <cmath>
-#include <cstdio>
 #include <string>
 
 #include "bench/metrics/triangle_mesh.hpp"
@@ -50,11 +50,9 @@ std::string one_line(std::string text) {
 void check_size(const std::filesystem::path& file, const TriangleMesh& mesh) {
   const double longest = mesh.bounds().sizes().maxCoeff();
   if (longest >= kSmallestObject && longest <= kLargestObject) return;
-  char found[160];
-  std::snprintf(found, sizeof found, "found an object of %g m, expected metres, from %g to %g m: %s", longest,
-                kSmallestObject, kLargestObject,
-                longest > kLargestObject ? "looks like millimetres" : "looks like metres divided by 1000");
-  throw InputError(file, found);
+  throw InputError(file, fmt::format("found an object of {:g} m, expected metres, from {:g} to {:g} m: looks like {}",
+                                     longest, kSmallestObject, kLargestObject,
+                                     longest > kLargestObject ? "millimetres" : "metres divided by 1000"));
 }
 
 }  // namespace
@@ -72,11 +70,10 @@ TriangleMesh read_mesh(const std::filesystem::path& file, const std::filesystem:
   TriangleMesh raw;
   append(*scene, *scene->mRootNode, aiMatrix4x4(), raw);
   if (raw.triangles.empty())
-    throw InputError(file,
-                     "found " + std::to_string(raw.vertices.size()) + " vertices and no face, expected triangles");
+    throw InputError(file, fmt::format("found {} vertices and no face, expected triangles", raw.vertices.size()));
   for (std::size_t i = 0; i < raw.vertices.size(); ++i)
     if (!raw.vertices[i].allFinite())
-      throw InputError(file, "vertex " + std::to_string(i) + " is not finite, expected metres");
+      throw InputError(file, fmt::format("vertex {} is not finite, expected metres", i));
 
   TriangleMesh mesh = weld(raw);
   if (!(mesh.area() > 0)) throw InputError(file, "all faces have area 0, expected a surface");

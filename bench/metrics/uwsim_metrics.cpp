@@ -1,5 +1,7 @@
 #include "bench/metrics/uwsim_metrics.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -17,8 +19,8 @@ class Lattice {
       const double length = box.sizes()[axis];
       const double cells = std::floor(length / level_of_detail);
       if (!(cells >= 1))
-        throw InputError("level of detail " + std::to_string(level_of_detail) + " m, expected at most the box edge " +
-                         std::to_string(length) + " m");
+        throw InputError(
+            fmt::format("level of detail {:f} m, expected at most the box edge {:f} m", level_of_detail, length));
       step_[axis] = level_of_detail + std::fmod(length, level_of_detail) / cells;
       size_[axis] = static_cast<int>(length / step_[axis]) + 1;
     }

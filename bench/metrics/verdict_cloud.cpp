@@ -1,5 +1,7 @@
 #include "bench/metrics/verdict_cloud.hpp"
 
+#include <fmt/core.h>
+
 #include <bit>
 #include <cstring>
 #include <string>
@@ -27,8 +29,8 @@ std::array<std::uint8_t, 3> verdict_colour(PointVerdict verdict) {
 void write_verdict_cloud(const std::filesystem::path& file, const PointCloud& cloud,
                          const std::vector<PointVerdict>& verdicts) {
   if (verdicts.size() != cloud.points.size())
-    throw InputError(file, std::to_string(verdicts.size()) + " verdicts, expected one for each of " +
-                               std::to_string(cloud.points.size()) + " points");
+    throw InputError(
+        file, fmt::format("{} verdicts, expected one for each of {} points", verdicts.size(), cloud.points.size()));
   std::string body;
   std::size_t count = 0;
   for (std::size_t i = 0; i < cloud.points.size(); ++i) {
@@ -42,12 +44,20 @@ void write_verdict_cloud(const std::filesystem::path& file, const PointCloud& cl
     ++count;
   }
 
-  write_file_durably(file, "ply\nformat binary_little_endian 1.0\ncomment frame " + cloud.frame +
-                               ", metres; ground black, object green, outlier blue, rejected grey\nelement vertex " +
-                               std::to_string(count) +
-                               "\nproperty float x\nproperty float y\nproperty float z\n"
-                               "property uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n" +
-                               body);
+  const std::string header = fmt::format(
+      "ply\n"
+      "format binary_little_endian 1.0\n"
+      "comment frame {}, metres; ground black, object green, outlier blue, rejected grey\n"
+      "element vertex {}\n"
+      "property float x\n"
+      "property float y\n"
+      "property float z\n"
+      "property uchar red\n"
+      "property uchar green\n"
+      "property uchar blue\n"
+      "end_header\n",
+      cloud.frame, count);
+  write_file_durably(file, header + body);
 }
 
 }  // namespace tankrig

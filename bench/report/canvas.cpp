@@ -1,5 +1,7 @@
 #include "bench/report/canvas.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -151,7 +153,7 @@ void put_scale_bar(cv::Mat& picture, double pixels_per_metre, cv::Point at) {
       break;
     }
   const int width = int(std::lround(length * pixels_per_metre));
-  const std::string label = std::to_string(int(std::lround(length * 1e3))) + " mm";
+  const std::string label = fmt::format("{} mm", std::lround(length * 1e3));
   put_box(picture, {at.x - 8, at.y - 28, std::max(width, text_width(label)) + 16, 40});
   cv::rectangle(picture, {at.x, at.y - 2, width, 4}, scalar(kInk), cv::FILLED);
   for (const int x : {at.x, at.x + width}) cv::line(picture, {x, at.y - 6}, {x, at.y + 6}, scalar(kInk), 1);

@@ -1,5 +1,7 @@
 #include "bench/report/cloud_picture.hpp"
 
+#include <fmt/core.h>
+
 #include <array>
 #include <map>
 
@@ -45,7 +47,7 @@ std::vector<Vector3d> corners_around(const TriangleMesh& mesh) {
   return corners;
 }
 
-std::string counted(const char* what, std::size_t count) { return std::string(what) + ": " + std::to_string(count); }
+std::string counted(const char* what, std::size_t count) { return fmt::format("{}: {}", what, count); }
 
 }  // namespace
 
@@ -59,8 +61,8 @@ Viewpoint view_from(const Vector3d& camera_o, const TriangleMesh& mesh) {
 cv::Mat draw_cloud_over_object(const PointCloud& cloud, const std::vector<PointVerdict>& verdicts,
                                const TriangleMesh& mesh, const CloudPictureOptions& options) {
   if (verdicts.size() != cloud.points.size())
-    throw InputError("cloud picture: found " + std::to_string(verdicts.size()) + " verdicts, expected " +
-                     std::to_string(cloud.points.size()));
+    throw InputError(
+        fmt::format("cloud picture: found {} verdicts, expected {}", verdicts.size(), cloud.points.size()));
   Canvas canvas(options.width, options.height, options.view, corners_around(mesh));
   for (const Eigen::Vector3i& t : mesh.triangles)
     canvas.triangle(mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]], kBody);

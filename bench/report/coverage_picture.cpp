@@ -1,8 +1,9 @@
 #include "bench/report/coverage_picture.hpp"
 
+#include <fmt/core.h>
+
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <opencv2/imgproc.hpp>
 #include <unordered_map>
 
@@ -85,9 +86,7 @@ Cell cell_of(const Vector3d& p, double size) {
 }
 
 std::string share_text(const char* what, double share) {
-  char text[96];
-  std::snprintf(text, sizeof text, "%s: %.1f %% of the surface", what, 100 * share);
-  return text;
+  return fmt::format("{}: {:.1f} % of the surface", what, 100 * share);
 }
 
 const std::array<Colour, 3> kColours{{{80, 160, 40}, {40, 140, 245}, {210, 208, 206}}};
@@ -98,8 +97,8 @@ enum Kind : std::uint8_t { kCovered, kMissed, kUnseeable };
 std::vector<std::uint8_t> covered_samples(const std::vector<SurfaceSample>& samples, const PointCloud& cloud,
                                           const std::vector<PointVerdict>& verdicts, double threshold) {
   if (verdicts.size() != cloud.points.size())
-    throw InputError("covered samples: found " + std::to_string(verdicts.size()) + " verdicts, expected " +
-                     std::to_string(cloud.points.size()));
+    throw InputError(
+        fmt::format("covered samples: found {} verdicts, expected {}", verdicts.size(), cloud.points.size()));
   std::unordered_map<Cell, std::vector<Vector3d>, CellHash> grid;
   for (std::size_t i = 0; i < cloud.points.size(); ++i)
     if (verdicts[i] == PointVerdict::kObject) grid[cell_of(cloud.points[i].p, threshold)].push_back(cloud.points[i].p);
@@ -124,9 +123,8 @@ cv::Mat draw_coverage_map(const TriangleMesh& mesh, const std::vector<SurfaceSam
                           const std::vector<std::uint8_t>& covered, const std::vector<std::uint8_t>& reachable,
                           const std::string& title) {
   if (covered.size() != samples.size() || (!reachable.empty() && reachable.size() != samples.size()))
-    throw InputError("coverage map: found " + std::to_string(covered.size()) + " covered and " +
-                     std::to_string(reachable.size()) + " reachable entries, expected " +
-                     std::to_string(samples.size()));
+    throw InputError(fmt::format("coverage map: found {} covered and {} reachable entries, expected {}", covered.size(),
+                                 reachable.size(), samples.size()));
   const Layout layout = lay_out(mesh);
   cv::Mat picture(layout.size, CV_8UC3, cv::Scalar::all(255));
   cv::Mat nearest(layout.size, CV_32F, cv::Scalar(1e30));

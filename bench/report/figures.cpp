@@ -1,18 +1,13 @@
 #include "bench/report/figures.hpp"
 
+#include <fmt/core.h>
+
 #include <cmath>
-#include <cstdio>
 #include <map>
 #include <set>
 
 namespace tankrig {
 namespace {
-
-std::string printed(const char* format, double value) {
-  char text[64];
-  std::snprintf(text, sizeof text, format, value);
-  return text;
-}
 
 const std::set<std::string> kShares{"coverage", "coverage_ceiling", "coverage_ceiling_sigma", "coverage_of_ceiling",
                                     "outliers", "rejected"};
@@ -21,11 +16,11 @@ const std::set<std::string> kShares{"coverage", "coverage_ceiling", "coverage_ce
 
 std::string millimetres(double metres) {
   const double mm = metres * 1e3;
-  return std::abs(mm - std::round(mm)) < 1e-9 ? printed("%.0f mm", mm) : printed("%.3f mm", mm);
+  return std::abs(mm - std::round(mm)) < 1e-9 ? fmt::format("{:.0f} mm", mm) : fmt::format("{:.3f} mm", mm);
 }
 
 std::string percent(double share) {
-  return printed(std::abs(share) < 0.01 && share != 0 ? "%.2f %%" : "%.1f %%", share * 100);
+  return fmt::format("{:.{}f} %", share * 100, std::abs(share) < 0.01 && share != 0 ? 2 : 1);
 }
 
 std::string figure_name(const std::string& key) {
@@ -72,10 +67,10 @@ std::string shown_figure(const nlohmann::json& metrics, const std::string& key) 
   if (found->is_number_integer()) return found->dump();
   const double value = found->get<double>();
   if (kShares.contains(key)) return percent(value);
-  if (key.ends_with("_m2")) return printed("%.5g m²", value);
-  if (key.ends_with("_m")) return printed("%.3f mm", value * 1e3);
-  if (key.ends_with("_deg")) return printed("%.6g°", value);
-  return printed("%.6g", value);
+  if (key.ends_with("_m2")) return fmt::format("{:.5g} m²", value);
+  if (key.ends_with("_m")) return fmt::format("{:.3f} mm", value * 1e3);
+  if (key.ends_with("_deg")) return fmt::format("{:.6g}°", value);
+  return fmt::format("{:.6g}", value);
 }
 
 }  // namespace tankrig

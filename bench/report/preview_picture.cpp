@@ -1,8 +1,9 @@
 #include "bench/report/preview_picture.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <opencv2/imgproc.hpp>
 
 #include "bench/report/canvas.hpp"
@@ -47,9 +48,7 @@ void draw_panel(cv::Mat& panel, const cv::Mat& frame, const PreviewMarks& marks)
   draw_histogram(panel, frame, {histogram_x, kPanelMargin});
   put_text(panel, marks.caption, {kPanelMargin, 22}, kWhite);
 
-  char text[96];
-  std::snprintf(text, sizeof text, "focus %.1f, best %.1f", marks.focus, marks.best_focus);
-  put_text(panel, text, {kPanelMargin, 44}, kWhite);
+  put_text(panel, fmt::format("focus {:.1f}, best {:.1f}", marks.focus, marks.best_focus), {kPanelMargin, 44}, kWhite);
   const cv::Rect bar(kPanelMargin, 52, histogram_x - 3 * kPanelMargin, 10);
   const double share = marks.best_focus > 0 ? std::clamp(marks.focus / marks.best_focus, 0.0, 1.0) : 0;
   cv::rectangle(panel, bar, kBarBack, cv::FILLED);
@@ -57,10 +56,11 @@ void draw_panel(cv::Mat& panel, const cv::Mat& frame, const PreviewMarks& marks)
                 cv::FILLED);
 
   const int clipped = cv::countNonZero(clipped_mask(frame));
-  std::snprintf(text, sizeof text, "clipped %.3f %%", 100.0 * clipped / static_cast<double>(frame.total()));
-  put_text(panel, text, {kPanelMargin, 82}, clipped > 0 ? kClipped : kWhite);
-  std::snprintf(text, sizeof text, "stripe %zu points", marks.stripe.size());
-  put_text(panel, marks.laser ? text : "laser off", {kPanelMargin + 190, 82}, kWhite);
+  const std::string share_clipped =
+      fmt::format("clipped {:.3f} %", 100.0 * clipped / static_cast<double>(frame.total()));
+  put_text(panel, share_clipped, {kPanelMargin, 82}, clipped > 0 ? kClipped : kWhite);
+  put_text(panel, marks.laser ? fmt::format("stripe {} points", marks.stripe.size()) : "laser off",
+           {kPanelMargin + 190, 82}, kWhite);
 }
 
 }  // namespace

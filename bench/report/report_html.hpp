@@ -3,9 +3,7 @@
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
-#include <opencv2/core.hpp>
 #include <string>
-#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -14,8 +12,7 @@ namespace tankrig {
 struct ReportPicture {
   std::string heading;  ///< what it is of, e.g. a method; pictures with one heading stand together
   std::string caption;
-  cv::Mat image;               ///< 8-bit, 1 or 3 channels; used if not empty
-  std::filesystem::path file;  ///< else a PNG or JPEG file
+  std::filesystem::path file;  ///< PNG or JPEG; the page holds its bytes
 };
 
 /// One method's score: bench/metrics' to_json(Metrics). A text member "reason" says why there is no cloud.
@@ -35,14 +32,11 @@ struct ReportData {
 };
 
 /// A self-contained page: nothing is loaded from anywhere; links lead to the files beside it. All text is escaped.
-/// Errors: InputError naming a picture that cannot be read or encoded.
+/// Errors: InputError naming a picture that cannot be read.
 std::string report_html(const ReportData& data);
 
 /// report_html() to `file`, whole or not at all.
 /// Errors: InputError.
 void write_report_html(const std::filesystem::path& file, const ReportData& data);
-
-std::string html_escaped(std::string_view text);
-std::string base64(std::string_view bytes);
 
 }  // namespace tankrig

@@ -1,5 +1,7 @@
 #include "bench/report/stripe_picture.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -74,7 +76,7 @@ cv::Mat draw_stripe_frame(const cv::Mat& image, const std::vector<Vector2d>& str
   inset(cv::Rect({}, place.size())).copyTo(picture(place));
   cv::rectangle(picture, place, cv::Scalar::all(255), 1);
   cv::rectangle(picture, source, cv::Scalar::all(255), 1);
-  put_text(picture, std::to_string(options.zoom) + "x", {place.x + 6, place.y + 16}, kWhite);
+  put_text(picture, fmt::format("{}x", options.zoom), {place.x + 6, place.y + 16}, kWhite);
   if (!options.title.empty()) put_text(picture, options.title, {10, 20}, kWhite, 11);
   return picture;
 }

@@ -5,6 +5,8 @@
 #include <limits>
 #include <map>
 
+#include "core/median.hpp"
+
 namespace tankrig {
 namespace {
 
@@ -55,9 +57,7 @@ class PassImage {
         const double step = std::abs(samples_[f * lines_ + line].position - samples_[(f - 1) * lines_ + line].position);
         if (std::isfinite(step)) steps.push_back(step);
       }
-    if (steps.empty()) return 0;
-    std::nth_element(steps.begin(), steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2), steps.end());
-    return steps[steps.size() / 2];
+    return steps.empty() ? 0 : upper_median(steps);
   }
 
   std::size_t lines_;
@@ -65,12 +65,6 @@ class PassImage {
   std::vector<Sample> samples_;
   double typical_step_ = 0;
 };
-
-double median(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 /// Two neighbouring frames of a pass, between which the stripe went over its place in a frame of another pass.
 struct Bracket {
@@ -103,8 +97,8 @@ Bracket bracket_of(const PassImage& singles, std::size_t single, const PassImage
     steps.push_back(std::abs(b - a));
   });
   if (weights.size() < kLeastLines) return {};
-  out.weight = median(weights);
-  out.step = median(steps);
+  out.weight = upper_median(weights);
+  out.step = upper_median(steps);
   return out;
 }
 

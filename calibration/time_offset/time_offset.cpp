@@ -1,5 +1,7 @@
 #include "calibration/time_offset/time_offset.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -8,6 +10,7 @@
 
 #include "calibration/time_offset/stripe_pairs.hpp"
 #include "core/input_error.hpp"
+#include "core/median.hpp"
 
 namespace tankrig {
 namespace {
@@ -50,17 +53,17 @@ bool covered(const TimeOffsetRecording& recording, std::size_t stripe) {
 
 Sweeps prepare(const TimeOffsetProblem& problem, const TimeOffsetRecording& recording) {
   if (recording.joints.size() < 2)
-    throw InputError("time offset: found " + std::to_string(recording.joints.size()) +
-                     " joint samples, expected those of the whole sweep");
+    throw InputError(
+        fmt::format("time offset: found {} joint samples, expected those of the whole sweep", recording.joints.size()));
   const std::vector<PassMotion> motions = pass_motions(recording);
   const auto moves = [&](double side) {
     return std::any_of(motions.begin(), motions.end(), [&](const PassMotion& m) { return m.velocity * side > 0; });
   };
   if (!moves(1) || !moves(-1))
-    throw InputError("time offset: found " + std::to_string(motions.size()) +
-                     (motions.size() == 1 ? " pass" : " passes") +
-                     " of the sweep, all in one direction, expected one there and one back: scan with passes: 2 and "
-                     "there_and_back: true");
+    throw InputError(fmt::format(
+        "time offset: found {} {} of the sweep, all in one direction, expected one there and one back: scan with "
+        "passes: 2 and there_and_back: true",
+        motions.size(), motions.size() == 1 ? "pass" : "passes"));
   Sweeps sweeps;
   sweeps.recording = &recording;
   sweeps.joint = motions.front().joint;
@@ -143,12 +146,7 @@ class Residuals {
   std::size_t pairs_ = 0;
 };
 
-double median_of(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
+double median_of(std::vector<double> values) { return values.empty() ? 0 : upper_median(values); }
 
 CloudDistance distance_of(const Eigen::VectorXd& r) {
   std::vector<double> absolute;
@@ -242,9 +240,10 @@ Spread spread_of(const std::vector<Sweeps>& recordings, const Linear& l, const N
   for (const Sweeps& s : recordings) {
     const double frames = frames_in_a_pass(s);
     if (frames < kLeastFrames)
-      throw InputError("time offset: the stripe is seen in both directions in " +
-                       std::to_string(static_cast<int>(frames)) + " frames of a pass, expected at least " +
-                       std::to_string(static_cast<int>(kLeastFrames)) + ": a longer or slower sweep");
+      throw InputError(fmt::format(
+          "time offset: the stripe is seen in both directions in {} frames of a pass, expected at least {}: a longer "
+          "or slower sweep",
+          static_cast<int>(frames), kLeastFrames));
     const auto information = [&](Eigen::Index i) { return l.weight[i] * l.jacobian(i, 0) * l.jacobian(i, 0); };
     double total = 0;
     std::vector<std::pair<double, Eigen::Index>> places;  // in the order in which the sweep comes by
@@ -286,9 +285,10 @@ TimeOffsetSolution solve(const TimeOffsetProblem& problem) {
   if (problem.recordings.empty()) throw InputError("time offset: found no recording, expected a sweep there and back");
   const Residuals residuals(problem);
   if (residuals.pairs() < kLeastPairs)
-    throw InputError("time offset: found " + std::to_string(residuals.pairs()) +
-                     " places on the target that the stripe passed in both directions, expected at least " +
-                     std::to_string(kLeastPairs) + ": is the laser seen in both passes?");
+    throw InputError(fmt::format(
+        "time offset: found {} places on the target that the stripe passed in both directions, expected at least {}: "
+        "is the laser seen in both passes?",
+        residuals.pairs(), kLeastPairs));
   TimeOffsetSolution out;
   double slowest = 1e9, fastest = 0;
   for (const Sweeps& s : residuals.sweeps()) {

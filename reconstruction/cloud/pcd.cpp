@@ -1,4 +1,7 @@
 // PCD: a header of fields with size, type and count, then points as text, as records, or as packed columns.
+
+#include <fmt/core.h>
+
 #include <cstring>
 
 #include "core/input_error.hpp"
@@ -105,9 +108,8 @@ class PcdHeaderReader {
   std::vector<std::size_t> numbers(const std::vector<std::string_view>& parts) const {
     std::vector<std::size_t> out;
     for (std::size_t i = 1; i < parts.size(); ++i) {
-      const auto value = parse_count(parts[i]);
-      if (!value)
-        fail(std::string(parts[0]) + ": found '" + std::string(parts[i].substr(0, 40)) + "', expected a whole number");
+      const auto value = count_of(parts[i]);
+      if (!value) fail(fmt::format("{}: found '{}', expected a whole number", parts[0], parts[i].substr(0, 40)));
       out.push_back(*value);
     }
     return out;
@@ -115,7 +117,7 @@ class PcdHeaderReader {
 
   std::size_t one_number(const std::vector<std::string_view>& parts) const {
     const auto all = numbers(parts);
-    if (all.size() != 1) fail(std::string(parts[0]) + ": found " + std::to_string(all.size()) + " values, expected 1");
+    if (all.size() != 1) fail(fmt::format("{}: found {} values, expected 1", parts[0], all.size()));
     return all[0];
   }
 
@@ -129,22 +131,19 @@ class PcdHeaderReader {
       Field& field = header_.fields[i];
       const auto type = scalar_of(kinds_[i], sizes_[i]);
       if (!type)
-        throw InputError(file_, "field " + field.name + ": found type " + kinds_[i] + " of size " +
-                                    std::to_string(sizes_[i]) + ", expected F 4 or 8, I or U 1, 2, 4 or 8");
+        throw InputError(
+            file_, fmt::format("field {}: found type {} of size {}, expected F 4 or 8, I or U 1, 2, 4 or 8", field.name,
+                               kinds_[i], sizes_[i]));
       field.type = *type;
       constexpr std::size_t kMaxCount = 1000000;
       if (counts_[i] > kMaxCount)
-        throw InputError(
-            file_, "COUNT: found " + std::to_string(counts_[i]) + ", expected at most " + std::to_string(kMaxCount));
+        throw InputError(file_, fmt::format("COUNT: found {}, expected at most {}", counts_[i], kMaxCount));
       field.count = counts_[i];
     }
     for (const Target needed : {Target::kX, Target::kY, Target::kZ}) {
       bool found = false;
       for (const Field& field : header_.fields) found |= field.target == needed && field.count > 0;
-      if (!found)
-        throw InputError(file_, "FIELDS: found no '" +
-                                    std::string(1, static_cast<char>('x' + static_cast<int>(needed) - 1)) +
-                                    "', expected x, y and z");
+      if (!found) throw InputError(file_, fmt::format("FIELDS: found no '{}', expected x, y and z", axis_name(needed)));
     }
     if (!points_ && !width_) throw InputError(file_, "found neither POINTS nor WIDTH, expected the number of points");
     header_.points = points_ ? *points_ : *width_ * height_.value_or(1);
@@ -152,8 +151,7 @@ class PcdHeaderReader {
 
   void check_length(const char* entry, std::size_t found, std::size_t expected) const {
     if (found != expected)
-      throw InputError(file_, std::string(entry) + ": found " + std::to_string(found) + " values, expected " +
-                                  std::to_string(expected) + " as in FIELDS");
+      throw InputError(file_, fmt::format("{}: found {} values, expected {} as in FIELDS", entry, found, expected));
   }
 
   const std::filesystem::path& file_;
@@ -203,16 +201,14 @@ void read_columns(const std::filesystem::path& file, const PcdHeader& header, st
   const auto packed_size = static_cast<std::size_t>(decode(data.data(), Scalar::kU32, false));
   const auto size = static_cast<std::size_t>(decode(data.data() + 4, Scalar::kU32, false));
   if (header.points != 0 && size / header.points != header.point_bytes())
-    throw InputError(file, "binary_compressed: found " + std::to_string(size) + " bytes, expected " +
-                               std::to_string(header.point_bytes()) + " for each of " + std::to_string(header.points) +
-                               " points");
+    throw InputError(file, fmt::format("binary_compressed: found {} bytes, expected {} for each of {} points", size,
+                                       header.point_bytes(), header.points));
   if (data.size() - 8 < packed_size)
-    throw InputError(file, "data ends early: found " + std::to_string(data.size() - 8) +
-                               " compressed bytes, expected " + std::to_string(packed_size));
+    throw InputError(
+        file, fmt::format("data ends early: found {} compressed bytes, expected {}", data.size() - 8, packed_size));
   const auto columns = lzf_unpack(data.substr(8, packed_size), size);
   if (!columns)
-    throw InputError(file,
-                     "binary_compressed: found damaged LZF data, expected " + std::to_string(size) + " bytes of it");
+    throw InputError(file, fmt::format("binary_compressed: found damaged LZF data, expected {} bytes of it", size));
   PointCollector points(cloud);
   for (std::size_t i = 0; i < header.points; ++i) {
     points.begin();
@@ -242,13 +238,20 @@ PointCloud read_pcd(const std::filesystem::path& file, std::string_view text) {
 }
 
 std::string pcd_text(const PointCloud& cloud, bool ascii) {
-  const std::string count = std::to_string(cloud.points.size());
-  std::string out =
-      "# .PCD v0.7 - tankrig cloud: x y z and sigma in metres, intensity 0..1, column in pixels\n# frame " +
-      cloud.frame +
-      "\nVERSION 0.7\nFIELDS x y z intensity frame column sigma\nSIZE 4 4 4 4 4 4 4\nTYPE F F F F I F F\n"
-      "COUNT 1 1 1 1 1 1 1\nWIDTH " +
-      count + "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " + count + "\nDATA " + (ascii ? "ascii" : "binary") + "\n";
+  std::string out = fmt::format(
+      "# .PCD v0.7 - tankrig cloud: x y z and sigma in metres, intensity 0..1, column in pixels\n"
+      "# frame {0}\n"
+      "VERSION 0.7\n"
+      "FIELDS x y z intensity frame column sigma\n"
+      "SIZE 4 4 4 4 4 4 4\n"
+      "TYPE F F F F I F F\n"
+      "COUNT 1 1 1 1 1 1 1\n"
+      "WIDTH {1}\n"
+      "HEIGHT 1\n"
+      "VIEWPOINT 0 0 0 1 0 0 0\n"
+      "POINTS {1}\n"
+      "DATA {2}\n",
+      cloud.frame, cloud.points.size(), ascii ? "ascii" : "binary");
   for (const CloudPoint& point : cloud.points) append_point(out, point, ascii);
   return out;
 }

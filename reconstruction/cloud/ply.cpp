@@ -1,4 +1,7 @@
 // PLY: a header of elements with scalar and list properties, then their values.
+
+#include <fmt/core.h>
+
 #include <algorithm>
 
 #include "core/input_error.hpp"
@@ -107,7 +110,7 @@ class PlyHeaderReader {
   }
 
   void read_element(const std::vector<std::string_view>& parts) {
-    const auto count = parts.size() == 3 ? parse_count(parts[2]) : std::nullopt;
+    const auto count = parts.size() == 3 ? count_of(parts[2]) : std::nullopt;
     if (!count) fail("found '" + shown() + "', expected element NAME COUNT");
     header_.elements.push_back({std::string(parts[1]), *count, {}});
   }
@@ -193,9 +196,7 @@ PointCloud read_ply(const std::filesystem::path& file, std::string_view text) {
   for (const Target needed : {Target::kX, Target::kY, Target::kZ})
     if (std::none_of(vertex->properties.begin(), vertex->properties.end(),
                      [&](const Property& p) { return p.target == needed; }))
-      throw InputError(file, "vertex: found no property '" +
-                                 std::string(1, static_cast<char>('x' + static_cast<int>(needed) - 1)) +
-                                 "', expected x, y and z");
+      throw InputError(file, fmt::format("vertex: found no property '{}', expected x, y and z", axis_name(needed)));
   PointCloud cloud;
   cloud.frame = header.frame;
   cloud.points.reserve(std::min(vertex->count, text.size()));
@@ -207,8 +208,8 @@ PointCloud read_ply(const std::filesystem::path& file, std::string_view text) {
       points.begin();
       if (!read_instance(values, *element, points)) {
         if (element == vertex) fail_truncated(file, i, vertex->count);
-        throw InputError(file, "data ends early: found " + std::to_string(i) + " of element " + element->name +
-                                   ", expected " + std::to_string(element->count));
+        throw InputError(file, fmt::format("data ends early: found {} of element {}, expected {}", i, element->name,
+                                           element->count));
       }
       if (element == vertex) points.end();
     }
@@ -217,13 +218,21 @@ PointCloud read_ply(const std::filesystem::path& file, std::string_view text) {
 }
 
 std::string ply_text(const PointCloud& cloud, bool ascii) {
-  std::string out = "ply\nformat " + std::string(ascii ? "ascii" : "binary_little_endian") +
-                    " 1.0\n"
-                    "comment tankrig cloud: x y z and sigma in metres, intensity 0..1, column in pixels\n"
-                    "comment frame " +
-                    cloud.frame + "\nelement vertex " + std::to_string(cloud.points.size()) + "\n";
-  for (const char* name : {"x", "y", "z", "intensity"}) out += std::string("property float ") + name + "\n";
-  out += "property int frame\nproperty float column\nproperty float sigma\nend_header\n";
+  std::string out = fmt::format(
+      "ply\n"
+      "format {} 1.0\n"
+      "comment tankrig cloud: x y z and sigma in metres, intensity 0..1, column in pixels\n"
+      "comment frame {}\n"
+      "element vertex {}\n"
+      "property float x\n"
+      "property float y\n"
+      "property float z\n"
+      "property float intensity\n"
+      "property int frame\n"
+      "property float column\n"
+      "property float sigma\n"
+      "end_header\n",
+      ascii ? "ascii" : "binary_little_endian", cloud.frame, cloud.points.size());
   for (const CloudPoint& point : cloud.points) append_point(out, point, ascii);
   return out;
 }

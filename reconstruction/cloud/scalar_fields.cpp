@@ -1,12 +1,14 @@
 #include "reconstruction/cloud/scalar_fields.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <cstring>
 #include <limits>
 
 #include "core/input_error.hpp"
+#include "core/text_files.hpp"
 
 namespace tankrig::cloud_file {
 namespace {
@@ -22,13 +24,6 @@ double as(const char* bytes, bool big_endian) {
 }
 
 bool is_space(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; }
-
-template <class T>
-void append_number(std::string& out, T value) {
-  std::array<char, 40> digits;
-  const auto result = std::to_chars(digits.data(), digits.data() + digits.size(), value);
-  out.append(digits.data(), result.ptr);
-}
 
 }  // namespace
 
@@ -131,26 +126,21 @@ std::optional<std::string_view> TokenReader::next() {
 std::optional<double> TokenReader::number(std::string_view property) {
   const auto token = next();
   if (!token) return std::nullopt;
-  const auto value = parse_number(*token);
+  const auto value = real_of(*token);
   if (!value)
-    throw InputError(file_, line_,
-                     std::string(property) + ": found '" + std::string(token->substr(0, 40)) + "', expected a number");
+    throw InputError(file_, line_, fmt::format("{}: found '{}', expected a number", property, token->substr(0, 40)));
   return value;
 }
 
-std::optional<double> parse_number(std::string_view token) {
+std::optional<double> real_of(std::string_view token) {
   if (token.starts_with('+')) token.remove_prefix(1);
   double value = 0;
-  const auto [end, error] = std::from_chars(token.data(), token.data() + token.size(), value);
-  if (error != std::errc{} || end != token.data() + token.size()) return std::nullopt;
-  return value;
+  return parse_number(token, value) ? std::optional(value) : std::nullopt;
 }
 
-std::optional<std::size_t> parse_count(std::string_view token) {
+std::optional<std::size_t> count_of(std::string_view token) {
   std::size_t value = 0;
-  const auto [end, error] = std::from_chars(token.data(), token.data() + token.size(), value);
-  if (error != std::errc{} || end != token.data() + token.size()) return std::nullopt;
-  return value;
+  return parse_number(token, value) ? std::optional(value) : std::nullopt;
 }
 
 std::vector<std::string_view> words(std::string_view line) {
@@ -180,8 +170,7 @@ std::optional<std::string> frame_comment(std::string_view comment) {
 }
 
 void fail_truncated(const std::filesystem::path& file, std::size_t found, std::size_t expected) {
-  throw InputError(file,
-                   "data ends early: found " + std::to_string(found) + " points, expected " + std::to_string(expected));
+  throw InputError(file, fmt::format("data ends early: found {} points, expected {}", found, expected));
 }
 
 void append_float(std::string& out, float value) { out.append(reinterpret_cast<const char*>(&value), sizeof(value)); }
@@ -191,25 +180,15 @@ void append_int32(std::string& out, std::int32_t value) {
 }
 
 void append_point(std::string& out, const CloudPoint& point, bool ascii) {
-  const std::array<float, 4> before{static_cast<float>(point.p.x()), static_cast<float>(point.p.y()),
-                                    static_cast<float>(point.p.z()), point.intensity};
-  const std::array<float, 2> after{point.column, point.sigma};
-  if (!ascii) {
-    for (const float value : before) append_float(out, value);
-    append_int32(out, point.frame);
-    for (const float value : after) append_float(out, value);
+  const Eigen::Vector3f p = point.p.cast<float>();
+  if (ascii) {
+    fmt::format_to(std::back_inserter(out), "{} {} {} {} {} {} {}\n", p.x(), p.y(), p.z(), point.intensity, point.frame,
+                   point.column, point.sigma);
     return;
   }
-  for (const float value : before) {
-    append_number(out, value);
-    out += ' ';
-  }
-  append_number(out, point.frame);
-  for (const float value : after) {
-    out += ' ';
-    append_number(out, value);
-  }
-  out += '\n';
+  for (const float value : {p.x(), p.y(), p.z(), point.intensity}) append_float(out, value);
+  append_int32(out, point.frame);
+  for (const float value : {point.column, point.sigma}) append_float(out, value);
 }
 
 }  // namespace tankrig::cloud_file

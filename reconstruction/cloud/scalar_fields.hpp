@@ -24,6 +24,10 @@ double decode(const char* bytes, Scalar type, bool big_endian);
 /// Where a named property goes in a CloudPoint.
 enum class Target : std::uint8_t { kNone, kX, kY, kZ, kIntensity, kFrame, kColumn, kSigma };
 Target target_of(std::string_view property);
+/// 'x' of kX, and so on to 'z'.
+constexpr char axis_name(Target axis) {
+  return static_cast<char>('x' + static_cast<int>(axis) - static_cast<int>(Target::kX));
+}
 
 /// Puts the properties of one point together and keeps it if its place is finite.
 class PointCollector {
@@ -56,8 +60,8 @@ class TokenReader {
   int line_;
 };
 
-std::optional<double> parse_number(std::string_view token);
-std::optional<std::size_t> parse_count(std::string_view token);
+std::optional<double> real_of(std::string_view token);
+std::optional<std::size_t> count_of(std::string_view token);
 std::vector<std::string_view> words(std::string_view line);
 
 /// Takes one header line, without its end, off `text` from `at` on; nothing at the end of the text.

@@ -1,6 +1,8 @@
 // Rectification maps from OpenCV, and a bicubic resampler that does not round its coordinates.
+
 #include "reconstruction/stereo/rectifier.hpp"
 
+#include <fmt/core.h>
 #include <tbb/parallel_for.h>
 
 #include <cmath>
@@ -14,7 +16,7 @@
 namespace tankrig {
 namespace {
 
-std::string text(cv::Size size) { return std::to_string(size.width) + " x " + std::to_string(size.height); }
+std::string text(cv::Size size) { return fmt::format("{} x {}", size.width, size.height); }
 
 /// Weights of the four samples at -1, 0, 1, 2 for a position t in [0, 1) (Keys 1981, a = -1/2).
 void cubic_weights(float t, float w[4]) {
@@ -75,12 +77,13 @@ Rectifier::Rectifier(const StereoCalibration& calibration) : size_(calibration.l
   const CameraModel& left = calibration.left;
   const CameraModel& right = calibration.right;
   if (size_.area() <= 0 || right.width != left.width || right.height != left.height)
-    throw InputError("stereo: left camera " + text(size_) + ", right camera " + text({right.width, right.height}) +
-                     ", expected two equal sizes");
+    throw InputError(fmt::format("stereo: left camera {}, right camera {}, expected two equal sizes", text(size_),
+                                 text({right.width, right.height})));
   const Vector3d t = calibration.rMc.translation();
   if (!(t.x() < 0) || std::abs(t.x()) < std::hypot(t.y(), t.z()))
-    throw InputError("stereo: rMc translation (" + std::to_string(t.x()) + ", " + std::to_string(t.y()) + ", " +
-                     std::to_string(t.z()) + ") m, expected the right camera beside the left one, x < 0");
+    throw InputError(fmt::format(
+        "stereo: rMc translation ({:f}, {:f}, {:f}) m, expected the right camera beside the left one, x < 0", t.x(),
+        t.y(), t.z()));
 
   cv::Matx33d R;
   for (int i = 0; i < 3; ++i)

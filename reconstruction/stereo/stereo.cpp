@@ -1,5 +1,8 @@
 // The chain: average, rectify, match both ways, test texture, drop edges, refine, triangulate; every drop counted.
+
 #include "reconstruction/stereo/stereo.hpp"
+
+#include <fmt/core.h>
 
 #include <algorithm>
 #include <array>
@@ -256,8 +259,8 @@ StereoResult reconstruct(const std::vector<StereoPair>& pairs, const StereoCalib
   if (result.cloud.points.empty()) {
     const auto most = std::max_element(count.begin() + 1, count.end());
     const auto percent = static_cast<int>(100.0 * static_cast<double>(*most) / static_cast<double>(result.pixels));
-    result.reason = std::string(kReasons[static_cast<std::size_t>(most - count.begin())]) + ": " +
-                    std::to_string(percent) + " % of pixels";
+    result.reason =
+        fmt::format("{}: {} % of pixels", kReasons[static_cast<std::size_t>(most - count.begin())], percent);
   }
   return result;
 }

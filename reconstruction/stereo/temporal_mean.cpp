@@ -8,18 +8,14 @@
 #include <numeric>
 #include <opencv2/imgproc.hpp>
 
+#include "core/median.hpp"
+
 namespace tankrig {
 namespace {
 
 constexpr float kQuantisationVariance = 1.0f / 12.0f;
 constexpr float kDitherVariance = 0.25f;  ///< [grey levels^2]
 constexpr int kBlockPx = 16;
-
-float median_of(std::vector<float>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 /// Noise variance of a single image: high-pass energy of its smoothest tenth of blocks (J. Immerkaer 1996's mask).
 float spatial_noise_variance(const cv::Mat1b& image) {
@@ -82,7 +78,7 @@ TemporalMean temporal_mean(const std::vector<cv::Mat1b>& images) {
 
   const cv::Mat1f single = temporal_noise_variance(images);
   std::vector<float> values(single.begin(), single.end());
-  out.noise = std::sqrt(median_of(values));
+  out.noise = std::sqrt(upper_median(values));
   out.mean.create(size);
   out.variance.create(size);
   tbb::parallel_for(0, size.height, [&](int v) {

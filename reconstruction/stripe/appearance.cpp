@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "core/median.hpp"
 #include "reconstruction/stripe/plateau_fit.hpp"
 #include "reconstruction/stripe/profile_fit.hpp"
 #include "reconstruction/stripe/ridge_filter.hpp"
@@ -107,12 +108,6 @@ Eigen::Matrix3d robust_covariance(const std::vector<Profile>& responses, int cha
   return covariance;
 }
 
-double component_median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 /// The colour most of the clearest columns agree on.
 Eigen::Vector3d agreed_colour(const std::vector<Eigen::Vector3d>& colours, const std::vector<double>& strength) {
   std::vector<std::size_t> order(colours.size());
@@ -123,7 +118,7 @@ Eigen::Vector3d agreed_colour(const std::vector<Eigen::Vector3d>& colours, const
   for (int c = 0; c < 3; ++c) {
     std::vector<double> component;
     for (const std::size_t i : order) component.push_back(colours[i][c]);
-    agreed[c] = component_median(component);
+    agreed[c] = upper_median(component);
   }
   return agreed;
 }
@@ -188,7 +183,7 @@ int plateau_width(const cv::Mat& image, const std::vector<int>& columns, const L
     }
     widths.push_back(plateau_at(clipped, level.peak_row[i], kReach).width());
   }
-  return static_cast<int>(component_median(widths));
+  return static_cast<int>(upper_median(widths));
 }
 
 /// Robust sd of a pixel's weighted value, as far as a filter across the stripe sees it.
@@ -224,7 +219,7 @@ class ClearColumns {
           fitter.fit(column.values.data(), static_cast<int>(column.values.size()), column.row, noise);
       if (fit.ok) found.push_back(property(fit));
     }
-    return found.size() < 3 ? otherwise : component_median(found);
+    return found.size() < 3 ? otherwise : upper_median(found);
   }
 
  private:

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/median.hpp"
+
 namespace tankrig {
 
 std::vector<float> ridge_kernel(double sigma_px) {
@@ -66,9 +68,7 @@ void filter_columns(const cv::Mat1f& signal, const std::vector<float>& kernel, c
 double robust_sd(std::vector<float>& values) {
   if (values.empty()) return 0;
   for (float& value : values) value = std::abs(value);
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return 1.4826 * *middle;
+  return 1.4826 * upper_median(values);
 }
 
 double robust_noise(const cv::Mat1f& response) {

@@ -1,4 +1,7 @@
 // The rig file's `reconstruction: laser:` and `laser_paper:` sections.
+
+#include <fmt/core.h>
+
 #include "reconstruction/stripe/paper_stripe.hpp"
 #include "reconstruction/stripe/stripe_detector.hpp"
 
@@ -16,9 +19,7 @@ StripeOrientation orientation_from(const ConfigNode& node, StripeOrientation fal
 void read_interval(const ConfigNode& node, const std::string& name, double limit, int& lower, int& upper) {
   lower = node.integer_or(name + "_min", lower, {0, limit});
   upper = node.integer_or(name + "_max", upper, {0, limit});
-  if (lower > upper)
-    node.fail(name + "_min",
-              "found " + std::to_string(lower) + ", expected at most " + name + "_max, " + std::to_string(upper));
+  if (lower > upper) node.fail(name + "_min", fmt::format("found {}, expected at most {}_max, {}", lower, name, upper));
 }
 
 }  // namespace

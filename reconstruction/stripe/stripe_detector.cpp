@@ -1,5 +1,7 @@
 #include "reconstruction/stripe/stripe_detector.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -7,6 +9,7 @@
 #include <optional>
 
 #include "core/input_error.hpp"
+#include "core/median.hpp"
 #include "reconstruction/stripe/appearance.hpp"
 #include "reconstruction/stripe/plateau_fit.hpp"
 #include "reconstruction/stripe/profile_fit.hpp"
@@ -27,10 +30,9 @@ void check(const cv::Mat& image, const cv::Mat& background) {
   if (image.empty() || (image.type() != CV_8UC3 && image.type() != CV_8UC1))
     throw InputError("stripe: found an image that is not 8 bits with 1 or 3 channels, expected one");
   if (!background.empty() && (background.size() != image.size() || background.type() != image.type()))
-    throw InputError("stripe: found a background of " + std::to_string(background.cols) + "x" +
-                     std::to_string(background.rows) + "x" + std::to_string(background.channels()) + ", expected " +
-                     std::to_string(image.cols) + "x" + std::to_string(image.rows) + "x" +
-                     std::to_string(image.channels()) + " as the image");
+    throw InputError(fmt::format("stripe: found a background of {}x{}x{}, expected {}x{}x{} as the image",
+                                 background.cols, background.rows, background.channels(), image.cols, image.rows,
+                                 image.channels()));
 }
 
 cv::Mat transposed(const cv::Mat& image) {
@@ -263,8 +265,7 @@ class ColumnDetector {
         const ProfileFit fit = fit_values(point.candidate.row - section.first_row, contrast);
         if (fit.ok) all[i] = fit.misfit;
       }
-      std::nth_element(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(n / 2), all.end());
-      return all[n / 2];
+      return upper_median(all);
     };
     if (misfit(0) <= 1) return 0;
     double low = 0, high = kMaxContrast;

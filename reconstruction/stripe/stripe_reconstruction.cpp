@@ -1,9 +1,9 @@
 #include "reconstruction/stripe/stripe_reconstruction.hpp"
 
+#include <fmt/format.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <charconv>
 #include <mutex>
 
 #include "core/atomic_file.hpp"
@@ -17,9 +17,8 @@ constexpr std::size_t kVotingFrames = 7;
 cv::Mat load_checked(const StripeFrame& frame, const CameraModel& camera) {
   cv::Mat image = frame.load();
   if (image.cols != camera.width || image.rows != camera.height)
-    throw InputError("frame " + std::to_string(frame.index) + ": found an image of " + std::to_string(image.cols) +
-                     "x" + std::to_string(image.rows) + ", expected " + std::to_string(camera.width) + "x" +
-                     std::to_string(camera.height) + " as the camera");
+    throw InputError(fmt::format("frame {}: found an image of {}x{}, expected {}x{} as the camera", frame.index,
+                                 image.cols, image.rows, camera.width, camera.height));
   return image;
 }
 
@@ -73,12 +72,6 @@ void drop_particles(std::vector<CloudPoint>& points, const StripeReconstructionP
   points.resize(kept);
 }
 
-void append_number(std::string& out, float value) {
-  std::array<char, 40> digits;
-  const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value, std::chars_format::fixed, 4).ptr;
-  out.append(digits.data(), end);
-}
-
 }  // namespace
 
 StripeResult reconstruct_stripe(const std::vector<StripeFrame>& frames, const CameraModel& camera,
@@ -118,15 +111,9 @@ void write_stripe_csv(const std::filesystem::path& file, const std::vector<Strip
                       StripeOrientation orientation) {
   std::string text = orientation == StripeOrientation::kRows ? "frame,row_px,column_px,sigma_px,intensity\n"
                                                              : "frame,column_px,row_px,sigma_px,intensity\n";
-  for (const StripeRow& row : rows) {
-    text += std::to_string(row.frame);
-    text += ',' + std::to_string(static_cast<int>(row.peak.column));
-    for (const float value : {row.peak.position, row.peak.sigma_px, row.peak.intensity}) {
-      text += ',';
-      append_number(text, value);
-    }
-    text += '\n';
-  }
+  for (const StripeRow& row : rows)
+    fmt::format_to(std::back_inserter(text), "{},{},{:.4f},{:.4f},{:.4f}\n", row.frame,
+                   static_cast<int>(row.peak.column), row.peak.position, row.peak.sigma_px, row.peak.intensity);
   write_file_durably(file, text);
 }
 

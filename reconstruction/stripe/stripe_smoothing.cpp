@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 
+#include "core/median.hpp"
 #include "reconstruction/stripe/run_line.hpp"
 
 namespace tankrig {
@@ -14,12 +15,6 @@ constexpr int kBlock = 10;         ///< columns whose mean shows the correlation
 constexpr int kMaxGap = 3;         ///< missing columns over which a line is drawn
 constexpr double kBendPrice = 20;  ///< chi-square, of two degrees of freedom, above which two lines are better than one
 constexpr double kTolerance = 3.0;
-
-double median(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 /// Deviation of the middle of three from the line of the others, over its sigma: squared.
 void second_differences(const std::vector<double>& column, const std::vector<double>& value,
@@ -36,7 +31,7 @@ void second_differences(const std::vector<double>& column, const std::vector<dou
 double mean_square(std::vector<double>& squares, double expected, double prior) {
   constexpr double kMedianOfChiSquare = 0.4549;
   const auto n = static_cast<double>(squares.size());
-  return squares.empty() ? expected : (prior * expected + n * median(squares) / kMedianOfChiSquare) / (prior + n);
+  return squares.empty() ? expected : (prior * expected + n * upper_median(squares) / kMedianOfChiSquare) / (prior + n);
 }
 
 /// Points before which the run bends, steps or has a gap.

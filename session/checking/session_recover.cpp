@@ -1,5 +1,7 @@
 #include "session/checking/session_recover.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <set>
 
@@ -19,7 +21,7 @@ class LostAndFound {
  public:
   explicit LostAndFound(const fs::path& session) : session_(session) {
     int n = 1;
-    do folder_ = session_ / "lost+found" / std::to_string(n++);
+    do folder_ = session_ / "lost+found" / fmt::to_string(n++);
     while (fs::exists(folder_));
   }
 
@@ -72,8 +74,8 @@ TableSpan span_of(const std::vector<Record>& records) {
 SessionInfo mended_info(const SessionFindings& found) {
   SessionInfo info = found.info;
   if (!found.losses.empty())
-    info.status = "stopped: recovered, " + std::to_string(found.losses.size()) + " losses" +
-                  (info.status.starts_with("stopped: ") ? "; " + info.status.substr(9) : "");
+    info.status = fmt::format("stopped: recovered, {} losses{}", found.losses.size(),
+                              info.status.starts_with("stopped: ") ? "; " + info.status.substr(9) : "");
   for (const std::string& loss : found.losses)
     if (std::find(info.recovered.begin(), info.recovered.end(), loss) == info.recovered.end())
       info.recovered.push_back(loss);

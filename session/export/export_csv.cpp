@@ -1,6 +1,8 @@
 #include "session/export/export_csv.hpp"
 
-#include <cstdio>
+#include <fmt/format.h>
+
+#include <concepts>
 
 #include "core/csv.hpp"
 #include "core/text_files.hpp"
@@ -17,11 +19,9 @@ class Line {
     return *this;
   }
   Line& add(double value) { return add(exact_text(value)); }
-  Line& add(std::int64_t value) { return add(std::to_string(value)); }
+  Line& add(std::integral auto value) { return add(fmt::to_string(value)); }
   Line& time(Stamp stamp, Stamp start, const WallClock& clock) {
-    char seconds_text[40];
-    std::snprintf(seconds_text, sizeof seconds_text, "%.9f", seconds(stamp - start));
-    return add(seconds_text).add(clock.at(stamp));
+    return add(fmt::format("{:.9f}", seconds(stamp - start))).add(clock.at(stamp));
   }
   Line& joints(const char* before, const char* after) {
     for (const char* joint : kJointNames) add(std::string(before) + joint + after);
@@ -50,7 +50,7 @@ std::string flat_joints_csv(const std::vector<JointState>& joints, Stamp start, 
   for (const JointState& state : joints) {
     Line line;
     line.time(state.stamp, start, clock).joints(state.q).joints(state.velocity);
-    for (const std::int32_t ticks : state.ticks) line.add(static_cast<std::int64_t>(ticks));
+    for (const std::int32_t ticks : state.ticks) line.add(ticks);
     out += line.add(state.current_a).str();
   }
   return out;
@@ -67,9 +67,9 @@ std::string flat_frames_csv(const Session& session, Stamp start, const WallClock
   std::string out = header.str();
   for (const FrameRecord& frame : session.frames) {
     Line line;
-    line.add(csv_field(frame.camera)).add(static_cast<std::int64_t>(frame.index)).add(std::to_string(frame.sequence));
+    line.add(csv_field(frame.camera)).add(frame.index).add(frame.sequence);
     line.time(frame.stamp, start, clock).add(seconds(frame.exposure)).add(to_string(frame.phase));
-    line.add(static_cast<std::int64_t>(frame.pass)).add(frame.laser_on ? "1" : "0");
+    line.add(frame.pass).add(frame.laser_on ? "1" : "0");
     if (frame.q)
       line.joints(*frame.q);
     else

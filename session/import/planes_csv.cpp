@@ -1,5 +1,7 @@
 #include "session/import/planes_csv.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <array>
 #include <cctype>
@@ -26,7 +28,7 @@ std::string_view trimmed(std::string_view text) {
 
 Plane plane_of(const std::vector<std::string>& fields, std::size_t first) {
   if (fields.size() != first + 4)
-    throw InputError("found " + std::to_string(fields.size() - first) + " numbers, expected a,b,c,d");
+    throw InputError(fmt::format("found {} numbers, expected a,b,c,d", fields.size() - first));
   double v[4];
   for (std::size_t i = 0; i < 4; ++i) {
     std::string_view text = trimmed(fields[first + i]);
@@ -70,7 +72,7 @@ PlaneColumns read_planes_header(const std::vector<std::string>& fields) {
   columns.fill(fields.size());
   for (std::size_t i = 0; i < fields.size(); ++i) {
     const auto name = std::find(kPlaneColumns.begin(), kPlaneColumns.end(), trimmed(fields[i]));
-    const std::string found = "column " + std::to_string(i + 1) + ": found '" + shown_text(trimmed(fields[i])) + "'";
+    const std::string found = fmt::format("column {}: found '{}'", i + 1, shown_text(trimmed(fields[i])));
     if (name == kPlaneColumns.end()) throw InputError(found + ", expected exactly the columns " + kPlaneHeader);
     std::size_t& column = columns[static_cast<std::size_t>(name - kPlaneColumns.begin())];
     if (column != fields.size()) throw InputError(found + " for the second time, expected the columns " + kPlaneHeader);
@@ -78,7 +80,7 @@ PlaneColumns read_planes_header(const std::vector<std::string>& fields) {
   }
   for (std::size_t i = 0; i < columns.size(); ++i)
     if (columns[i] == fields.size())
-      throw InputError(std::string("found no column '") + kPlaneColumns[i] + "', expected the columns " + kPlaneHeader);
+      throw InputError(fmt::format("found no column '{}', expected the columns {}", kPlaneColumns[i], kPlaneHeader));
   return columns;
 }
 
@@ -118,8 +120,7 @@ std::map<std::string, Plane> read_planes_csv(const fs::path& file) {
         continue;
       }
       if (fields.size() != columns.size())
-        throw InputError("found " + std::to_string(fields.size()) + " fields, expected " +
-                         std::to_string(columns.size()) + ": " + kPlaneHeader);
+        throw InputError(fmt::format("found {} fields, expected {}: {}", fields.size(), columns.size(), kPlaneHeader));
       std::vector<std::string> ordered;
       for (const std::size_t column : columns) ordered.push_back(fields[column]);
       const std::string name(trimmed(ordered[0]));

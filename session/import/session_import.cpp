@@ -1,5 +1,7 @@
 #include "session/import/session_import.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cctype>
 #include <opencv2/imgcodecs.hpp>
@@ -50,8 +52,7 @@ int check_image(const fs::path& file, const CameraModel& camera) {
 
 std::string pixels_in_words(int type) {
   const std::size_t bits = 8 * CV_ELEM_SIZE1(type);
-  return std::to_string(CV_MAT_CN(type)) + " x " + std::to_string(bits) +
-         (CV_MAT_DEPTH(type) >= CV_32F ? " bits (floating point)" : " bits");
+  return fmt::format("{} x {} bits{}", CV_MAT_CN(type), bits, CV_MAT_DEPTH(type) >= CV_32F ? " (floating point)" : "");
 }
 
 /// Dark images are subtracted from the others: their pixels must be alike.

@@ -1,5 +1,7 @@
 #include "session/reading/frame_account.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 
 namespace tankrig {
@@ -41,13 +43,12 @@ bool lost_nothing(const FrameCounts& counts, const std::string& camera, const Ca
 
 std::string account_line(const FrameCounts& counts, const std::string& camera, const CameraAccount& account) {
   const std::uint64_t wanted = account.expected - std::min(account.expected, count_of(counts, camera, kNotRecorded));
-  std::string line =
-      std::to_string(count_of(counts, camera, kRecorded)) + " of " + std::to_string(wanted) + " frames recorded";
+  std::string line = fmt::format("{} of {} frames recorded", count_of(counts, camera, kRecorded), wanted);
   const char* before = ": ";
   for (const auto& [reason, count] : frame_reasons(counts, camera))
-    if (reason != kNotRecorded) line += std::exchange(before, ", ") + reason + " " + std::to_string(count);
-  if (account.unaccounted > 0) line += before + ("unaccounted " + std::to_string(account.unaccounted));
-  if (account.unaccounted < 0) line += before + ("counted twice " + std::to_string(-account.unaccounted));
+    if (reason != kNotRecorded) line += fmt::format("{}{} {}", std::exchange(before, ", "), reason, count);
+  if (account.unaccounted > 0) line += fmt::format("{}unaccounted {}", before, account.unaccounted);
+  if (account.unaccounted < 0) line += fmt::format("{}counted twice {}", before, -account.unaccounted);
   return line;
 }
 

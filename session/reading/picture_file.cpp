@@ -1,5 +1,7 @@
 #include "session/reading/picture_file.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <cctype>
 #include <cstdint>
@@ -95,7 +97,7 @@ Sides sides_of(std::string_view bytes) {
   return {};
 }
 
-std::string in_words(int width, int height) { return std::to_string(width) + " x " + std::to_string(height); }
+std::string in_words(int width, int height) { return fmt::format("{} x {}", width, height); }
 
 }  // namespace
 
@@ -112,11 +114,11 @@ cv::Mat decode_picture(std::string_view bytes, const std::filesystem::path& file
   const auto size = picture_size(bytes);
   if (!size) throw InputError(file, "cannot be decoded, expected an image: PNG, JPEG, BMP, TIFF, PGM or PPM");
   if (expected && (size->width != expected->width || size->height != expected->height))
-    throw InputError(file, "found " + in_words(size->width, size->height) + " px, expected " +
-                               in_words(expected->width, expected->height) + " " + expected->as);
+    throw InputError(file, fmt::format("found {} px, expected {} {}", in_words(size->width, size->height),
+                                       in_words(expected->width, expected->height), expected->as));
   if (std::int64_t{size->width} * size->height > kMostPixels)
-    throw InputError(file, "found " + in_words(size->width, size->height) + " px, expected at most " +
-                               std::to_string(kMostPixels / 1'000'000) + " megapixels");
+    throw InputError(file, fmt::format("found {} px, expected at most {} megapixels",
+                                       in_words(size->width, size->height), kMostPixels / 1'000'000));
   if (bytes.starts_with("\xff\xd8") && !is_whole_jpeg(bytes))
     throw InputError(file, "is a JPEG that is cut short, expected a whole one: copy it from the camera again");
   cv::Mat image;

@@ -1,5 +1,7 @@
 #include "session/reading/session.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <opencv2/imgcodecs.hpp>
 
@@ -28,8 +30,7 @@ void drop_frames_without_image(Session& session) {
   const std::size_t listed = session.frames.size();
   std::erase_if(session.frames, [&](const FrameRecord& frame) { return !fs::exists(session.path / frame.file); });
   if (const std::size_t lost = listed - session.frames.size())
-    session.lose(std::to_string(lost) + " frames of " + std::to_string(listed) +
-                 " in frames.csv have no image and are left out");
+    session.lose(fmt::format("{} frames of {} in frames.csv have no image and are left out", lost, listed));
 }
 
 }  // namespace
@@ -41,8 +42,8 @@ bool SessionInfo::has_camera(const std::string& camera) const {
 std::string lines_missing(const SessionInfo& info, const std::string& table, std::size_t found) {
   const auto span = info.tables.find(table);
   if (span == info.tables.end() || found >= span->second.lines) return "";
-  return table + ".csv: " + std::to_string(found) + " of " + std::to_string(span->second.lines) +
-         (span->second.lines == 1 ? " line" : " lines") + " there";
+  return fmt::format("{}.csv: {} of {} {} there", table, found, span->second.lines,
+                     span->second.lines == 1 ? "line" : "lines");
 }
 
 Session Session::open(const fs::path& path) {
@@ -100,7 +101,7 @@ cv::Mat Session::image(const FrameRecord& frame) const {
 
 Plane Session::laser_plane(const FrameRecord& frame) const {
   if (frame.cPl) return *frame.cPl;
-  const std::string name = "frame " + std::to_string(frame.index) + " of " + frame.camera + ": ";
+  const std::string name = fmt::format("frame {} of {}: ", frame.index, frame.camera);
   if (!frame.q)
     throw InputError(path / "frames.csv", name + "found no joints and no laser plane, expected one of them");
   if (!info.calibration.arm || !info.calibration.ePl)

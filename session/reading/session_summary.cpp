@@ -1,33 +1,28 @@
 #include "session/reading/session_summary.hpp"
 
-#include <cstdio>
+#include <fmt/core.h>
+
 #include <map>
 
 namespace tankrig {
 namespace {
-
-std::string rounded(double value, int digits, const char* unit) {
-  char text[64];
-  std::snprintf(text, sizeof text, "%.*f %s", digits, value, unit);
-  return text;
-}
 
 std::string frames_of(const Session& session, const std::string& camera) {
   std::map<Phase, int> per_phase;
   int all = 0;
   for (const FrameRecord& frame : session.frames)
     if (frame.camera == camera) ++per_phase[frame.phase], ++all;
-  std::string out = std::to_string(all) + " frames";
+  std::string out = fmt::format("{} frames", all);
   const char* before = ": ";
   for (const auto& [phase, count] : per_phase)
-    out += before + std::to_string(count) + " " + to_string(phase), before = ", ";
+    out += fmt::format("{}{} {}", std::exchange(before, ", "), count, to_string(phase));
   return out;
 }
 
-double worst_ms(const Session& session, Duration FrameRecord::*of) {
-  Duration worst{};
-  for (const FrameRecord& frame : session.frames) worst = std::max(worst, frame.*of);
-  return seconds(worst) * 1e3;
+std::string worst(const Session& session, Duration FrameRecord::*of) {
+  Duration longest{};
+  for (const FrameRecord& frame : session.frames) longest = std::max(longest, frame.*of);
+  return fmt::format("{:.3f} ms", seconds(longest) * 1e3);
 }
 
 }  // namespace
@@ -48,19 +43,18 @@ std::vector<std::pair<std::string, std::string>> session_summary(const Session& 
   add("software", info.software);
   add("sensor", info.noise);
   if (info.kind == "scan") add("seed", std::to_string(info.seed));
-  if (info.light) add("light", rounded(*info.light, 3, "of the reference"));
-  if (info.lux_before) add("lux before", rounded(*info.lux_before, 1, "lx"));
-  if (info.lux_after) add("lux after", rounded(*info.lux_after, 1, "lx"));
-  if (info.simulated_s > 0) add("length", rounded(info.simulated_s, 2, "s"));
+  if (info.light) add("light", fmt::format("{:.3f} of the reference", *info.light));
+  if (info.lux_before) add("lux before", fmt::format("{:.1f} lx", *info.lux_before));
+  if (info.lux_after) add("lux after", fmt::format("{:.1f} lx", *info.lux_after));
+  if (info.simulated_s > 0) add("length", fmt::format("{:.2f} s", info.simulated_s));
   for (const SessionCamera& camera : info.cameras)
-    add("camera " + camera.name, std::string(to_string(camera.role)) + ", " + std::to_string(camera.model.width) +
-                                     " x " + std::to_string(camera.model.height) + " px, " +
-                                     frames_of(session, camera.name));
+    add("camera " + camera.name, fmt::format("{}, {} x {} px, {}", to_string(camera.role), camera.model.width,
+                                             camera.model.height, frames_of(session, camera.name)));
   for (const auto& [camera, account] : info.account)
     add("frames of " + camera, account_line(info.counts, camera, account));
   if (info.kind == "scan") {
-    add("worst distance to a joint sample", rounded(worst_ms(session, &FrameRecord::sync_residual), 3, "ms"));
-    add("worst sigma of a stamp", rounded(worst_ms(session, &FrameRecord::stamp_sigma), 3, "ms"));
+    add("worst distance to a joint sample", worst(session, &FrameRecord::sync_residual));
+    add("worst sigma of a stamp", worst(session, &FrameRecord::stamp_sigma));
   }
   if (info.object) add("object", info.object->mesh);
   for (const auto& [reason, count] : info.counts) add(reason, std::to_string(count));

@@ -1,8 +1,9 @@
 #include "session/reading/session_tables.hpp"
 
+#include <fmt/core.h>
+
 #include <array>
 #include <cmath>
-#include <cstdio>
 
 #include "core/csv.hpp"
 #include "core/input_error.hpp"
@@ -93,11 +94,7 @@ SessionTable<Record> read_table(const std::filesystem::path& file, const std::ve
 }
 
 /// Of a length [m], in millimetres; reads back and writes again to the same text.
-std::string tenths_of_microns(double length) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.4f", 1e3 * length);
-  return text;
-}
+std::string tenths_of_microns(double length) { return fmt::format("{:.4f}", 1e3 * length); }
 
 FrameRecord parse_frame(Fields fields) {
   FrameRecord frame;

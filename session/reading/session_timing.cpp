@@ -1,7 +1,8 @@
 #include "session/reading/session_timing.hpp"
 
+#include <fmt/core.h>
+
 #include <array>
-#include <cstdio>
 
 #include "core/text_files.hpp"
 
@@ -33,11 +34,7 @@ TimingQuantity quantity_of(const Histogram& h) {
 }
 
 std::string counted(const SessionTiming& t) {
-  char text[160];
-  std::snprintf(text, sizeof text, "%llu cycles at %.6g Hz, %llu late, %llu left out",
-                static_cast<unsigned long long>(t.cycles), t.cycle_hz, static_cast<unsigned long long>(t.overruns),
-                static_cast<unsigned long long>(t.missed_cycles));
-  return text;
+  return fmt::format("{} cycles at {:.6g} Hz, {} late, {} left out", t.cycles, t.cycle_hz, t.overruns, t.missed_cycles);
 }
 
 }  // namespace
@@ -53,13 +50,12 @@ SessionTiming session_timing(const CycleTimes& times, double cycle_hz) {
 }
 
 std::string timing_yaml(const SessionTiming& t) {
-  std::string out = "timing:\n  cycle_hz: " + exact_text(t.cycle_hz) + "\n  cycles: " + std::to_string(t.cycles) +
-                    "\n  overruns: " + std::to_string(t.overruns) +
-                    "\n  missed_cycles: " + std::to_string(t.missed_cycles) + "\n";
+  std::string out = fmt::format("timing:\n  cycle_hz: {}\n  cycles: {}\n  overruns: {}\n  missed_cycles: {}\n",
+                                exact_text(t.cycle_hz), t.cycles, t.overruns, t.missed_cycles);
   for (const Named& named : kQuantities) {
     const TimingQuantity& q = t.*named.quantity;
-    out += std::string("  ") + named.key + ": {p50: " + exact_text(q.p50) + ", p99: " + exact_text(q.p99) +
-           ", p99_9: " + exact_text(q.p999) + ", max: " + exact_text(q.max) + "}\n";
+    out += fmt::format("  {}: {{p50: {}, p99: {}, p99_9: {}, max: {}}}\n", named.key, exact_text(q.p50),
+                       exact_text(q.p99), exact_text(q.p999), exact_text(q.max));
   }
   return out;
 }
@@ -84,23 +80,18 @@ std::string timing_csv(const CycleTimes& times) {
       {"wake_up", &times.wake_up}, {"execution", &times.execution}, {"period", &times.period}};
   for (const auto& [name, histogram] : histograms)
     histogram->for_each_bin([&out, name = name](const Histogram::Bin& bin) {
-      char line[128];
-      std::snprintf(line, sizeof line, "%s,%.3f,%.3f,%llu\n", name, microseconds(Duration{bin.lower}),
-                    microseconds(Duration{bin.upper}), static_cast<unsigned long long>(bin.count));
-      out += line;
+      out += fmt::format("{},{:.3f},{:.3f},{}\n", name, microseconds(Duration{bin.lower}),
+                         microseconds(Duration{bin.upper}), bin.count);
     });
   return out;
 }
 
 std::string timing_table(const SessionTiming& t) {
-  std::string out = "cycle: " + counted(t) + "\n";
-  char line[128];
-  std::snprintf(line, sizeof line, "%-20s %10s %10s %10s %10s\n", "", "p50 us", "p99 us", "p99.9 us", "max us");
-  out += line;
+  std::string out = fmt::format("cycle: {}\n{:20} {:>10} {:>10} {:>10} {:>10}\n", counted(t), "", "p50 us", "p99 us",
+                                "p99.9 us", "max us");
   for (const Named& named : kQuantities) {
     const TimingQuantity& q = t.*named.quantity;
-    std::snprintf(line, sizeof line, "%-20s %10.1f %10.1f %10.1f %10.1f\n", named.words, q.p50, q.p99, q.p999, q.max);
-    out += line;
+    out += fmt::format("{:20} {:10.1f} {:10.1f} {:10.1f} {:10.1f}\n", named.words, q.p50, q.p99, q.p999, q.max);
   }
   return out;
 }
@@ -109,9 +100,8 @@ std::vector<std::pair<std::string, std::string>> timing_summary(const SessionTim
   std::vector<std::pair<std::string, std::string>> out{{"cycle", counted(t)}};
   for (const Named& named : kQuantities) {
     const TimingQuantity& q = t.*named.quantity;
-    char text[128];
-    std::snprintf(text, sizeof text, "p50 %.1f, p99 %.1f, p99.9 %.1f, max %.1f us", q.p50, q.p99, q.p999, q.max);
-    out.emplace_back(std::string("cycle ") + named.words, text);
+    out.emplace_back(fmt::format("cycle {}", named.words),
+                     fmt::format("p50 {:.1f}, p99 {:.1f}, p99.9 {:.1f}, max {:.1f} us", q.p50, q.p99, q.p999, q.max));
   }
   return out;
 }

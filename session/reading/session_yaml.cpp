@@ -1,5 +1,7 @@
 #include "session/reading/session_yaml.hpp"
 
+#include <fmt/core.h>
+
 #include "core/config_node.hpp"
 #include "core/input_error.hpp"
 #include "core/model_yaml.hpp"
@@ -41,7 +43,7 @@ CameraAccount read_account(const ConfigNode& node, const std::string& camera, co
 }
 
 std::string yaml_of(const ClockPair& pair) {
-  return "{stamp_ns: " + std::to_string(pair.stamp.ns) + ", wall_ns: " + std::to_string(pair.wall_ns) + "}";
+  return fmt::format("{{stamp_ns: {}, wall_ns: {}}}", pair.stamp.ns, pair.wall_ns);
 }
 
 std::optional<ClockPair> read_clock_pair(const ConfigNode& clock, const char* key) {
@@ -91,8 +93,8 @@ std::string calibration_yaml(const SessionInfo& info) {
   std::string out = info.cameras.empty() ? "cameras: []\n" : "cameras:\n";
   for (const SessionCamera& camera : info.cameras)
     out +=
-        "  - name: " + yaml_quoted(camera.name) + "\n    role: " + to_string(camera.role) +
-        "\n    model: " + yaml_of(camera.model) + "\n    bMc: " + yaml_of(camera.bMc) + "\n" +
+        fmt::format("  - name: {}\n    role: {}\n    model: {}\n    bMc: {}\n", yaml_quoted(camera.name),
+                    to_string(camera.role), yaml_of(camera.model), yaml_of(camera.bMc)) +
         (camera.time_offset.count() == 0 ? "" : "    time_offset_s: " + exact_text(seconds(camera.time_offset)) + "\n");
   out += "calibration:\n";
   if (info.calibration.arm) out += "  arm:\n" + yaml_of(*info.calibration.arm, 4);
@@ -101,17 +103,17 @@ std::string calibration_yaml(const SessionInfo& info) {
   out += "  laser_direction_e: " + yaml_of(info.calibration.laser_direction_e) + "\n";
   out += "  laser_fan_rad: " + exact_text(info.calibration.laser_fan) + "\n";
   if (info.object)
-    out += "object:\n  mesh: " + yaml_quoted(info.object->mesh) + "\n  bMo: " + yaml_of(info.object->bMo) + "\n";
+    out += fmt::format("object:\n  mesh: {}\n  bMo: {}\n", yaml_quoted(info.object->mesh), yaml_of(info.object->bMo));
   return out;
 }
 
 std::string session_yaml(const SessionInfo& info, const std::string& calibration) {
-  std::string out = std::string("format: ") + kFormat + "\n";
+  std::string out = fmt::format("format: {}\n", kFormat);
   const auto text = [&](const char* key, const std::string& value) {
-    out += std::string(key) + ": " + yaml_quoted(value) + "\n";
+    out += fmt::format("{}: {}\n", key, yaml_quoted(value));
   };
   const auto optional = [&](const char* key, const std::optional<double>& value) {
-    if (value) out += std::string(key) + ": " + exact_text(*value) + "\n";
+    if (value) out += fmt::format("{}: {}\n", key, exact_text(*value));
   };
   text("name", info.name);
   text("status", info.status);
@@ -125,28 +127,28 @@ std::string session_yaml(const SessionInfo& info, const std::string& calibration
   text("rig_sha256", info.rig_hash);
   text("software", info.software);
   text("noise", info.noise);
-  out += "seed: " + std::to_string(info.seed) + "\n";
+  out += fmt::format("seed: {}\n", info.seed);
   optional("light", info.light);
   if (!info.lux_source.empty()) out += "lux_source: " + info.lux_source + "\n";
   optional("lux_before", info.lux_before);
   optional("lux_after", info.lux_after);
   optional("simulated_s", info.simulated_s);
   out += info.counts.empty() ? "counts: {}\n" : "counts:\n";
-  for (const auto& [reason, count] : info.counts)
-    out += "  " + yaml_quoted(reason) + ": " + std::to_string(count) + "\n";
+  for (const auto& [reason, count] : info.counts) out += fmt::format("  {}: {}\n", yaml_quoted(reason), count);
   if (!info.account.empty()) out += "account:\n";
   for (const auto& [camera, account] : info.account)
-    out += "  " + yaml_quoted(camera) + ": {expected: " + std::to_string(account.expected) +
-           ", unaccounted: " + std::to_string(account.unaccounted) + "}\n";
+    out += fmt::format("  {}: {{expected: {}, unaccounted: {}}}\n", yaml_quoted(camera), account.expected,
+                       account.unaccounted);
   if (!info.devices.empty()) out += "devices:\n";
-  for (const auto& [name, value] : info.devices) out += "  " + yaml_quoted(name) + ": " + exact_text(value) + "\n";
+  for (const auto& [name, value] : info.devices) out += fmt::format("  {}: {}\n", yaml_quoted(name), exact_text(value));
   if (info.timing) out += timing_yaml(*info.timing);
   if (!info.platform.empty()) out += "platform:\n";
-  for (const auto& [what, found] : info.platform) out += "  " + yaml_quoted(what) + ": " + yaml_quoted(found) + "\n";
+  for (const auto& [what, found] : info.platform)
+    out += fmt::format("  {}: {}\n", yaml_quoted(what), yaml_quoted(found));
   if (!info.tables.empty()) out += "tables:\n";
   for (const auto& [name, span] : info.tables)
-    out += "  " + name + ": {lines: " + std::to_string(span.lines) + ", first_ns: " + std::to_string(span.first.ns) +
-           ", last_ns: " + std::to_string(span.last.ns) + "}\n";
+    out +=
+        fmt::format("  {}: {{lines: {}, first_ns: {}, last_ns: {}}}\n", name, span.lines, span.first.ns, span.last.ns);
   if (!info.recovered.empty()) out += "recovered:\n";
   for (const std::string& loss : info.recovered) out += "  - " + yaml_quoted(loss) + "\n";
   text("calibration_sha256", info.calibration_hash);

@@ -1,13 +1,13 @@
 #include "session/recording/disk_threads.hpp"
 
 #include <fcntl.h>
+#include <fmt/core.h>
 #include <pthread.h>
 #include <unistd.h>
 
 #include <array>
 #include <cerrno>
 #include <chrono>
-#include <cstdio>
 #include <system_error>
 #include <utility>
 
@@ -216,9 +216,7 @@ void DiskThreads::write_loop() {
 
 void DiskThreads::write_frame(const Job& job) {
   if (!segment_ || segment_->bytes() >= kSegmentBytes) {
-    char name[24];
-    std::snprintf(name, sizeof name, "%06d.raw", next_segment_++);
-    segment_ = std::make_shared<SpoolWriter>(spool_folder(session_) / name);
+    segment_ = std::make_shared<SpoolWriter>(spool_folder(session_) / fmt::format("{:06}.raw", next_segment_++));
     const std::lock_guard lock(mutex_);
     unsynced_.push_back(segment_);
   }

@@ -1,6 +1,7 @@
 #include "session/recording/session_writer.hpp"
 
-#include <cstdio>
+#include <fmt/core.h>
+
 #include <exception>
 
 #include "core/input_error.hpp"
@@ -23,12 +24,6 @@ fs::path make_folder(fs::path path) {
   fs::create_directories(path, failed);
   if (failed) throw InputError(path, "cannot be created: " + failed.message());
   return path;
-}
-
-std::string numbered(int index) {
-  char name[16];
-  std::snprintf(name, sizeof name, "%06d.png", index);
-  return name;
 }
 
 SessionInfo beginning(SessionInfo info, const fs::path& path) {
@@ -71,13 +66,13 @@ void SessionWriter::joints(const JointState& state) {
 
 void SessionWriter::frame(const FrameRecord& frame, const cv::Mat& image) {
   FrameRecord record = frame;
-  if (record.file.empty()) record.file = (fs::path("frames") / record.camera / numbered(record.index)).generic_string();
+  if (record.file.empty()) record.file = fmt::format("frames/{}/{:06}.png", record.camera, record.index);
   if (disk_->add_frame(record.camera, frames_line(record), image)) {
     count(info_.tables["frames"], record.stamp);
   } else {
     ++info_.counts[record.camera + "." + kDroppedByRing];
     event(record.stamp, event_kind::kDrop,
-          record.camera + " frame " + std::to_string(record.index) + ": the disk had no time for it");
+          fmt::format("{} frame {}: the disk had no time for it", record.camera, record.index));
   }
 }
 

@@ -1,13 +1,12 @@
 // session.yaml damaged anywhere: every section is regained or named as lost, and no calibration is taken for the
 // recorded one that is not proven to be.
-#include "session/checking/session_facts.hpp"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <random>
 
 #include "core/text_files.hpp"
+#include "session/checking/examination.hpp"
 #include "session/checking/session_recover.hpp"
 #include "session/checking/sha256.hpp"
 #include "session/reading/session_yaml.hpp"
@@ -70,9 +69,10 @@ class DamagedSessionYaml : public testing::Test {
   }
   void write(const std::string& yaml) { folder_.write("s/session.yaml", yaml); }
   SessionFindings examined(const DescribeRig& how = describe_rig) {
-    SessionFindings found;
-    examine_session_yaml(folder_.path() / "s", how, found);
-    return found;
+    Examination so_far;
+    so_far.session = folder_.path() / "s";
+    examine_session_yaml(so_far, how);
+    return so_far;
   }
   /// Every section as it was, or named. Returns how many are named.
   std::size_t expect_regained_or_named(const SessionFindings& found) {

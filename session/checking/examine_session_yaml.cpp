@@ -1,7 +1,7 @@
-#include "session/checking/session_facts.hpp"
-
+// session.yaml when it is cut or lost.
 #include <algorithm>
 
+#include "session/checking/examination.hpp"
 #include "session/checking/sha256.hpp"
 #include "session/reading/session_yaml.hpp"
 
@@ -138,7 +138,9 @@ std::string find_calibration(const fs::path& session, const DescribeRig& describ
 
 }  // namespace
 
-void examine_session_yaml(const fs::path& session, const DescribeRig& describe, SessionFindings& out) {
+void examine_session_yaml(Examination& so_far, const DescribeRig& describe) {
+  const fs::path& session = so_far.session;
+  SessionFindings& out = so_far;
   const fs::path file = session / "session.yaml";
   std::error_code ignored;
   const bool there = fs::is_regular_file(file, ignored);
@@ -156,20 +158,18 @@ void examine_session_yaml(const fs::path& session, const DescribeRig& describe, 
       out.info = std::move(salvaged.info), lost = std::move(salvaged.lost);
     }
   const std::string of_calibration = find_calibration(session, describe, out);
-  if (why.empty() && (of_calibration.empty() || (of_calibration == kNotProven && told_before(out.info)))) return;
+  if (why.empty() && (of_calibration.empty() || (of_calibration == kNotProven && told_before(out.info)))) {
+    if (out.info.status == "recording") out.losses.push_back("session.yaml: the recording never reached its end");
+    return;
+  }
   out.info_damaged = true;
   why += (why.empty() || of_calibration.empty() ? "" : "; ") + of_calibration;
   if (!there && out.info_known) why += "; when, by whom and in what light it was recorded is lost";
   for (const std::string& key : lost) why += (&key == &lost.front() ? "; lost, as far as there was any: " : ", ") + key;
-  out.losses.push_back("session.yaml: " + why);
+  so_far.lose("session.yaml", why);
   if (out.info.name.empty()) out.info.name = fs::absolute(session).lexically_normal().filename().string();
   if (out.info.status.empty()) out.info.status = "recording";
   if (out.info.kind.empty()) out.info.kind = "scan";
-}
-
-std::string within(const fs::path& session, const std::string& message) {
-  const std::string before = (session / "").string();
-  return message.starts_with(before) ? message.substr(before.size()) : message;
 }
 
 }  // namespace tankrig
