@@ -1,8 +1,9 @@
 #include "drivers/arm/arm5e_settings.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include "core/input_error.hpp"
 #include "drivers/can/can_timing.hpp"
@@ -16,11 +17,9 @@ constexpr double kUsualCanRate = 100, kUsualSerialRate = 50;  // the laboratory'
 std::string overload(const Arm5eSettings& settings) {
   const CarrierLoad carrier = carrier_load(settings);
   if (carrier.load <= kLargestCarrierLoad) return {};
-  char text[256];
-  std::snprintf(text, sizeof text, "found %.6g exchanges/s, a load of %.1f %% (%s), expected at most %.4g/s (%.0f %%)",
-                settings.exchange_rate_hz, 100 * carrier.load, carrier.text.c_str(),
-                std::floor(10 * kLargestCarrierLoad * carrier.largest_rate_hz) / 10, 100 * kLargestCarrierLoad);
-  return text;
+  return fmt::format("found {:.6g} exchanges/s, a load of {:.1f} % ({}), expected at most {:.4g}/s ({:.0f} %)",
+                     settings.exchange_rate_hz, 100 * carrier.load, carrier.text,
+                     std::floor(10 * kLargestCarrierLoad * carrier.largest_rate_hz) / 10, 100 * kLargestCarrierLoad);
 }
 
 /// The others must be heard of well before they are missed.
@@ -28,12 +27,11 @@ std::string slow_round(const Arm5eSettings& settings) {
   const double round_s = ExchangeSchedule::kFastRound / settings.exchange_rate_hz;
   if (settings.carrier != ArmCarrier::kCan || !settings.fast_joint || 2 * round_s <= seconds(settings.silence_timeout))
     return {};
-  char text[200];
-  std::snprintf(text, sizeof text,
-                "found %.6g exchanges/s: with a fast_joint the others take %d exchanges, %.3g s, expected at most half "
-                "of silence_timeout_ms",
-                settings.exchange_rate_hz, ExchangeSchedule::kFastRound, round_s);
-  return text;
+  const int round = ExchangeSchedule::kFastRound;
+  return fmt::format(
+      "found {:.6g} exchanges/s: with a fast_joint the others take {} exchanges, {:.3g} s, expected at most half of "
+      "silence_timeout_ms",
+      settings.exchange_rate_hz, round, round_s);
 }
 
 SerialSettings serial_from(const ConfigNode& node, const std::filesystem::path& runtime) {
@@ -48,7 +46,7 @@ PidGains gains_from(const ConfigNode& node, std::string_view key, PidGains gains
   const auto values = node.numbers(key, 3);
   for (const double v : values)
     if (v < 0 || v > 255 || v != std::floor(v))
-      node.fail(key, "found " + std::to_string(v) + ", expected whole numbers 0 .. 255");
+      node.fail(key, fmt::format("found {:f}, expected whole numbers 0 .. 255", v));
   return {static_cast<std::uint8_t>(values[0]), static_cast<std::uint8_t>(values[1]),
           static_cast<std::uint8_t>(values[2])};
 }
@@ -96,19 +94,17 @@ void read_shaping(const ConfigNode& arm, VelocityShaping& shaping) {
 
 CarrierLoad carrier_load(const Arm5eSettings& settings) {
   CarrierLoad carrier;
-  char text[160];
   double exchange_s = 0;
   if (settings.carrier == ArmCarrier::kCan) {
     const bool fast = settings.fast_joint.has_value();
     const int bits = can_exchange_bits(fast);
     exchange_s = static_cast<double>(bits) / settings.can.bitrate;
-    std::snprintf(text, sizeof text, "%d frames of together %d bits at most, at %d bit/s", fast ? 3 : 11, bits,
-                  settings.can.bitrate);
+    carrier.text =
+        fmt::format("{} frames of together {} bits at most, at {} bit/s", fast ? 3 : 11, bits, settings.can.bitrate);
   } else {
     exchange_s = 2 * seconds(serial_frame_time(settings.serial));
-    std::snprintf(text, sizeof text, "51 bytes each way at %d baud", settings.serial.baud);
+    carrier.text = fmt::format("51 bytes each way at {} baud", settings.serial.baud);
   }
-  carrier.text = text;
   carrier.largest_rate_hz = 1 / exchange_s;
   carrier.load = settings.exchange_rate_hz * exchange_s;
   return carrier;

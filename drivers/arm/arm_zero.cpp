@@ -1,5 +1,7 @@
 #include "drivers/arm/arm_zero.hpp"
 
+#include <fmt/format.h>
+
 #include "core/atomic_file.hpp"
 #include "core/config_node.hpp"
 
@@ -13,9 +15,9 @@ std::array<std::uint16_t, kJoints> raw_from(const ConfigNode& node) {
   return raw;
 }
 
-std::string yaml_of(const std::array<std::uint16_t, kJoints>& raw, const std::string& indent) {
+std::string yaml_of(const std::array<std::uint16_t, kJoints>& raw, std::string_view indent) {
   std::string text;
-  for (std::size_t j = 0; j < kJoints; ++j) text += indent + kJointNames[j] + ": " + std::to_string(raw[j]) + "\n";
+  for (std::size_t j = 0; j < kJoints; ++j) text += fmt::format("{}{}: {}\n", indent, kJointNames[j], raw[j]);
   return text;
 }
 
@@ -34,16 +36,16 @@ ArmZero load_arm_zero(const std::filesystem::path& file) {
 }
 
 void save_arm_zero(const std::filesystem::path& file, const ArmZero& zero) {
-  std::string text =
+  std::string text = fmt::format(
       "# Raw encoder readings at the actuators' tick 0. Void as soon as the arm has been without supply: home again.\n"
-      "taken: \"" +
-      zero.taken + "\"\nraw_ticks_at_zero:\n" + yaml_of(zero.raw, "  ");
+      "taken: \"{}\"\nraw_ticks_at_zero:\n{}",
+      zero.taken, yaml_of(zero.raw, "  "));
   if (zero.exit)
-    text +=
+    text += fmt::format(
         "# Where the program that moved the arm last left it, at rest. Without it the zero is not believed.\n"
-        "orderly_exit:\n  at: \"" +
-        zero.exit->at + "\"\n  raw_ticks:\n" + yaml_of(zero.exit->raw, "    ");
-  if (!zero.voided.empty()) text += "voided: \"" + zero.voided + "\"\n";
+        "orderly_exit:\n  at: \"{}\"\n  raw_ticks:\n{}",
+        zero.exit->at, yaml_of(zero.exit->raw, "    "));
+  if (!zero.voided.empty()) text += fmt::format("voided: \"{}\"\n", zero.voided);
   write_file_durably(file, text);
 }
 

@@ -1,7 +1,8 @@
 #include "drivers/arm/can_arm_link.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <cstdio>
 #include <cstdlib>
 #include <set>
 
@@ -42,9 +43,9 @@ ArmCanIds arm_can_ids_from(const ConfigNode& node) {
   ArmCanIds ids;
   std::set<std::uint16_t> seen;
   const auto unique = [&](const char* key, std::uint16_t id) {
-    char text[64];
-    std::snprintf(text, sizeof text, "found 0x%03X twice, expected every identifier once", id);
-    if (!seen.insert(id).second) node.fail(node.has(key) ? key : node.keys().front(), text);
+    if (!seen.insert(id).second)
+      node.fail(node.has(key) ? key : node.keys().front(),
+                fmt::format("found 0x{:03X} twice, expected every identifier once", id));
   };
   const auto id_from = [&](const char* key, const std::string& text) {
     char* end = nullptr;
@@ -57,7 +58,7 @@ ArmCanIds arm_can_ids_from(const ConfigNode& node) {
     if (node.has(key)) {
       const auto values = node.texts(key);
       if (values.size() != kJoints)
-        node.fail(key, "found " + std::to_string(values.size()) + " identifiers, expected one for each of 5 joints");
+        node.fail(key, fmt::format("found {} identifiers, expected one for each of 5 joints", values.size()));
       for (std::size_t j = 0; j < kJoints; ++j) into[j] = id_from(key, values[j]);
     }
     for (const std::uint16_t id : into) unique(key, id);

@@ -67,9 +67,9 @@ class Run {
       if (!news.ok()) return news.error();
       show(joint, direction == 0 ? HomingProgress::Phase::kPausing : HomingProgress::Phase::kDriving);
       const ArmReadings& now = arm_.readings();
-      if (!news.value() || arm_.believed_at(joint) == read) continue;
-      read = arm_.believed_at(joint);
-      const std::uint16_t raw = arm_.believed_raw(joint);
+      if (!news.value() || arm_.encoder(joint).when() == read) continue;
+      read = arm_.encoder(joint).when();
+      const std::uint16_t raw = arm_.encoder(joint).raw();
       const bool moved =
           std::abs(static_cast<std::int16_t>(static_cast<std::uint16_t>(raw - place))) > kStandstillTicks;
       if (agreeing == 0 || moved || (direction != 0 && now.current_a <= homing.stop_current_a)) {
@@ -90,7 +90,7 @@ class Run {
     std::array<int, kJoints> demand{};
     demand[joint] = -direction * arm_.settings().homing.speed_ticks_per_s;
     const Stamp begin = clock_.now();
-    while (std::abs(static_cast<std::int16_t>(arm_.believed_raw(joint))) < kClearOfPowerUp) {
+    while (std::abs(static_cast<std::int16_t>(arm_.encoder(joint).raw())) < kClearOfPowerUp) {
       const auto news = step(demand);
       if (!news.ok()) return news.error();
       if (clock_.now() - begin > arm_.settings().homing.longest)
@@ -103,7 +103,7 @@ class Run {
     const Stamp now = clock_.now();
     if (!progress_ || (phase != HomingProgress::Phase::kDone && now - shown_ < kShown)) return;
     shown_ = now;
-    progress_({joint, phase, arm_.believed_raw(joint), arm_.readings().current_a});
+    progress_({joint, phase, arm_.encoder(joint).raw(), arm_.readings().current_a});
   }
 
  private:

@@ -1,6 +1,7 @@
 #include "drivers/arm/zero_proof.hpp"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <sys/file.h>
 
 #include <cerrno>
@@ -51,7 +52,6 @@ bool ZeroProof::judge(const std::array<std::uint16_t, kJoints>& raw) noexcept {
 }
 
 std::string ZeroProof::why_not() const {
-  const auto reads = [this] { return std::string(kJointNames[joint_]) + " reads " + std::to_string(read_); };
   switch (doubt_) {
     case Doubt::kNone:
       return {};
@@ -64,10 +64,11 @@ std::string ZeroProof::why_not() const {
     case Doubt::kNoExit:
       return "the program that moved it last left no record of an orderly end in " + file_.string();
     case Doubt::kElsewhere:
-      return reads() + ", but " + std::to_string(zero_->exit->raw[joint_]) + " where it was left at " +
-             zero_->exit->at + ": it lost power, or somebody else moved it";
+      return fmt::format("{} reads {}, but {} where it was left at {}: it lost power, or somebody else moved it",
+                         kJointNames[joint_], read_, zero_->exit->raw[joint_], zero_->exit->at);
     case Doubt::kPowerUp:
-      return reads() + ", as after power-up; it was left at " + zero_->exit->at;
+      return fmt::format("{} reads {}, as after power-up; it was left at {}", kJointNames[joint_], read_,
+                         zero_->exit->at);
   }
   return "its zero is in doubt";
 }

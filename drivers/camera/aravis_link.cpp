@@ -1,6 +1,7 @@
 #include "drivers/camera/aravis_link.hpp"
 
 #include <arpa/inet.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
@@ -90,11 +91,10 @@ void AravisLink::set_region() {
   int sensor_width = 0, sensor_height = 0;
   arv_camera_get_sensor_size(c, &sensor_width, &sensor_height, error);
   if (!error && (settings_.offset_x + info.width > sensor_width || settings_.offset_y + info.height > sensor_height))
-    throw InputError("camera " + info.name + ": a picture of " + std::to_string(info.width) + " x " +
-                     std::to_string(info.height) + " at offset " + std::to_string(settings_.offset_x) + ", " +
-                     std::to_string(settings_.offset_y) + " does not fit its sensor of " +
-                     std::to_string(sensor_width) + " x " + std::to_string(sensor_height));
-  feature("the region", std::to_string(info.width) + " x " + std::to_string(info.height), [&](GError** e) {
+    throw InputError(fmt::format("camera {}: a picture of {} x {} at offset {}, {} does not fit its sensor of {} x {}",
+                                 info.name, info.width, info.height, settings_.offset_x, settings_.offset_y,
+                                 sensor_width, sensor_height));
+  feature("the region", fmt::format("{} x {}", info.width, info.height), [&](GError** e) {
     arv_camera_set_region(c, settings_.offset_x, settings_.offset_y, info.width, info.height, e);
   });
 }
@@ -103,11 +103,11 @@ void AravisLink::set_exposure() {
   ArvCamera* c = camera_.get();
   ArvError error;
   if (arv_camera_is_exposure_auto_available(c, error)) arv_camera_set_exposure_time_auto(c, ARV_AUTO_OFF, error);
-  feature("ExposureTime", std::to_string(settings_.exposure_us) + " us",
+  feature("ExposureTime", fmt::format("{:f} us", settings_.exposure_us),
           [&](GError** e) { arv_camera_set_exposure_time(c, settings_.exposure_us, e); });
   if (arv_camera_is_gain_auto_available(c, error)) arv_camera_set_gain_auto(c, ARV_AUTO_OFF, error);
   if (settings_.gain_db)
-    feature("Gain", std::to_string(*settings_.gain_db) + " dB",
+    feature("Gain", fmt::format("{:f} dB", *settings_.gain_db),
             [&](GError** e) { arv_camera_set_float(c, "Gain", *settings_.gain_db, e); });
   if (settings_.gain_raw)
     feature("GainRaw", std::to_string(*settings_.gain_raw),
@@ -117,7 +117,7 @@ void AravisLink::set_exposure() {
 void AravisLink::set_timing() {
   ArvCamera* c = camera_.get();
   if (settings_.trigger == "off") {
-    feature("AcquisitionFrameRate", std::to_string(settings_.info.rate_hz) + " Hz",
+    feature("AcquisitionFrameRate", fmt::format("{:f} Hz", settings_.info.rate_hz),
             [&](GError** e) { arv_camera_set_frame_rate(c, settings_.info.rate_hz, e); });
   } else {
     const std::string source = settings_.trigger == "software" ? "Software" : settings_.trigger;
@@ -144,8 +144,7 @@ void AravisLink::read_back() {
   const std::size_t needed = static_cast<std::size_t>(info.width) * static_cast<std::size_t>(info.height) *
                              static_cast<std::size_t>(pixels_.bytes);
   if (payload_ < needed)
-    throw InputError("camera " + info.name + ": its frames have " + std::to_string(payload_) + " bytes, expected " +
-                     std::to_string(needed));
+    throw InputError(fmt::format("camera {}: its frames have {} bytes, expected {}", info.name, payload_, needed));
 }
 
 void AravisLink::open_stream() {

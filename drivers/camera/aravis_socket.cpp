@@ -1,5 +1,6 @@
 #include "drivers/camera/aravis_socket.hpp"
 
+#include <fmt/format.h>
 #include <linux/if_packet.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
@@ -62,9 +63,9 @@ SocketPlan plan_socket(const std::string& camera, AravisSettings::Socket wanted,
   if (limits.buffer_bytes >= needed)
     return {false, static_cast<int>(std::min({wished, limits.buffer_bytes, kMostBuffer}))};
   if (wanted == Socket::kAuto && limits.packet_sockets) return {true, 0};
-  return refuse("two frames need a socket buffer of " + std::to_string(needed) + " bytes, the system allows " +
-                std::to_string(limits.buffer_bytes) + ": sysctl -w net.core.rmem_max=" + std::to_string(needed) +
-                (limits.packet_sockets ? ", or use socket packet" : ", or run with CAP_NET_RAW"));
+  return refuse(fmt::format(
+      "two frames need a socket buffer of {0} bytes, the system allows {1}: sysctl -w net.core.rmem_max={0}{2}", needed,
+      limits.buffer_bytes, limits.packet_sockets ? ", or use socket packet" : ", or run with CAP_NET_RAW"));
 }
 
 bool enlarge_receive_buffer(std::uint16_t port, int bytes) {

@@ -1,5 +1,6 @@
 #include "drivers/camera/v4l2_camera.hpp"
 
+#include <fmt/format.h>
 #include <linux/videodev2.h>
 #include <poll.h>
 
@@ -53,8 +54,8 @@ Opened open_device(V4l2Device& device, const V4l2CameraSettings& settings) {
       const std::int32_t got = controls.set(control.name, control.value);
       remember(opened.controls, {controls.find(control.name)->name, got});
       if (got != control.value)
-        opened.warnings.push_back("control " + control.name + ": asked for " + std::to_string(control.value) +
-                                  ", the device has " + std::to_string(got));
+        opened.warnings.push_back(
+            fmt::format("control {}: asked for {}, the device has {}", control.name, control.value, got));
     }
   } catch (const InputError& error) {
     throw InputError(settings.name + ": " + settings.device + ": " + error.what());
@@ -290,11 +291,10 @@ Statistics V4l2Camera::statistics() const {
 std::string V4l2Camera::description() const {
   const Impl& my = *impl_;
   const V4l2Format& format = my.opened.format;
-  std::string text = format.card + " at " + my.settings.device + ": " + to_string(format.pixel) + " " +
-                     std::to_string(format.width) + "x" + std::to_string(format.picture_height()) + ", field order " +
-                     field_order_name(format.field);
-  for (const V4l2Control& control : my.opened.controls)
-    text += ", " + control.name + " " + std::to_string(control.value);
+  std::string text =
+      fmt::format("{} at {}: {} {}x{}, field order {}", format.card, my.settings.device, to_string(format.pixel),
+                  format.width, format.picture_height(), field_order_name(format.field));
+  for (const V4l2Control& control : my.opened.controls) text += fmt::format(", {} {}", control.name, control.value);
   return text;
 }
 

@@ -1,5 +1,6 @@
 #include "drivers/camera/v4l2_controls.hpp"
 
+#include <fmt/format.h>
 #include <linux/videodev2.h>
 
 #include <algorithm>
@@ -135,14 +136,14 @@ std::int32_t V4l2Controls::set(const std::string& name_or_id, std::int32_t value
     throw InputError("controls: found '" + name_or_id + "', expected one of: " + (known.empty() ? "none" : known));
   }
   const bool ranged = info->type != V4L2_CTRL_TYPE_BUTTON && info->type != V4L2_CTRL_TYPE_BITMASK;
-  const std::string range = std::to_string(info->minimum) + ".." + std::to_string(info->maximum);
+  const std::string range = fmt::format("{}..{}", info->minimum, info->maximum);
   if (ranged && (value < info->minimum || value > info->maximum))
-    throw InputError("controls: " + info->name + ": found " + std::to_string(value) + ", expected " + range);
+    throw InputError(fmt::format("controls: {}: found {}, expected {}", info->name, value, range));
   v4l2_control control{info->id, value};
   if (const int problem = device_.call(VIDIOC_S_CTRL, &control); problem != 0)
-    throw InputError("controls: " + info->name + ": the device refuses " + std::to_string(value) + " (" +
-                     std::strerror(problem) + "; range " + range +
-                     (info->flags & V4L2_CTRL_FLAG_READ_ONLY ? "; read-only" : "") + ")");
+    throw InputError(fmt::format("controls: {}: the device refuses {} ({}; range {}{})", info->name, value,
+                                 std::strerror(problem), range,
+                                 info->flags & V4L2_CTRL_FLAG_READ_ONLY ? "; read-only" : ""));
   return get(info->id).value_or(control.value);
 }
 

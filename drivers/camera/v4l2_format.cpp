@@ -1,5 +1,6 @@
 #include "drivers/camera/v4l2_format.hpp"
 
+#include <fmt/format.h>
 #include <linux/videodev2.h>
 
 #include <algorithm>
@@ -8,7 +9,6 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
-#include <sstream>
 
 #include "core/input_error.hpp"
 
@@ -104,8 +104,7 @@ class Negotiation {
     if (settings_.input) {
       int input = *settings_.input;
       if (const int problem = device_.call(VIDIOC_S_INPUT, &input); problem != 0)
-        fail("input: found " + std::to_string(*settings_.input) + ", and the device refuses it (" +
-             std::strerror(problem) + ")");
+        fail(fmt::format("input: found {}, and the device refuses it ({})", *settings_.input, std::strerror(problem)));
     }
     v4l2_std_id standard = settings_.standard == "PAL"     ? V4L2_STD_PAL
                            : settings_.standard == "NTSC"  ? V4L2_STD_NTSC
@@ -161,10 +160,8 @@ class Negotiation {
     }
     if (!slow) fail_to_agree(wanted, tried);
     if (slow->pixel != last) slow = try_format(slow->pixel, offered_code(slow->pixel), tried);
-    std::ostringstream text;
-    text << "rate: asked for " << settings_.rate_hz << " Hz, the device gives " << slow->rate_hz << " Hz in "
-         << to_string(slow->pixel);
-    warnings_.push_back(text.str());
+    warnings_.push_back(fmt::format("rate: asked for {:g} Hz, the device gives {:g} Hz in {}", settings_.rate_hz,
+                                    slow->rate_hz, to_string(slow->pixel)));
     return finished(*slow);
   }
 
@@ -196,8 +193,8 @@ class Negotiation {
                        (settings_.height == 0 || got.picture_height() == settings_.height);
     const bool fielded = field == V4L2_FIELD_ANY || pix.field == field;
     if (pix.pixelformat != code || !sized || !fielded) {
-      tried += (tried.empty() ? "" : ", ") + fourcc_text(pix.pixelformat) + " " + std::to_string(got.width) + "x" +
-               std::to_string(got.picture_height()) + " field order " + field_order_name(pix.field);
+      tried += fmt::format("{}{} {}x{} field order {}", tried.empty() ? "" : ", ", fourcc_text(pix.pixelformat),
+                           got.width, got.picture_height(), field_order_name(pix.field));
       return {};
     }
     got.rate_hz = negotiate_rate();
@@ -244,8 +241,8 @@ class Negotiation {
 
   [[noreturn]] void fail_to_agree(const std::vector<PixelFormat>& wanted, const std::string& tried) const {
     if (!tried.empty())
-      fail("asked for " + std::to_string(settings_.width) + "x" + std::to_string(settings_.height) + " field order " +
-           settings_.field_order + ", the device gives: " + tried + " (v4l2-ctl -d DEVICE --list-formats-ext)");
+      fail(fmt::format("asked for {}x{} field order {}, the device gives: {} (v4l2-ctl -d DEVICE --list-formats-ext)",
+                       settings_.width, settings_.height, settings_.field_order, tried));
     std::string asked, offered;
     for (const PixelFormat pixel : wanted) asked += (asked.empty() ? "" : " ") + std::string(to_string(pixel));
     for (const std::uint32_t code : offered_) {

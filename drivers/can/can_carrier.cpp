@@ -1,5 +1,6 @@
 #include "drivers/can/can_carrier.hpp"
 
+#include <fmt/format.h>
 #include <linux/can.h>
 #include <linux/can/error.h>
 #include <linux/can/raw.h>
@@ -88,7 +89,7 @@ CanCarrier CanCarrier::open(const CanSettings& settings, Role role) {
 CanCarrier CanCarrier::open_interface(const CanSettings& settings, Role role) {
   const std::string& name = settings.interface;
   if (name.empty() || name.size() >= IFNAMSIZ || name.find('/') != std::string::npos)
-    throw InputError("CAN interface: found '" + name + "', expected a name such as can0, or unix:PATH");
+    throw InputError(fmt::format("CAN interface: found '{}', expected a name such as can0, or unix:PATH", name));
   CanCarrier carrier(Kind::kInterface, name);
   carrier.role_ = role;
   carrier.fd_ = OwnedDescriptor(::socket(PF_CAN, SOCK_RAW | SOCK_NONBLOCK | SOCK_CLOEXEC, CAN_RAW));
@@ -96,12 +97,13 @@ CanCarrier CanCarrier::open_interface(const CanSettings& settings, Role role) {
   if (fd < 0) refuse_socket(name, errno);
   const int index = index_of(fd, name);
   if (index == 0)
-    throw InputError(name + " does not exist: plug the adapter in, or for a virtual bus: ip link add " + name +
-                     " type vcan");
+    throw InputError(
+        fmt::format("{0} does not exist: plug the adapter in, or for a virtual bus: ip link add {0} type vcan", name));
   if (!is_can(fd, name)) throw InputError(name + " is not a CAN interface: see `ip -details link` for those that are");
   if (!is_up(fd, name))
-    throw InputError(name + " is down: ip link set " + name + " up type can bitrate " +
-                     std::to_string(settings.bitrate) + " restart-ms 100 (a vcan: ip link set " + name + " up)");
+    throw InputError(
+        fmt::format("{0} is down: ip link set {0} up type can bitrate {1} restart-ms 100 (a vcan: ip link set {0} up)",
+                    name, settings.bitrate));
   carrier.check_link(settings);
   carrier.filters_ =
       kernel_filters(role == Role::kListener ? std::vector<CanFilter>{} : settings.filters, role == Role::kListener);
@@ -119,10 +121,10 @@ CanCarrier CanCarrier::open_interface(const CanSettings& settings, Role role) {
 void CanCarrier::check_link(const CanSettings& settings) {
   const std::optional<CanLink> link = read_can_link(name_);
   if (!link) return;
-  const std::string again = ": ip link set " + name_ + " down && ip link set " + name_ + " up type can ";
+  const std::string again = fmt::format(": ip link set {0} down && ip link set {0} up type can ", name_);
   if (settings.check_bitrate && link->bitrate && *link->bitrate != settings.bitrate)
-    throw InputError(name_ + " runs at " + std::to_string(*link->bitrate) + " bit/s, expected " +
-                     std::to_string(settings.bitrate) + again + "bitrate " + std::to_string(settings.bitrate));
+    throw InputError(fmt::format("{0} runs at {1} bit/s, expected {2}{3}bitrate {2}", name_, *link->bitrate,
+                                 settings.bitrate, again));
   if (link->listen_only && role_ == Role::kNode)
     throw InputError(name_ + " only listens and cannot send" + again + "listen-only off");
   first_state_ = link->state.value_or(first_state_);
@@ -134,9 +136,9 @@ CanCarrier CanCarrier::open_hub(const std::string& path, const CanSettings& sett
   carrier.role_ = role;
   carrier.hub_.sun_family = AF_UNIX;
   if (path.empty() || path.size() >= sizeof carrier.hub_.sun_path)
-    throw InputError("CAN interface unix:" + path + ": found a path of " + std::to_string(path.size()) +
-                     " bytes, expected 1 to " + std::to_string(sizeof carrier.hub_.sun_path - 1) +
-                     ": choose a shorter runtime folder");
+    throw InputError(fmt::format(
+        "CAN interface unix:{}: found a path of {} bytes, expected 1 to {}: choose a shorter runtime folder", path,
+        path.size(), sizeof carrier.hub_.sun_path - 1));
   path.copy(carrier.hub_.sun_path, path.size());
   carrier.queue_bytes_ = settings.send_queue_frames * kBytesPerQueuedFrame;
   const int error = carrier.connect();

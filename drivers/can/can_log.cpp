@@ -1,9 +1,11 @@
 #include "drivers/can/can_log.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cctype>
-#include <cstdio>
 #include <cstring>
+#include <iterator>
 #include <optional>
 
 #include "core/input_error.hpp"
@@ -36,8 +38,7 @@ class LineReader {
     std::string found(line_.substr(std::min(at_, line_.size()), 20));
     for (char& c : found)
       if (!std::isprint(static_cast<unsigned char>(c))) c = '?';
-    throw InputError(file_, number_,
-                     "column " + std::to_string(at_ + 1) + ": found '" + found + "', expected " + expected);
+    throw InputError(file_, number_, fmt::format("column {}: found '{}', expected {}", at_ + 1, found, expected));
   }
 
   bool done() const { return at_ == line_.size(); }
@@ -176,12 +177,11 @@ bool operator==(const CanLogEntry& a, const CanLogEntry& b) {
 
 void append_line(const CanLogEntry& entry, std::string& text) {
   const canfd_frame& f = entry.frame;
-  char stamp[40];
-  const auto whole = static_cast<long long>(entry.wall_ns / kNsPerSecond);
-  const auto rest = static_cast<long long>(entry.wall_ns % kNsPerSecond);
-  std::snprintf(stamp, sizeof stamp, entry.nanoseconds ? "(%010lld.%09lld) " : "(%010lld.%06lld) ", whole,
-                entry.nanoseconds ? rest : rest / 1000);
-  text += stamp;
+  const std::int64_t whole = entry.wall_ns / kNsPerSecond, rest = entry.wall_ns % kNsPerSecond;
+  if (entry.nanoseconds)
+    fmt::format_to(std::back_inserter(text), "({:010}.{:09}) ", whole, rest);
+  else
+    fmt::format_to(std::back_inserter(text), "({:010}.{:06}) ", whole, rest / 1000);
   if (entry.column > static_cast<int>(entry.interface.size())) text.append(entry.column - entry.interface.size(), ' ');
   text += entry.interface;
   text += ' ';

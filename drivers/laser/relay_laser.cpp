@@ -1,10 +1,10 @@
 #include "drivers/laser/relay_laser.hpp"
 
+#include <fmt/format.h>
 #include <sys/eventfd.h>
 #include <unistd.h>
 
 #include <cerrno>
-#include <cstdio>
 #include <cstring>
 
 #include "core/input_error.hpp"
@@ -14,12 +14,6 @@ namespace {
 
 Error thread_dead(Stamp when) noexcept {
   return {ErrorCode::kInternal, 0, when, "laser relay: its thread is dead or stuck"};
-}
-
-std::string hex(std::uint8_t byte) {
-  char text[8];
-  std::snprintf(text, sizeof text, "0x%02x", byte);
-  return text;
 }
 
 }  // namespace
@@ -55,16 +49,18 @@ void RelayLaser::wait_until_open() {
   const RelayProtocol& p = settings_.protocol;
   if (off_echoed_)
     throw InputError(settings_.serial.device,
-                     "laser relay: switches, but gives no status to " + hex(*p.status_query) +
-                         ": correct `status_query`, or leave it out, with `interlock: wired`, if the box has none");
+                     fmt::format("laser relay: switches, but gives no status to 0x{:02x}: correct `status_query`, or "
+                                 "leave it out, with `interlock: wired`, if the box has none",
+                                 *p.status_query));
   if (counts_.wrong_echoes > 0)
-    throw InputError(settings_.serial.device, "laser relay: answers " + hex(wrong_byte_) + " to off (" +
-                                                  hex(p.off_byte) +
-                                                  "), expected an echo: correct `device`, `baud`, `off_byte`");
+    throw InputError(settings_.serial.device,
+                     fmt::format("laser relay: answers 0x{:02x} to off (0x{:02x}), expected an echo: correct "
+                                 "`device`, `baud`, `off_byte`",
+                                 wrong_byte_.load(), p.off_byte));
   throw InputError(settings_.serial.device,
-                   "laser relay: no answer to off (" + hex(p.off_byte) + ") within " +
-                       std::to_string(settings_.opening_timeout / std::chrono::milliseconds{1}) + " ms" +
-                       ": check its power and cable, then `device`, `baud`, `off_byte`");
+                   fmt::format("laser relay: no answer to off (0x{:02x}) within {} ms: check its power and cable, then "
+                               "`device`, `baud`, `off_byte`",
+                               p.off_byte, settings_.opening_timeout / std::chrono::milliseconds{1}));
 }
 
 Status RelayLaser::set(bool on) noexcept {

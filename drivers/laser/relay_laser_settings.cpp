@@ -1,4 +1,6 @@
 // The laser relay in the rig file.
+#include <fmt/format.h>
+
 #include "drivers/device_path.hpp"
 #include "drivers/laser/relay_laser.hpp"
 
@@ -31,10 +33,12 @@ RelayLaserSettings relay_laser_settings_from(const ConfigNode& laser, const std:
 
 void check_goes_off_first(const ConfigNode& laser, const RelayLaserSettings& settings, Duration arm_watchdog) {
   if (settings.caller_timeout < arm_watchdog) return;
-  const auto ms = [](Duration d) { return std::to_string(d / std::chrono::milliseconds{1}); };
-  laser.fail("caller_timeout_ms", "found " + ms(settings.caller_timeout) +
-                                      ", expected less than the arm's watchdog_ms (" + ms(arm_watchdog) +
-                                      "): where the cycle hangs the laser goes off first");
+  const auto ms = [](Duration d) { return d / std::chrono::milliseconds{1}; };
+  laser.fail(
+      "caller_timeout_ms",
+      fmt::format("found {}, expected less than the arm's watchdog_ms ({}): where the cycle hangs the laser goes "
+                  "off first",
+                  ms(settings.caller_timeout), ms(arm_watchdog)));
 }
 
 }  // namespace tankrig

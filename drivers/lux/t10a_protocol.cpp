@@ -1,5 +1,7 @@
 #include "drivers/lux/t10a_protocol.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "drivers/lux/malformed_reply.hpp"
@@ -9,9 +11,6 @@ namespace {
 
 using Bytes = std::span<const std::uint8_t>;
 
-constexpr char kHexDigits[] = "0123456789ABCDEF";
-
-std::uint8_t digit(int value) noexcept { return static_cast<std::uint8_t>('0' + value); }
 bool is_digit(std::uint8_t c) noexcept { return c >= '0' && c <= '9'; }
 
 /// Both cases: meters and programs differ.
@@ -83,19 +82,8 @@ std::uint8_t t10a_bcc(Bytes from_head_to_etx) noexcept {
 
 T10aShort encode_t10a(int head, int command, std::string_view parameters) noexcept {
   T10aShort bytes{};
-  bytes[0] = kT10aStx;
-  bytes[1] = digit(head / 10 % 10);
-  bytes[2] = digit(head % 10);
-  bytes[3] = digit(command / 10 % 10);
-  bytes[4] = digit(command % 10);
-  for (std::size_t i = 0; i < 4; ++i)
-    bytes[5 + i] = static_cast<std::uint8_t>(i < parameters.size() ? parameters[i] : ' ');
-  bytes[9] = kT10aEtx;
-  const std::uint8_t bcc = t10a_bcc(Bytes(bytes).subspan(1, 9));
-  bytes[10] = static_cast<std::uint8_t>(kHexDigits[bcc >> 4]);
-  bytes[11] = static_cast<std::uint8_t>(kHexDigits[bcc & 15]);
-  bytes[12] = '\r';
-  bytes[13] = '\n';
+  fmt::format_to(bytes.begin(), "\x02{:02}{:02}{:<4.4}\x03", head % 100, command % 100, parameters);
+  fmt::format_to(bytes.begin() + 10, "{:02X}\r\n", t10a_bcc(Bytes(bytes).subspan(1, 9)));
   return bytes;
 }
 

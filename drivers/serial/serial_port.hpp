@@ -1,23 +1,22 @@
-// A serial line: opened and configured by libserial, then read and written without ever blocking.
+// A serial line, set by libserial, read and written without ever blocking.
+//
+// libserial puts baud rate, framing and flow control on it (serial_settings.hpp). The rest is ours, because libserial's
+// - Open() changes the settings of a line that another program has: ours is locked first;
+// - Read() looks every millisecond, allocates and throws; Write() waits for ever for a line that takes nothing;
+// - IsDataAvailable() takes a line that has hung up for an idle one;
+// - Close() puts the old settings back under bytes that are still being sent, and throws where the device has gone, as
+//   its destructor does: so it is closed as soon as the line is set.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <span>
-#include <string>
 
 #include "core/result.hpp"
+#include "drivers/serial/serial_settings.hpp"
 
 namespace tankrig {
-
-struct SerialSettings {
-  std::string device;  ///< e.g. /dev/ttyUSB0
-  int baud = 115200;
-  int data_bits = 8;
-  char parity = 'N';  ///< N, E or O
-  int stop_bits = 1;
-};
 
 /// Opened for itself alone: a second open of the same line is refused.
 /// Threads: one, except where said.

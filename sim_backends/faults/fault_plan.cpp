@@ -1,9 +1,10 @@
 #include "sim_backends/faults/fault_plan.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <cstdio>
 
 #include "core/input_error.hpp"
 
@@ -157,9 +158,7 @@ std::string quoted(const std::string& text) {
       out += c;
       continue;
     }
-    char code[8];
-    std::snprintf(code, sizeof code, "\\x%02x", static_cast<unsigned>(c));
-    out += code;
+    out += fmt::format("\\x{:02x}", static_cast<unsigned>(c));
   }
   return out + '"';
 }
@@ -170,12 +169,6 @@ std::string device_text(const FaultSpec& s) {
   const bool plain = std::all_of(s.camera.begin(), s.camera.end(),
                                  [](unsigned char c) { return c < 0x80 && (std::isalnum(c) || c == '_' || c == '-'); });
   return plain ? name : quoted(name);
-}
-
-std::string number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.9g", value);
-  return text;
 }
 
 }  // namespace
@@ -234,13 +227,14 @@ void FaultPlan::check(FaultLevel level) const {
 std::string FaultPlan::yaml() const {
   std::string text = faults.empty() ? "faults: []\n" : "faults:\n";
   for (const FaultSpec& s : faults) {
-    text += "  - {device: " + device_text(s) + ", kind: " + to_string(s.kind) +
-            ", from: " + kOrigins[static_cast<std::size_t>(s.origin)];
+    text += fmt::format("  - {{device: {}, kind: {}, from: {}", device_text(s), to_string(s.kind),
+                        kOrigins[static_cast<std::size_t>(s.origin)]);
     if (!s.phase.empty()) text += ", phase: " + quoted(s.phase);
-    text += ", at_s: " + number(seconds(s.at)) + ", duration_s: " + number(seconds(s.duration)) +
-            ", ratio: " + number(s.ratio) + ", period_s: " + number(seconds(s.period)) +
-            ", delay_s: " + number(seconds(s.delay)) + ", amount: " + number(s.amount) +
-            ", jump_s: " + number(seconds(s.jump)) + ", seed: " + std::to_string(s.seed) + "}\n";
+    text += fmt::format(
+        ", at_s: {:.9g}, duration_s: {:.9g}, ratio: {:.9g}, period_s: {:.9g}, delay_s: {:.9g}, amount: {:.9g}, "
+        "jump_s: {:.9g}, seed: {}}}\n",
+        seconds(s.at), seconds(s.duration), s.ratio, seconds(s.period), seconds(s.delay), s.amount, seconds(s.jump),
+        s.seed);
   }
   return text;
 }

@@ -1,5 +1,6 @@
 #include "sim_backends/wire/can_hub.hpp"
 
+#include <fmt/format.h>
 #include <linux/can/error.h>
 #include <poll.h>
 #include <sys/eventfd.h>
@@ -36,8 +37,8 @@ OwnedDescriptor listen_at(const std::filesystem::path& path) {
   address.sun_family = AF_UNIX;
   const std::string& text = path.native();
   if (text.empty() || text.size() >= sizeof address.sun_path)
-    throw InputError(name + ": found a path of " + std::to_string(text.size()) + " bytes, expected 1 to " +
-                     std::to_string(sizeof address.sun_path - 1) + ": choose a shorter runtime folder");
+    throw InputError(fmt::format("{}: found a path of {} bytes, expected 1 to {}: choose a shorter runtime folder",
+                                 name, text.size(), sizeof address.sun_path - 1));
   text.copy(address.sun_path, text.size());
   const auto* generic = reinterpret_cast<const sockaddr*>(&address);
 

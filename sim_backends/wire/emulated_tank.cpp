@@ -1,6 +1,7 @@
 #include "sim_backends/wire/emulated_tank.hpp"
 
-#include <cstdio>
+#include <fmt/format.h>
+
 #include <fstream>
 
 #include "core/input_error.hpp"
@@ -20,10 +21,8 @@ class ExposureTruth {
   }
   void add(const Exposure& e) {
     constexpr std::size_t kMiddle = Exposure::kSamples / 2;
-    char line[96];
-    std::snprintf(line, sizeof line, "%llu,%lld,%.9f,%.3f\n", static_cast<unsigned long long>(e.index),
-                  static_cast<long long>(e.mid.ns), e.q[kMiddle][kElbow], e.laser[kMiddle]);
-    out_ << line << std::flush;
+    out_ << fmt::format("{},{},{:.9f},{:.3f}\n", e.index, e.mid.ns, e.q[kMiddle][kElbow], e.laser[kMiddle])
+         << std::flush;
   }
 
  private:
@@ -72,9 +71,7 @@ struct EmulatedTank::Impl {
   }
 
   void tell(const std::string& device, const std::string& where) {
-    char line[300];
-    std::snprintf(line, sizeof line, "%-12s %s\n", device.c_str(), where.c_str());
-    description += line;
+    description += fmt::format("{:<12} {}\n", device, where);
   }
 
   void start_arm(const EmulatedArm& s) {

@@ -1,8 +1,9 @@
 #include "sim_backends/wire/lux_frames.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 namespace tankrig::sim {
 namespace {
@@ -39,18 +40,11 @@ std::array<std::uint8_t, kT10aLongBytes> encode_t10a_measurement(double lux, con
   while (range < 5 && std::round(value / resolution) > 2999) resolution = 0.01 * std::pow(10, range++);
   const double counts = std::round(value / resolution);
   const bool over = counts > 2999;
-  char text[kT10aLongBytes + 1];
-  std::snprintf(text, sizeof text, "\x02%02u10%c%c%d%c+%04d%d%12s\x03", static_cast<unsigned>(state.head) % 100u,
-                state.hold ? '1' : '0', over ? '5' : ' ', range, state.low_battery ? '1' : '0',
-                over ? 0 : static_cast<int>(counts), range + 1, "");
   std::array<std::uint8_t, kT10aLongBytes> bytes{};
-  std::copy_n(text, 28, bytes.begin());
-  char bcc[3];
-  std::snprintf(bcc, sizeof bcc, "%02X", t10a_bcc(std::span<const std::uint8_t>(bytes).subspan(1, 27)));
-  bytes[28] = static_cast<std::uint8_t>(bcc[0]);
-  bytes[29] = static_cast<std::uint8_t>(bcc[1]);
-  bytes[30] = '\r';
-  bytes[31] = '\n';
+  fmt::format_to(bytes.begin(), "\x02{:02}10{}{}{}{}+{:04}{}{:12}\x03", static_cast<unsigned>(state.head) % 100U,
+                 state.hold ? '1' : '0', over ? '5' : ' ', range, state.low_battery ? '1' : '0',
+                 over ? 0 : static_cast<int>(counts), range + 1, "");
+  fmt::format_to(bytes.begin() + 28, "{:02X}\r\n", t10a_bcc(std::span<const std::uint8_t>(bytes).subspan(1, 27)));
   return bytes;
 }
 

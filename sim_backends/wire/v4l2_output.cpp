@@ -1,5 +1,6 @@
 #include "sim_backends/wire/v4l2_output.hpp"
 
+#include <fmt/format.h>
 #include <linux/videodev2.h>
 #include <poll.h>
 
@@ -125,8 +126,8 @@ class Output {
     if (const int problem = device_.call(VIDIOC_S_FMT, &format); problem != 0) fail(what_to_do(problem));
     if (pix.pixelformat != fourcc_of(settings_.format) || pix.width != static_cast<std::uint32_t>(settings_.width) ||
         pix.height != static_cast<std::uint32_t>(settings_.height))
-      fail("takes only " + fourcc_text(pix.pixelformat) + " " + std::to_string(pix.width) + "x" +
-           std::to_string(pix.height) + " now: close its readers, or ask for that");
+      fail(fmt::format("takes only {} {}x{} now: close its readers, or ask for that", fourcc_text(pix.pixelformat),
+                       pix.width, pix.height));
     stride_ = std::max<std::size_t>(pix.bytesperline, row_bytes(settings_.format, settings_.width));
     size_ = picture_bytes(settings_.format, settings_.width, settings_.height, stride_);
     v4l2_streamparm parameters{};

@@ -1,4 +1,6 @@
 // Where an emulated V4L2 camera's settings and its pre-rendered pictures come from.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <fstream>
 #include <iterator>
@@ -37,7 +39,7 @@ V4l2OutputSettings v4l2_output_settings_from(const ConfigNode& node) {
   settings.readout = from_seconds(node.number_or("readout_s", seconds(settings.readout), {0, 10}));
   settings.stamped = node.flag_or("stamped", settings.stamped);
   if (settings.format == PixelFormat::kYuyv && settings.width % 2 != 0)
-    node.fail("width_px", "found " + std::to_string(settings.width) + ", expected an even width for YUYV");
+    node.fail("width_px", fmt::format("found {}, expected an even width for YUYV", settings.width));
   if (seconds(settings.exposure) > 1 / settings.rate_hz)
     node.fail("exposure_s", "expected at most the frame period, 1 / rate_hz");
   return settings;
@@ -56,8 +58,7 @@ PictureSource pictures_of_folder(const fs::path& folder, int width, int height, 
         file.extension() == ".png" ? cv::imread(file.string(), cv::IMREAD_UNCHANGED) : raw_picture(file, width, height);
     if (picture.cols != width || picture.rows != height || picture.depth() != CV_8U ||
         (picture.channels() != 1 && picture.channels() != 3))
-      throw InputError(file,
-                       "expected " + std::to_string(width) + "x" + std::to_string(height) + ", 8-bit grey or BGR");
+      throw InputError(file, fmt::format("expected {}x{}, 8-bit grey or BGR", width, height));
     pictures->push_back(std::move(picture));
   }
   return [pictures, choice = std::move(choice)](std::uint64_t index, Stamp begin, Duration exposure) {

@@ -1,11 +1,12 @@
 // Strict XML: what nobody knows is an error, what UWSim knows and we do not simulate is a warning.
 #include "sim_backends/world/scene_element.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <numeric>
-#include <sstream>
 
 #include "core/input_error.hpp"
 #include "core/regular_file.hpp"
@@ -20,15 +21,9 @@ std::string trimmed(std::string_view text) {
   return std::string(text.substr(first, text.find_last_not_of(" \t\r\n") - first + 1));
 }
 
-std::string shown(double value) {
-  std::ostringstream out;
-  out << value;
-  return out.str();
-}
-
 std::string shown(Bounds bounds) {
   if (std::isinf(bounds.lower) && std::isinf(bounds.upper)) return "a number";
-  return "a number in [" + shown(bounds.lower) + ", " + shown(bounds.upper) + "]";
+  return fmt::format("a number in [{:g}, {:g}]", bounds.lower, bounds.upper);
 }
 
 int edit_distance(std::string_view a, std::string_view b) {
@@ -98,7 +93,7 @@ const std::filesystem::path& SceneElement::file() const { return document_->file
 const std::vector<std::string>& SceneElement::warnings() const { return document_->warnings; }
 
 void SceneElement::warn(const std::string& message) const {
-  document_->warnings.push_back(file().string() + ":" + std::to_string(line()) + ": " + message);
+  document_->warnings.push_back(fmt::format("{}:{}: {}", file().string(), line(), message));
 }
 
 void SceneElement::fail(const std::string& message) const { throw InputError(file(), line(), message); }
@@ -224,7 +219,7 @@ Transform SceneElement::pose() const {
   const Eigen::Vector4d xyzw(quaternion->number("x"), quaternion->number("y"), quaternion->number("z"),
                              quaternion->number("w"));
   if (std::abs(xyzw.norm() - 1) > 1e-3)
-    quaternion->fail("<quaternion>: found norm " + shown(xyzw.norm()) + ", expected 1");
+    quaternion->fail(fmt::format("<quaternion>: found norm {:g}, expected 1", xyzw.norm()));
   return make_transform(position, xyzw.normalized());
 }
 

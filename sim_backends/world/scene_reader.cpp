@@ -1,4 +1,6 @@
 // From a scene file to a Scene: which element means what.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -210,7 +212,7 @@ void read_arm(const SceneElement& element, ArmSpec& arm) {
     parameters->expect({}, {"link"});
     const auto links = parameters->children("link");
     if (links.size() != arm.model.dh.size())
-      parameters->fail("<armParameters>: found " + std::to_string(links.size()) + " links, expected 4");
+      parameters->fail(fmt::format("<armParameters>: found {} links, expected 4", links.size()));
     for (std::size_t i = 0; i < links.size(); ++i) {
       links[i].expect({"a", "alpha", "d", "theta0"});
       arm.model.dh[i] = {links[i].number("a", {-5, 5}), links[i].number("alpha", {-7, 7}),
@@ -221,7 +223,7 @@ void read_arm(const SceneElement& element, ArmSpec& arm) {
     values->expect({}, {"joint"});
     const auto joints = values->children("joint");
     if (joints.size() != kJoints)
-      values->fail("<jointValues>: found " + std::to_string(joints.size()) + " joints, expected 5");
+      values->fail(fmt::format("<jointValues>: found {} joints, expected 5", joints.size()));
     for (int i = 0; i < kJoints; ++i)
       arm.q[i] = joints[i].number({arm.model.limits[i].lower, arm.model.limits[i].upper});
   }
@@ -264,7 +266,7 @@ void choose_target(const SceneElement& root, std::vector<SceneObject>& objects) 
   if (objects.size() == 1) objects.front().target = true;
   const auto count = std::count_if(objects.begin(), objects.end(), [](const SceneObject& o) { return o.target; });
   if (!objects.empty() && count != 1)
-    root.fail("found " + std::to_string(count) + " objects with <target>1</target>, expected one");
+    root.fail(fmt::format("found {} objects with <target>1</target>, expected one", count));
 }
 
 }  // namespace

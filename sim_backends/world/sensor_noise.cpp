@@ -1,9 +1,10 @@
 // Both noise models, one row at a time.
 #include "sim_backends/world/sensor_noise.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 
 #include "sim_backends/world/hash_noise.hpp"
 
@@ -59,14 +60,11 @@ void SensorNoise::digitise(std::uint64_t frame, int v, const float* in, std::uin
 }
 
 std::string describe(const Sensor& sensor) {
-  std::ostringstream text;
-  if (sensor.model == Sensor::Model::kEmva1288)
-    text << "emva1288: full well " << sensor.full_well_e << " e-, read noise " << sensor.read_noise_e << " e-, PRNU "
-         << sensor.prnu << ", dark signal " << sensor.dark_e << " e-, additive sd " << sensor.gaussian_sd
-         << " of full scale";
-  else
-    text << "gaussian: additive sd " << sensor.gaussian_sd << " of full scale";
-  return text.str();
+  if (sensor.model != Sensor::Model::kEmva1288)
+    return fmt::format("gaussian: additive sd {:g} of full scale", sensor.gaussian_sd);
+  return fmt::format(
+      "emva1288: full well {:g} e-, read noise {:g} e-, PRNU {:g}, dark signal {:g} e-, additive sd {:g} of full scale",
+      sensor.full_well_e, sensor.read_noise_e, sensor.prnu, sensor.dark_e, sensor.gaussian_sd);
 }
 
 }  // namespace tankrig::sim

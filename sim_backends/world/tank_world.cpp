@@ -4,12 +4,12 @@
 // laser's); the laser does not light the arm.
 #include "sim_backends/world/tank_world.hpp"
 
+#include <fmt/format.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <mutex>
-#include <sstream>
 
 #include "core/input_error.hpp"
 #include "sim_backends/world/arm_layer.hpp"
@@ -27,9 +27,7 @@ static_assert(Exposure::kSamples == ExposedSheet::kSamples);
 
 double in_range(const char* name, double value, double upper) {
   if (value >= 0 && value <= upper) return value;
-  std::ostringstream text;
-  text << name << ": found " << value << ", expected 0 .. " << upper;
-  throw InputError(text.str());
+  throw InputError(fmt::format("{}: found {:g}, expected 0 .. {:g}", name, value, upper));
 }
 
 Scene apply(Scene scene, const WorldOptions& options) {

@@ -89,6 +89,8 @@ TEST(SerialPort, SetsTheBaudRateOnTheLine) {
   EXPECT_EQ(now.c_lflag & (ICANON | ECHO | ISIG), 0u);
   EXPECT_EQ(now.c_oflag & OPOST, 0u);
   EXPECT_EQ(now.c_iflag & (ICRNL | INLCR | IXON | ISTRIP), 0u);
+  EXPECT_EQ(now.c_iflag & (IGNBRK | IGNPAR), 0u) << "a damaged byte must not vanish";
+  EXPECT_EQ(now.c_cc[VMIN] + now.c_cc[VTIME], 0) << "an idle line reads as nothing, at once";
   EXPECT_EQ(now.c_cflag & CRTSCTS, 0u);
 }
 
