@@ -1,8 +1,9 @@
 #include "rig/capture/frame_joiner.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <cstring>
 
 #include "session/recording/event_kinds.hpp"
@@ -174,13 +175,12 @@ bool FrameJoiner::passes_gate(const PerCamera& camera, const FrameRecord& record
   const SyncGate& gate = settings_.sync;
   const double time = gate.worst(record.sync_residual, record.stamp_sigma), length = time * speed_on_target;
   if (time <= gate.max_residual && length <= gate.max_residual_on_target) return true;
-  char reason[160];
-  std::snprintf(reason, sizeof reason,
-                ": sync_gate: %.3f ms, of these %g sigma of its stamp %.3f ms, %.3f mm on the target, expected at most "
-                "%g ms and %g mm",
-                1e3 * time, gate.kSigmas, 1e3 * (time - seconds(record.sync_residual)), 1e3 * length,
-                1e3 * gate.max_residual, 1e3 * gate.max_residual_on_target);
-  sink_.event(record.stamp, event_kind::kDrop, camera.name + reason);
+  sink_.event(
+      record.stamp, event_kind::kDrop,
+      fmt::format("{}: sync_gate: {:.3f} ms, of these {:g} sigma of its stamp {:.3f} ms, {:.3f} mm on the target, "
+                  "expected at most {:g} ms and {:g} mm",
+                  camera.name, 1e3 * time, gate.kSigmas, 1e3 * (time - seconds(record.sync_residual)), 1e3 * length,
+                  1e3 * gate.max_residual, 1e3 * gate.max_residual_on_target));
   ++counts_[camera.name + ".sync_gate"];
   return false;
 }

@@ -1,7 +1,8 @@
 // Whether the stamps of a camera's frames go with time: its clock may jump.
 #pragma once
 
-#include <cstdio>
+#include <fmt/format.h>
+
 #include <optional>
 #include <string>
 
@@ -35,9 +36,7 @@ class StampWatch {
   static Duration allowed(Duration sigma) { return from_seconds(SyncGate::worst({}, sigma)); }
 
   static std::string told(Duration wrong, const char* what) {
-    char line[96];
-    std::snprintf(line, sizeof line, "its clock jumped: a frame stamped %.0f ms %s", 1e3 * seconds(wrong), what);
-    return line;
+    return fmt::format("its clock jumped: a frame stamped {:.0f} ms {}", 1e3 * seconds(wrong), what);
   }
 
   std::optional<Stamp> newest_;

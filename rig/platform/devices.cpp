@@ -1,6 +1,7 @@
 #include "rig/platform/devices.hpp"
 
 #include <arpa/inet.h>
+#include <fmt/format.h>
 #include <grp.h>
 #include <ifaddrs.h>
 #include <net/if.h>
@@ -10,7 +11,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cstdio>
 
 #include "drivers/arm/arm5e_settings.hpp"
 #include "drivers/can/owned_descriptor.hpp"
@@ -84,15 +84,12 @@ double bus_load(const CanTraffic& from, const CanTraffic& to, int bitrate) noexc
 Finding can_finding(const fs::path& root, const CanNeed& need, const std::optional<CanLink>& link,
                     std::optional<double> others) {
   const std::string what = "CAN " + need.interface;
-  char load[80];
-  int length = std::snprintf(load, sizeof load, "load %.0f %%", 100 * need.load);
-  if (others)
-    std::snprintf(load + length, sizeof load - static_cast<std::size_t>(length), ", and %.0f %% there now",
-                  100 * *others);
-  if (need.interface.starts_with("unix:")) return {"CAN", Verdict::kGood, std::string("emulated, ") + load};
+  std::string load = fmt::format("load {:.0f} %", 100 * need.load);
+  if (others) load += fmt::format(", and {:.0f} % there now", 100 * *others);
+  if (need.interface.starts_with("unix:")) return {"CAN", Verdict::kGood, "emulated, " + load};
   const fs::path net = root / "sys/class/net" / need.interface;
   const std::string up =
-      "ip link set " + need.interface + " up type can bitrate " + std::to_string(need.bitrate) + " restart-ms 100";
+      fmt::format("ip link set {} up type can bitrate {} restart-ms 100", need.interface, need.bitrate);
   if (!fs::exists(net))
     return refused(what, Verdict::kAbsent, "no such interface",
                    "plug the adapter in; ip -details link shows those there are");
@@ -103,7 +100,7 @@ Finding can_finding(const fs::path& root, const CanNeed& need, const std::option
   if (link && link->bitrate && *link->bitrate != need.bitrate)
     return refused(what, Verdict::kBad, std::to_string(*link->bitrate) + " bit/s",
                    "ip link set " + need.interface + " down; " + up);
-  Finding f{what, Verdict::kGood, std::to_string(need.bitrate) + " bit/s, queue " + queue + " frames, " + load};
+  Finding f{what, Verdict::kGood, fmt::format("{} bit/s, queue {} frames, {}", need.bitrate, queue, load)};
   const int frames = std::atoi(queue.c_str());
   if (need.load > kLargestCarrierLoad)
     return refused(what, Verdict::kBad, f.measured, "a lower devices.arm.can.exchange_rate_hz");
@@ -146,21 +143,19 @@ Finding v4l2_finding(const fs::path& root, const std::string& camera, const std:
 Finding receive_buffer_finding(const fs::path& root, double bytes_per_s) {
   const double needed = kBufferSeconds * bytes_per_s;
   const double most = std::atof(first_line(root / "proc/sys/net/core/rmem_max").c_str());
-  char text[128];
-  std::snprintf(text, sizeof text, "at most %.1f MB, 0.2 s of the cameras are %.1f MB", most * 1e-6, needed * 1e-6);
-  Finding f{"receive buffer", Verdict::kGood, text};
+  Finding f{"receive buffer", Verdict::kGood,
+            fmt::format("at most {:.1f} MB, 0.2 s of the cameras are {:.1f} MB", most * 1e-6, needed * 1e-6)};
   if (most >= needed) return f;
   f.verdict = Verdict::kUsable;
-  std::snprintf(text, sizeof text, "sysctl -w net.core.rmem_max=%.0f: a late reader loses packets", needed);
-  f.cure = text;
+  f.cure = fmt::format("sysctl -w net.core.rmem_max={:.0f}: a late reader loses packets", needed);
   return f;
 }
 
 Finding mtu_finding(const std::string& camera, const std::string& interface, int mtu, int packet_bytes) {
-  Finding f{"network of camera " + camera, Verdict::kGood, interface + ", MTU " + std::to_string(mtu)};
+  Finding f{"network of camera " + camera, Verdict::kGood, fmt::format("{}, MTU {}", interface, mtu)};
   if (packet_bytes > mtu)
-    return {f.what, Verdict::kBad, f.measured + ", packets of " + std::to_string(packet_bytes),
-            "ip link set " + interface + " mtu 9000, or a packet_size_bytes of at most " + std::to_string(mtu), true};
+    return {f.what, Verdict::kBad, fmt::format("{}, packets of {}", f.measured, packet_bytes),
+            fmt::format("ip link set {} mtu 9000, or a packet_size_bytes of at most {}", interface, mtu), true};
   if (mtu < 8000) {
     f.verdict = Verdict::kUsable;
     f.cure = "ip link set " + interface + " mtu 9000: fewer packets, fewer interrupts";

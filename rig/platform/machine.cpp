@@ -1,12 +1,12 @@
 #include "rig/platform/machine.hpp"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <sys/statvfs.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
-#include <cstdio>
 #include <cstring>
 #include <set>
 #include <thread>
@@ -49,12 +49,6 @@ std::string listed(const std::set<std::string>& words) {
   std::string out;
   for (const std::string& word : words) out += (out.empty() ? "" : ", ") + word;
   return out;
-}
-
-std::string number(const char* format, double value) {
-  char text[64];
-  std::snprintf(text, sizeof text, format, value);
-  return text;
 }
 
 double microseconds(Duration d) { return static_cast<double>(d.count()) * 1e-3; }
@@ -126,8 +120,8 @@ Finding memory_lock_finding(const RealTimeSettings& settings) {
 
 Finding latency_finding(const Histogram& h) {
   Finding f{"wake-up latency", Verdict::kGood,
-            "max " + number("%.0f", microseconds(h.max())) + " us, p99 " +
-                number("%.0f", microseconds(h.quantile(0.99))) + " us of " + std::to_string(h.count())};
+            fmt::format("max {:.0f} us, p99 {:.0f} us of {}", microseconds(h.max()), microseconds(h.quantile(0.99)),
+                        h.count())};
   if (h.max() <= kGoodLatency) return f;
   f.verdict = h.max() <= kUsableLatency ? Verdict::kUsable : Verdict::kBad;
   f.cure = "PREEMPT_RT, governor performance, no other load, a processor of its own (isolcpus, scan.real_time.cpu)";
@@ -180,7 +174,7 @@ Finding room_finding(const fs::path& folder, std::optional<std::uint64_t> free, 
 
 Finding disk_finding(double measured, double needed) {
   Finding f{"disk", Verdict::kGood,
-            number("%.0f MB/s", measured * 1e-6) + number(", the cameras deliver %.0f MB/s", needed * 1e-6)};
+            fmt::format("{:.0f} MB/s, the cameras deliver {:.0f} MB/s", measured * 1e-6, needed * 1e-6)};
   if (measured >= 2 * needed) return f;
   f.verdict = measured >= needed ? Verdict::kUsable : Verdict::kBad;
   f.refused = f.verdict == Verdict::kBad;

@@ -1,8 +1,9 @@
 #include "rig/safety/joint_monitor.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <numbers>
 
@@ -22,31 +23,23 @@ bool turns_without_end(const JointLimit& limit) noexcept {
 
 std::string describe(const JointViolation& v) {
   const char* name = kJointNames[static_cast<std::size_t>(v.joint)];
-  char text[120];
   switch (v.kind) {
     case Limit::kAngle:
-      std::snprintf(text, sizeof text, "%s at %.4f rad, limit %.4f", name, v.value, v.limit);
-      break;
+      return fmt::format("{} at {:.4f} rad, limit {:.4f}", name, v.value, v.limit);
     case Limit::kRefusal:
-      std::snprintf(text, sizeof text, "%s driven on at %.4f rad, refused beyond %.4f", name, v.value, v.limit);
-      break;
+      return fmt::format("{} driven on at {:.4f} rad, refused beyond {:.4f}", name, v.value, v.limit);
     case Limit::kVelocity:
-      std::snprintf(text, sizeof text, "%s at %.4f rad/s, limit %.4f", name, v.value, v.limit);
-      break;
+      return fmt::format("{} at {:.4f} rad/s, limit {:.4f}", name, v.value, v.limit);
     case Limit::kTicks:
-      std::snprintf(text, sizeof text, "%s at %.0f ticks/s, limit %.0f", name, v.value, v.limit);
-      break;
+      return fmt::format("{} at {:.0f} ticks/s, limit {:.0f}", name, v.value, v.limit);
     case Limit::kSetPointStep:
-      std::snprintf(text, sizeof text, "%s asked to change by %.4f rad/s at once, limit %.4f", name, v.value, v.limit);
-      break;
+      return fmt::format("{} asked to change by {:.4f} rad/s at once, limit {:.4f}", name, v.value, v.limit);
     case Limit::kCurrent:
-      std::snprintf(text, sizeof text, "the arm takes %.2f A for too long, limit %.2f", v.value, v.limit);
-      break;
+      return fmt::format("the arm takes {:.2f} A for too long, limit {:.2f}", v.value, v.limit);
     case Limit::kFollowingError:
-      std::snprintf(text, sizeof text, "joint %s of %.4f rad, limit %.4f", name, v.value, v.limit);
       break;
   }
-  return text;
+  return fmt::format("joint {} of {:.4f} rad, limit {:.4f}", name, v.value, v.limit);
 }
 
 JointMonitor::JointMonitor(const JointLimits& limits, double following_error)

@@ -1,7 +1,8 @@
 #include "rig/scan/camera_feeds.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <cstdio>
 #include <utility>
 
 namespace tankrig {
@@ -81,11 +82,8 @@ std::invoke_result_t<Call> CameraFeeds::ask(const Feed& feed, Call call) {
   const Stamp before = clock_.now();
   auto answer = call();
   const double took = seconds(clock_.now() - before);
-  if (took > settings_.control.heartbeat_timeout) {
-    char line[64];
-    std::snprintf(line, sizeof line, ": held the supervisor up for %.0f ms", 1e3 * took);
-    held_up_ = "camera " + feed.camera->info().name + line;
-  }
+  if (took > settings_.control.heartbeat_timeout)
+    held_up_ = fmt::format("camera {}: held the supervisor up for {:.0f} ms", feed.camera->info().name, 1e3 * took);
   return answer;
 }
 
@@ -141,9 +139,7 @@ void CameraFeeds::check_silence(const Feed& feed) {
   const double usual = std::max(settings_.safety.camera_timeout, kSilentPeriods / feed.camera->info().rate_hz);
   const double patience = feed.delivers ? usual : std::max(usual, kFirstFrame);
   if (!since || seconds(clock_.now() - *since) <= patience) return;
-  char line[48];
-  std::snprintf(line, sizeof line, "no frame for %.1f s", patience);
-  failed(feed, line);
+  failed(feed, fmt::format("no frame for {:.1f} s", patience));
 }
 
 void CameraFeeds::failed(const Feed& feed, const Error& error) {

@@ -1,8 +1,9 @@
 #include "rig/scan/scan.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <memory>
 #include <utility>
 
@@ -140,11 +141,9 @@ class ScanRun {
   void tell_hang() {
     if (std::exchange(hung_, true)) return;
     tell_what_to_cut({}, {});
-    char line[80];
-    std::snprintf(line, sizeof line, "cycle: hangs: no step for %g s", settings_.control.heartbeat_timeout);
+    const std::string line = fmt::format("cycle: hangs: no step for {:g} s", settings_.control.heartbeat_timeout);
     device_failed(line);
-    job_.sink.event(job_.clock.now(), event_kind::kFault,
-                    std::string(line) + "; laser switched off and arm stopped past it");
+    job_.sink.event(job_.clock.now(), event_kind::kFault, line + "; laser switched off and arm stopped past it");
   }
 
   /// What was told stays told until it is confirmed, so that a line that comes and goes is told once.
@@ -294,9 +293,8 @@ class ScanRun {
   void tell_summary() {
     const Stamp now = job_.clock.now();
     if (cycle_.overruns() > 0)
-      job_.sink.event(
-          now, event_kind::kOverrun,
-          std::to_string(cycle_.overruns()) + " cycles late, " + std::to_string(cycle_.missed_cycles()) + " left out");
+      job_.sink.event(now, event_kind::kOverrun,
+                      fmt::format("{} cycles late, {} left out", cycle_.overruns(), cycle_.missed_cycles()));
     for (const auto& [camera, account] : job_.result.account)
       job_.sink.event(now, account.closes() ? event_kind::kSummary : event_kind::kFault,
                       "camera " + camera + ": " + account_line(job_.result.counts, camera, account));

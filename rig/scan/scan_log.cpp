@@ -1,7 +1,8 @@
 #include "rig/scan/scan_log.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <cstdio>
 #include <utility>
 
 #include "session/recording/event_kinds.hpp"
@@ -55,11 +56,8 @@ void ScanLog::failed(const char* what, Stamp when, const Status& now, const Stat
 }
 
 void ScanLog::summary(Stamp now, double max_following_error, Duration worst_residual, const EndState& left) {
-  char line[80];
-  std::snprintf(line, sizeof line, "largest following error %.5f rad", max_following_error);
-  sink_.event(now, event_kind::kSummary, line);
-  std::snprintf(line, sizeof line, "largest sync residual %.3f ms", 1e3 * seconds(worst_residual));
-  sink_.event(now, event_kind::kSummary, line);
+  sink_.event(now, event_kind::kSummary, fmt::format("largest following error {:.5f} rad", max_following_error));
+  sink_.event(now, event_kind::kSummary, fmt::format("largest sync residual {:.3f} ms", 1e3 * seconds(worst_residual)));
   sink_.event(now, left.safe() ? event_kind::kSummary : event_kind::kFault, to_string(left));
 }
 

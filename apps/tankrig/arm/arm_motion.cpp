@@ -1,5 +1,7 @@
 #include "apps/tankrig/arm/arm_motion.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -244,13 +246,10 @@ int arm_jog(const ArmCommandOptions& o) {
     const double slowest = rig.scan.control.dead_zone[joint];
     const double velocity =
         o.velocity_deg_s ? from_degrees(*o.velocity_deg_s) : std::max(rig.scan.move.velocity, slowest);
-    if (velocity < slowest) {
-      char line[160];
-      std::snprintf(line, sizeof line,
-                    "--velocity: found %g deg/s, expected at least %.2f, where the dead zone of %s ends",
-                    *o.velocity_deg_s, to_degrees(slowest), kJointNames[joint]);
-      throw InputError(line);
-    }
+    if (velocity < slowest)
+      throw InputError(
+          fmt::format("--velocity: found {:g} deg/s, expected at least {:.2f}, where the dead zone of {} ends",
+                      *o.velocity_deg_s, to_degrees(slowest), kJointNames[joint]));
     ArmTarget target{"move " + o.joint, now, velocity};
     target.q[joint] = (o.relative ? now[joint] : 0) + from_degrees(o.angle_deg);
     return target;

@@ -1,7 +1,8 @@
 // `tankrig camera preview`: without the laser a camera alone; with it, under the executive, the arm held at rest.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 #include <nlohmann/json.hpp>
 
@@ -237,16 +238,14 @@ void print(const CameraPreviewOptions& options, const CameraInfo& info, const Pr
                 {"page", output.page().string()}});
     return;
   }
-  std::printf("%s: %llu frames, %llu lost, %llu refreshes; best focus %.1f; last picture in %s, live in %s\n",
-              info.name.c_str(), static_cast<unsigned long long>(s.frames), static_cast<unsigned long long>(s.lost),
-              static_cast<unsigned long long>(s.refreshes), s.best_focus, output.picture().c_str(),
-              output.page().c_str());
+  fmt::print("{}: {} frames, {} lost, {} refreshes; best focus {:.1f}; last picture in {}, live in {}\n", info.name,
+             s.frames, s.lost, s.refreshes, s.best_focus, output.picture().string(), output.page().string());
 }
 
 int camera_preview(const CameraPreviewOptions& options) {
   if (options.laser && options.seconds.value_or(0) > kLongestLitPreview)
-    throw InputError("--seconds: found " + std::to_string(*options.seconds) + ", expected at most " +
-                     std::to_string(static_cast<int>(kLongestLitPreview)) + " with --laser");
+    throw InputError(
+        fmt::format("--seconds: found {:g}, expected at most {:g} with --laser", *options.seconds, kLongestLitPreview));
   if (std::isnan(options.rate_hz) || std::isnan(options.seconds.value_or(0)))
     throw InputError("--rate, --seconds: found no number, expected one");
   page_of(options.out);

@@ -1,5 +1,6 @@
 #include "apps/tankrig/camera/camera_preview_output.hpp"
 
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -49,9 +50,7 @@ std::string url_of(std::string_view name) {
     if (std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '.' || c == '-' || c == '_') {
       out += c;
     } else {
-      char escaped[4];
-      std::snprintf(escaped, sizeof escaped, "%%%02X", static_cast<unsigned>(static_cast<unsigned char>(c)));
-      out += escaped;
+      out += fmt::format("%{:02X}", static_cast<unsigned char>(c));
     }
   }
   return out;
@@ -140,10 +139,7 @@ void PreviewOutput::show(const cv::Mat& image, bool lit) {
   if (lit) marks.stripe = stripe_points(image, background_);
   summary_.stripe_points = marks.stripe.size();
   width_ = image.cols;
-  char rate[64];
-  std::snprintf(rate, sizeof rate, "  %.1f frames/s  lost %llu", summary_.frames_per_s,
-                static_cast<unsigned long long>(summary_.lost));
-  marks.caption = title_ + rate;
+  marks.caption = fmt::format("{}  {:.1f} frames/s  lost {}", title_, summary_.frames_per_s, summary_.lost);
 
   std::vector<unsigned char> png;
   if (!cv::imencode(".png", preview_picture(image, marks), png, {cv::IMWRITE_PNG_COMPRESSION, 1}))
@@ -154,16 +150,17 @@ void PreviewOutput::show(const cv::Mat& image, bool lit) {
 }
 
 void PreviewOutput::print_line(bool lit) {
-  char stripe[48] = "laser off";
-  if (lit && summary_.stripe_points < kStripeShare * static_cast<double>(width_))
-    std::snprintf(stripe, sizeof stripe, "no stripe");
-  else if (lit)
-    std::snprintf(stripe, sizeof stripe, "stripe %zu points", summary_.stripe_points);
+  const bool seen = static_cast<double>(summary_.stripe_points) >= kStripeShare * static_cast<double>(width_);
+  const std::string stripe = !lit   ? "laser off"
+                             : seen ? fmt::format("stripe {} points", summary_.stripe_points)
+                                    : "no stripe";
   const double of_best = summary_.best_focus > 0 ? summary_.focus / summary_.best_focus : 0;
-  std::fprintf(stderr, "%sfocus %8.1f %s best %.1f  clipped %6.3f %%  %s  %.1f frames/s  lost %llu%s",
-               terminal_ ? "\r" : "", summary_.focus, text_bar(of_best).c_str(), summary_.best_focus,
-               100 * summary_.clipped_share, stripe, summary_.frames_per_s,
-               static_cast<unsigned long long>(summary_.lost), terminal_ ? "\033[K" : "\n");
+  std::fputs(fmt::format("{}focus {:8.1f} {} best {:.1f}  clipped {:6.3f} %  {}  {:.1f} frames/s  lost {}{}",
+                         terminal_ ? "\r" : "", summary_.focus, text_bar(of_best), summary_.best_focus,
+                         100 * summary_.clipped_share, stripe, summary_.frames_per_s, summary_.lost,
+                         terminal_ ? "\033[K" : "\n")
+                 .c_str(),
+             stderr);
   std::fflush(stderr);
   line_open_ = terminal_;
 }

@@ -24,6 +24,7 @@
 #include "apps/tankrig/command_line/stop.hpp"
 #include "apps/tankrig/command_line/waiting.hpp"
 #include "core/input_error.hpp"
+#include "core/text_files.hpp"
 
 namespace tankrig::app {
 namespace {
@@ -33,12 +34,6 @@ using namespace std::chrono_literals;
 constexpr auto kReadyTimeout = 300s;  // loading the scene takes most of it; one that dies is noticed at once
 constexpr auto kEndTimeout = 5s;
 constexpr std::chrono::milliseconds kReadyLook = 200ms;
-
-std::string exact(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.17g", value);
-  return text;
-}
 
 std::vector<std::string> arguments(const RigConfig& rig, const BackendOptions& options,
                                    const std::filesystem::path& runtime, int ready) {
@@ -52,10 +47,10 @@ std::vector<std::string> arguments(const RigConfig& rig, const BackendOptions& o
   if (!options.need.cameras)
     for (const char* device : {"arm", "laser"}) add("--device", device);
   if (!options.faults.empty()) add("--faults", std::filesystem::absolute(options.faults));
-  if (world.light) add("--light", exact(*world.light));
-  if (world.noise) add("--noise", exact(*world.noise));
+  if (world.light) add("--light", exact_text(*world.light));
+  if (world.noise) add("--noise", exact_text(*world.noise));
   if (world.sensor) add("--sensor", *world.sensor);
-  if (world.particles_per_m3) add("--particles", exact(*world.particles_per_m3));
+  if (world.particles_per_m3) add("--particles", exact_text(*world.particles_per_m3));
   return out;
 }
 

@@ -1,8 +1,9 @@
 #include "apps/tankrig/devices/scene_check.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 
 #include "core/angles.hpp"
@@ -21,9 +22,7 @@ std::optional<std::string> pose_difference(const Transform& rig, const Transform
   const double length = (rig.translation() - scene.translation()).norm();
   const double angle = Eigen::AngleAxisd(rig.linear().transpose() * scene.linear()).angle();
   if (length <= kSameLength && angle <= kSameAngle) return std::nullopt;
-  char text[80];
-  std::snprintf(text, sizeof text, "%.1f mm and %.2f degrees", 1e3 * length, to_degrees(angle));
-  return text;
+  return fmt::format("{:.1f} mm and {:.2f} degrees", 1e3 * length, to_degrees(angle));
 }
 
 /// Largest distance between the pixels at which two models see the same points of the image [px].
@@ -50,10 +49,8 @@ std::vector<std::string> calibration_errors(const RigConfig& rig, const sim::Tan
       if (const auto d = pose_difference(camera.bMc, bMw * truth.wMc))
         out.push_back("camera " + camera.name + " stands " + *d + meant);
       const double pixels = pixel_difference(camera.model, truth.model);
-      char text[120];
-      std::snprintf(text, sizeof text, "camera %s: model differs by up to %.2f px from the scene's",
-                    camera.name.c_str(), pixels);
-      if (!(pixels <= kSamePixel)) out.emplace_back(text);
+      if (!(pixels <= kSamePixel))
+        out.push_back(fmt::format("camera {}: model differs by up to {:.2f} px from the scene's", camera.name, pixels));
     }
   if (const auto d = pose_difference(rig.object.bMo, bMw * world.wMo())) out.push_back("object stands " + *d + meant);
   if (read_whole_file(rig.object.mesh) != read_whole_file(world.object_mesh()))
@@ -63,11 +60,9 @@ std::vector<std::string> calibration_errors(const RigConfig& rig, const sim::Tan
   const Plane sheet{world.eMl().linear().col(0), -world.eMl().linear().col(0).dot(world.eMl().translation())};
   const double angle = std::acos(std::min(1.0, std::abs(sheet.normal.dot(rig.laser.ePl.normal))));
   const double offset = std::abs(std::abs(sheet.offset) - std::abs(rig.laser.ePl.offset));
-  if (angle > kSameAngle || offset > kSameLength) {
-    char text[120];
-    std::snprintf(text, sizeof text, "laser sheet stands %.1f mm and %.2f degrees", 1e3 * offset, to_degrees(angle));
-    out.push_back(text + meant);
-  }
+  if (angle > kSameAngle || offset > kSameLength)
+    out.push_back(
+        fmt::format("laser sheet stands {:.1f} mm and {:.2f} degrees{}", 1e3 * offset, to_degrees(angle), meant));
   return out;
 }
 
@@ -77,10 +72,9 @@ const sim::SceneCamera& scene_camera(const RigConfig& rig, const RigCamera& came
   if (seen == known.end())
     throw InputError(rig.file, "cameras: '" + camera.name + "' is not a virtualCamera of " + rig.scene.string());
   if (seen->model.width != camera.model.width || seen->model.height != camera.model.height)
-    throw InputError(rig.file, "cameras: '" + camera.name + "' is " + std::to_string(camera.model.width) + "x" +
-                                   std::to_string(camera.model.height) + " px, expected its size in " +
-                                   rig.scene.string() + ": " + std::to_string(seen->model.width) + "x" +
-                                   std::to_string(seen->model.height));
+    throw InputError(rig.file, fmt::format("cameras: '{}' is {}x{} px, expected its size in {}: {}x{}", camera.name,
+                                           camera.model.width, camera.model.height, rig.scene.string(),
+                                           seen->model.width, seen->model.height));
   return *seen;
 }
 

@@ -1,4 +1,6 @@
 // `tankrig scan`: the whole road, from the rig file to the report.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -77,8 +79,7 @@ bool frames_are_missing(const RigConfig& rig, const ScanPlan& plan, const ScanRe
     const std::uint64_t recorded = result.counts.at(camera.name + ".recorded");
     too_few = too_few || !result.account.at(camera.name).closes();
     if (static_cast<double>(recorded) >= 0.9 * expected) continue;
-    progress.warn("camera " + camera.name + ": " + std::to_string(recorded) + " frames recorded, the plan holds " +
-                  std::to_string(expected));
+    progress.warn(fmt::format("camera {}: {} frames recorded, the plan holds {}", camera.name, recorded, expected));
     too_few = too_few || static_cast<double>(recorded) < 0.5 * expected;
   }
   return too_few;
@@ -137,7 +138,7 @@ int scan(const ScanOptions& options) {
   for (const std::string& warning : backend->warnings()) progress.warn(warning);
   for (const Statistic& s : backend->statistics())
     if (s.name == "arm.bus_load_percent")
-      progress.note("arm: its wire is busy for " + std::to_string(std::lround(s.value)) + " % of the time");
+      progress.note(fmt::format("arm: its wire is busy for {:.0f} % of the time", s.value));
 
   const JointVector posture = homed_posture(*backend, options.rig);
   const ScanPlan plan = plan_from(rig, posture);

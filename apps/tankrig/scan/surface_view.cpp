@@ -1,7 +1,8 @@
 #include "apps/tankrig/scan/surface_view.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
-#include <cstdio>
 
 #include "bench/metrics/surface_samples.hpp"
 #include "core/angles.hpp"
@@ -90,11 +91,9 @@ std::string SurfaceView::table() const {
   std::string out = "face (normal in o)        area      seen      lit   worst incidence: camera, laser\n";
   int good = 0;
   for (const FaceView& f : faces) {
-    char line[160];
-    std::snprintf(line, sizeof line, "(%5.2f %5.2f %5.2f)     %5.1f %%   %5.1f %%  %5.1f %%   %5.1f deg  %5.1f deg\n",
-                  f.normal_o.x(), f.normal_o.y(), f.normal_o.z(), 100 * f.area_share, 100 * f.seen, 100 * f.lit,
-                  to_degrees(f.camera_incidence), to_degrees(f.laser_incidence));
-    out += line;
+    out += fmt::format("({:5.2f} {:5.2f} {:5.2f})     {:5.1f} %   {:5.1f} %  {:5.1f} %   {:5.1f} deg  {:5.1f} deg\n",
+                       f.normal_o.x(), f.normal_o.y(), f.normal_o.z(), 100 * f.area_share, 100 * f.seen, 100 * f.lit,
+                       to_degrees(f.camera_incidence), to_degrees(f.laser_incidence));
     if (f.seen > 0.99 && f.lit > 0.99 && to_degrees(f.camera_incidence) <= 70 && to_degrees(f.laser_incidence) <= 70)
       ++good;
   }

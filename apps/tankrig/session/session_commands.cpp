@@ -1,4 +1,6 @@
 // `tankrig session`: sessions out of other scanners' images, and what a session holds.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
@@ -179,16 +181,15 @@ int session_list(const SessionListOptions& options) {
     print_json(out);
     return kOk;
   }
-  std::printf("%-20s  %-14s  %7s  %-12s  %6s  %-28s  %s\n", "created", "rig", "lux", "operator", "frames", "session",
-              "status");
-  for (const Listed& s : sessions) {
-    char lux[16] = "-";
-    if (s.info.lux_before) std::snprintf(lux, sizeof lux, "%.0f", *s.info.lux_before);
-    std::printf("%-20s  %-14s  %7s  %-12s  %6llu  %-28s  %s\n", printable(s.info.created_utc).c_str(),
-                printable(s.info.rig).c_str(), lux, printable(s.info.operator_name).c_str(),
-                static_cast<unsigned long long>(recorded_frames(s.info)), printable(s.path.filename().string()).c_str(),
-                printable(s.failure.empty() ? s.info.status : s.failure).c_str());
-  }
+  const auto print_row = [](const auto&... cells) {
+    fmt::print("{:<20}  {:<14}  {:>7}  {:<12}  {:>6}  {:<28}  {}\n", cells...);
+  };
+  print_row("created", "rig", "lux", "operator", "frames", "session", "status");
+  for (const Listed& s : sessions)
+    print_row(printable(s.info.created_utc), printable(s.info.rig),
+              s.info.lux_before ? fmt::format("{:.0f}", *s.info.lux_before) : "-", printable(s.info.operator_name),
+              recorded_frames(s.info), printable(s.path.filename().string()),
+              printable(s.failure.empty() ? s.info.status : s.failure));
   return kOk;
 }
 
