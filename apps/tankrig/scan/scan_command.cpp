@@ -214,7 +214,7 @@ void add_scan(CLI::App& app, ChosenCommand& chosen) {
   c->add_option("--notes", o.notes, "Free text to keep in the session");
   c->add_option("--out", o.out, "Session folder to make (default: sessions/RIG-DATE)");
   c->add_flag("--dry-run", o.dry_run,
-              "Print path, clearance, duration, disk need and what will be seen; use no device");
+              "Print path from the park posture, clearance, duration, disk need and view; use no device");
   add_json_flag(c, o.json);
 }
 
