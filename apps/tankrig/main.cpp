@@ -40,10 +40,10 @@ int unknown_or_missing(const CLI::App& app, const CLI::RequiredError& missing) {
 int main(int argc, char** argv) {
   // A closed terminal or pager, or a file that may not grow, must not end a program that has an arm to stop.
   for (const int signal : {SIGPIPE, SIGXFSZ}) std::signal(signal, SIG_IGN);
-  CLI::App app{"tankrig: laser-stripe and stereo reconstruction in a water tank, on the real rig and in simulation"};
+  CLI::App app{"tankrig: laser-stripe and stereo reconstruction in a water tank, on a real or a simulated rig"};
   app.require_subcommand(1);
   app.set_version_flag("--version", TANKRIG_VERSION);
-  app.footer("Example: tankrig scan            (the simulated tank, from sweep to report)");
+  app.footer("Example: tankrig scan    (scans the simulated tank and writes a report)");
   ChosenCommand chosen;
   for (const auto add : {add_scan, add_reconstruct, add_evaluate, add_session, add_report, add_doctor, add_init,
                          add_arm, add_camera, add_emulate, add_calibrate})

@@ -174,16 +174,16 @@ int calibrate_time(const CalibrateTimeOptions& options) {
 }  // namespace
 
 void add_calibrate(CLI::App& app, ChosenCommand& chosen) {
-  CLI::App* calibrate = app.add_subcommand("calibrate", "What recorded sessions tell about the rig itself");
+  CLI::App* calibrate = app.add_subcommand("calibrate", "Calibrate the rig from recorded sessions");
   calibrate->require_subcommand(1);
   calibrate->footer("Example: tankrig calibrate time sessions/there-and-back");
-  CLI::App* c = calibrate->add_subcommand(
-      "time", "Time offset between camera and joints, from a sweep there and back: the two clouds must coincide");
+  CLI::App* c =
+      calibrate->add_subcommand("time", "Find the time offset between camera and joints from a there-and-back sweep");
   CalibrateTimeOptions& o = options_of(c, chosen, &calibrate_time);
   c->footer("Example: tankrig calibrate time sessions/there-and-back --json");
   add_sessions_option(c, o.sessions,
-                      "Session directories, each with a sweep there and back; of different speed "
-                      "to tell backlash between encoder and link from time");
+                      "Session folders, each with a there-and-back sweep; two sweep speeds tell "
+                      "backlash from a time offset");
   add_json_flag(c, o.json);
 }
 

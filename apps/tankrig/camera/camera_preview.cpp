@@ -290,24 +290,20 @@ void add_camera(CLI::App& app, ChosenCommand& chosen) {
   camera->require_subcommand(1);
   camera->footer("Example: tankrig camera preview --rig tank-sim --camera mono");
   CLI::App* c = camera->add_subcommand(
-      "preview",
-      "Write a picture again and again: focus, clipped pixels, histogram, and the stripe if the laser is on");
+      "preview", "Refresh a picture with focus, clipped pixels, histogram and, with the laser on, the stripe");
   CameraPreviewOptions& o = options_of(c, chosen, &camera_preview);
   c->footer(
       "Example: tankrig camera preview --rig tank-sim --out preview.png    (then open preview.html in a browser)");
   add_rig_option(c, o.rig);
-  c->add_option("--camera", o.camera, "Camera of the rig file (default: its first)");
-  c->add_option("--out", o.out, "Picture to refresh, .png; a page that shows it live is written beside it, .html")
+  c->add_option("--camera", o.camera, "Name of the camera (default: the rig file's first)");
+  c->add_option("--out", o.out, "Picture to refresh, .png; an .html page beside it shows it live")
       ->capture_default_str();
-  c->add_option(
-       "--seconds", o.seconds,
-       "How long (default: until Ctrl-C; 2 s of a virtual clock; 30 s with the laser, where 120 s is the most)")
+  c->add_option("--seconds", o.seconds,
+                "Duration [s] (default: until Ctrl-C; 2 s on a simulated rig; with --laser 30 s, and 120 s at most)")
       ->check(CLI::PositiveNumber);
-  c->add_option("--rate", o.rate_hz, "Refreshes per second, at most [Hz]")
-      ->check(CLI::Range(0.1, 30.0))
-      ->capture_default_str();
-  c->add_flag("--laser", o.laser, "Switch the laser on, arm at rest, and mark its stripe; it asks first");
-  c->add_flag("--yes", o.yes, "Do not ask before the laser shines");
+  c->add_option("--rate", o.rate_hz, "Highest refresh rate [Hz]")->check(CLI::Range(0.1, 30.0))->capture_default_str();
+  c->add_flag("--laser", o.laser, "Ask, switch the laser on with the arm at rest, and mark the stripe");
+  c->add_flag("--yes", o.yes, "Do not ask before the laser is switched on");
   c->add_flag("--json", o.json, "Print one JSON object on standard output at the end");
 }
 

@@ -21,10 +21,10 @@ Options& options_of(CLI::App* command, ChosenCommand& chosen, int (*run)(const O
 
 /// Options that several commands share, worded alike everywhere.
 inline void add_rig_option(CLI::App* command, std::string& rig) {
-  command->add_option("--rig", rig, "Rig name below etc/rigs, or a rig.yaml")->capture_default_str();
+  command->add_option("--rig", rig, "Name of a rig in etc/rigs, or a rig file, or its folder")->capture_default_str();
 }
 inline void add_carrier_option(CLI::App* command, std::string& carrier) {
-  command->add_option("--carrier", carrier, "The arm's wire on a rig with devices (default: the rig file's)")
+  command->add_option("--carrier", carrier, "The arm's connection, on a rig with devices (default: the rig file's)")
       ->check(CLI::IsMember({"can", "serial"}));
 }
 inline void add_json_flag(CLI::App* command, bool& json) {

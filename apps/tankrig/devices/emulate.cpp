@@ -141,23 +141,23 @@ int emulate(const EmulateOptions& options) {
 }  // namespace
 
 void add_emulate(CLI::App& app, ChosenCommand& chosen) {
-  CLI::App* c = app.add_subcommand("emulate", "Serve a simulated rig's devices on CAN, serial lines and GigE Vision");
+  CLI::App* c = app.add_subcommand("emulate", "Emulate a rig's devices on CAN, serial lines and GigE Vision");
   EmulateOptions& o = options_of(c, chosen, &emulate);
   c->footer(
       "Example: tankrig emulate --rig tank-wire -- tankrig arm status --rig tank-wire\n"
-      "With a command, both live on a network of their own and end together. Without one, the devices are served on\n"
-      "this machine's until Ctrl-C.");
+      "With a command, devices and command share a private network and end together.\n"
+      "Without one, the devices stay on this machine's network until Ctrl-C.");
   add_rig_option(c, o.rig);
-  c->add_option("--device", o.devices, "Only this one: arm, cameras, laser or lux; may be given several times")
+  c->add_option("--device", o.devices, "Emulate only this device; repeat the option for more")
       ->allow_extra_args(false)
       ->check(CLI::IsMember({"arm", "cameras", "laser", "lux"}));
-  c->add_option("--runtime", o.runtime, "Folder for buses and serial lines (default: a fresh one)");
+  c->add_option("--runtime", o.runtime, "Folder for the buses and serial lines (default: a new one)");
   add_world_options(c, o.world);
-  c->add_option("--faults", o.faults, "Play this fault plan on the emulated devices (docs/reference/faults.md)")
+  c->add_option("--faults", o.faults, "Fault plan to play on the emulated devices (docs/reference/faults.md)")
       ->check(CLI::ExistingFile);
-  c->add_option("--truth", o.truth, "Write what was true of every exposure into this folder");
-  c->add_option("--ready-fd", o.ready_fd, "Write one byte to this descriptor when every device answers");
-  c->add_option("command", o.command, "Command to run beside the devices, after --");
+  c->add_option("--truth", o.truth, "Folder for the ground truth of every exposure");
+  c->add_option("--ready-fd", o.ready_fd, "File descriptor that gets one byte when every device answers");
+  c->add_option("command", o.command, "Command to run with the devices, after --");
 }
 
 }  // namespace tankrig::app

@@ -7,15 +7,15 @@
 namespace tankrig::app {
 
 inline void add_world_options(CLI::App* command, sim::WorldOptions& world) {
-  command->add_option("--light", world.light, "Simulated ambient light, 0 darkness .. 1 the reference")
+  command->add_option("--light", world.light, "Simulated ambient light: 0 is darkness, 1 the reference")
       ->check(CLI::Range(0.0, 1.0));
-  command->add_option("--noise", world.noise, "Simulated camera noise, standard deviation 0 .. 0.10 of full scale")
+  command->add_option("--noise", world.noise, "Simulated camera noise: standard deviation as a share of full scale")
       ->check(CLI::Range(0.0, 0.1));
   command->add_option("--sensor", world.sensor, "Simulated sensor model")
       ->check(CLI::IsMember({"gaussian", "emva1288"}));
-  command->add_option("--particles", world.particles_per_m3, "Floating particles per cubic metre")
+  command->add_option("--particles", world.particles_per_m3, "Simulated particles per cubic metre of water")
       ->check(CLI::Range(0.0, 1e5));
-  command->add_option("--seed", world.seed, "Seed of every random number")->capture_default_str();
+  command->add_option("--seed", world.seed, "Seed of all random numbers")->capture_default_str();
 }
 
 }  // namespace tankrig::app

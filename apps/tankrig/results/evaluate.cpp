@@ -92,21 +92,21 @@ void add_evaluate(CLI::App& app, ChosenCommand& chosen) {
   CLI::App* c = app.add_subcommand("evaluate", "Score a point cloud against a triangle mesh");
   EvaluateOptions& o = options_of(c, chosen, &evaluate);
   c->footer("Example: tankrig evaluate cloud.ply --object box.obj --pose pose.yaml --json");
-  c->add_option("cloud", o.cloud, "Cloud, .ply or .pcd, metres")->required();
-  c->add_option("--object", o.object, "Triangle mesh of the object, metres")->required();
-  c->add_option("--pose", o.pose, "YAML with translation_m and quaternion_xyzw of the mesh's frame in the cloud's")
+  c->add_option("cloud", o.cloud, "Point cloud in metres, .ply or .pcd")->required();
+  c->add_option("--object", o.object, "Triangle mesh of the object, in metres")->required();
+  c->add_option("--pose", o.pose, "YAML file: translation_m and quaternion_xyzw of the mesh's frame in the cloud's")
       ->required();
-  c->add_option("--definition", o.definition, "'paper': the paper's words; 'uwsim': the reference module's arithmetic")
+  c->add_option("--definition", o.definition,
+                "Scores as the paper words them, or as UWSim's benchmark module computes them")
       ->check(CLI::IsMember({"paper", "uwsim"}))
       ->capture_default_str();
   c->add_option("--inlier", o.inlier_m, "Inlier threshold [m] (default 0.010)")->check(CLI::PositiveNumber);
   c->add_option("--outlier", o.outlier_m, "Outlier threshold [m] (default 0.010)")->check(CLI::PositiveNumber);
-  c->add_option("--ground", o.ground_m,
-                "Half height of the ground filter about the mesh's lowest point [m] (default 0.010)")
+  c->add_option("--ground", o.ground_m, "Points this near the ground plane [m] may count as ground (default 0.010)")
       ->check(CLI::NonNegativeNumber);
   c->add_option("--ground-plane", o.ground_plane,
-                "Ground a,b,c,d in the object's frame, metres (default: z_o = the mesh's lowest point, z_o up)");
-  c->add_option("--verdict", o.verdict, "Write the cloud coloured: ground black, object green, outliers blue (.ply)");
+                "Ground plane a,b,c,d in the object's frame, in metres (default: level, at the mesh's lowest point)");
+  c->add_option("--verdict", o.verdict, "Coloured cloud to write, .ply: ground black, object green, outliers blue");
   add_json_flag(c, o.json);
 }
 

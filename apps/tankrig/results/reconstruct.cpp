@@ -103,19 +103,21 @@ int report(const ReportOptions& options) {
 }  // namespace
 
 void add_reconstruct(CLI::App& app, ChosenCommand& chosen) {
-  CLI::App* c = app.add_subcommand("reconstruct", "Make a point cloud from a session");
+  CLI::App* c = app.add_subcommand("reconstruct", "Reconstruct a point cloud from a session");
   ReconstructOptions& o = options_of(c, chosen, &reconstruct);
   c->footer("Example: tankrig reconstruct sessions/monday --method laser --json");
   add_session_option(c, o.session);
-  c->add_option("--method", o.method, "Method")->check(CLI::IsMember(tankrig::kMethods))->capture_default_str();
-  c->add_option("--rig", o.rig, "Take reconstruction parameters from this rig file instead of the session's");
-  c->add_option("--out", o.out, "Cloud to write, .ply or .pcd (default: both, in SESSION/clouds)");
+  c->add_option("--method", o.method, "Reconstruction method")
+      ->check(CLI::IsMember(tankrig::kMethods))
+      ->capture_default_str();
+  c->add_option("--rig", o.rig, "Rig whose reconstruction parameters replace the session's");
+  c->add_option("--out", o.out, "Cloud file to write, .ply or .pcd (default: both, in SESSION/clouds)");
   add_json_flag(c, o.json);
 }
 
 void add_report(CLI::App& app, ChosenCommand& chosen) {
   CLI::App* c =
-      app.add_subcommand("report", "Reconstruct and score a session again, and write its pictures and report.html");
+      app.add_subcommand("report", "Reconstruct and score a session again, and write its pictures and its report.html");
   ReportOptions& o = options_of(c, chosen, &report);
   c->footer("Example: tankrig report sessions/monday");
   add_session_option(c, o.session);

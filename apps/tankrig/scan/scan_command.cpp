@@ -198,25 +198,24 @@ int scan(const ScanOptions& options) {
 }  // namespace
 
 void add_scan(CLI::App& app, ChosenCommand& chosen) {
-  CLI::App* c = app.add_subcommand("scan", "Sweep the arm, record a session, reconstruct, score, report");
+  CLI::App* c = app.add_subcommand("scan", "Sweep the arm, record a session, reconstruct and score it, write a report");
   ScanOptions& o = options_of(c, chosen, &scan);
   c->footer(
-      "Exit code: 0 done; 3 in part: stopped, or frames are missing; 1 failed; 2 wrong words on the command line.\n"
+      "Exit codes: 0 done; 1 failed; 2 wrong command line; 3 in part: stopped, or frames are missing.\n"
       "Example: tankrig scan --rig tank-sim --light 0.5 --noise 0.02 --json");
   add_rig_option(c, o.rig);
-  c->add_option("--preset", o.preset, "Preset of the rig file; tank-sim and tank-wire have: fine");
+  c->add_option("--preset", o.preset, "Preset of the rig file; the shipped rigs have 'fine'");
   add_world_options(c, o.world);
-  c->add_option("--lux", o.lux, "'auto' reads the lux meter before and after the sweep; or a value by hand [lx]")
+  c->add_option("--lux", o.lux, "Ambient light [lx]; 'auto' reads the lux meter before and after the sweep")
       ->capture_default_str();
   add_carrier_option(c, o.carrier);
-  c->add_option("--faults", o.faults,
-                "Play this fault plan on simulated or emulated devices (docs/reference/faults.md)")
+  c->add_option("--faults", o.faults, "Fault plan to play on simulated or emulated devices (docs/reference/faults.md)")
       ->check(CLI::ExistingFile);
-  c->add_option("--operator", o.operator_name, "Who runs the experiment");
-  c->add_option("--notes", o.notes, "Free text kept in the session");
-  c->add_option("--out", o.out, "Session directory, which must not exist (default: sessions/RIG-DATE)");
+  c->add_option("--operator", o.operator_name, "Name of whoever runs the experiment");
+  c->add_option("--notes", o.notes, "Free text to keep in the session");
+  c->add_option("--out", o.out, "Session folder to make (default: sessions/RIG-DATE)");
   c->add_flag("--dry-run", o.dry_run,
-              "Print the path from the park posture, clearance, duration and disk need; uses no devices");
+              "Print path from the park posture, clearance, duration, disk need and view; use no device");
   add_json_flag(c, o.json);
 }
 

@@ -13,9 +13,9 @@ fs::path session_path(const fs::path& given) {
 }
 
 CLI::Option* add_session_option(CLI::App* command, fs::path& session) {
-  return command->add_option("session", session, "Session directory")
-      ->required()
-      ->transform([](const std::string& given) { return session_path(given).string(); });
+  return command->add_option("session", session, "Session folder")->required()->transform([](const std::string& given) {
+    return session_path(given).string();
+  });
 }
 
 CLI::Option* add_sessions_option(CLI::App* command, std::vector<fs::path>& sessions, const std::string& what) {

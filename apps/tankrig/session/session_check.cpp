@@ -133,17 +133,17 @@ int recover_session(const SessionRecoverOptions& options) {
 
 void add_session_check(CLI::App& session, ChosenCommand& chosen) {
   CLI::App* c = session.add_subcommand(
-      "check", "Verify a session: exit 0 whole, 3 usable with its losses listed, 1 nothing usable");
+      "check", "List what a session has lost; exit code 0: whole, 3: usable, with losses, 1: nothing usable");
   SessionCheckOptions& check = options_of(c, chosen, &check_session);
   c->footer("Example: tankrig session check sessions/monday");
   add_session_option(c, check.session);
   add_json_flag(c, check.json);
-  c = session.add_subcommand(
-      "recover", "Make a whole session of a damaged or killed one; what is replaced is kept in its lost+found");
+  c = session.add_subcommand("recover",
+                             "Repair a damaged or interrupted session; its lost+found keeps what is replaced");
   SessionRecoverOptions& recover = options_of(c, chosen, &recover_session);
   c->footer("Example: tankrig session recover sessions/monday --out sessions/monday-recovered");
   add_session_option(c, recover.session);
-  c->add_option("--out", recover.out, "Mend a copy here, which must not exist (default: in place)");
+  c->add_option("--out", recover.out, "Folder to make: repair a copy there (default: repair in place)");
   add_json_flag(c, recover.json);
 }
 

@@ -196,7 +196,8 @@ int session_list(const SessionListOptions& options) {
 }  // namespace
 
 void add_session(CLI::App& app, ChosenCommand& chosen) {
-  CLI::App* session = app.add_subcommand("session", "Look into sessions, and make them from other scanners' images");
+  CLI::App* session =
+      app.add_subcommand("session", "List, inspect, check, recover, replay, export and import sessions");
   session->require_subcommand(1);
   session->footer("Example: tankrig session info sessions/monday");
   CLI::App* c = session->add_subcommand(
@@ -205,25 +206,27 @@ void add_session(CLI::App& app, ChosenCommand& chosen) {
   c->footer(
       "Example: tankrig session import --images photos --camera camera.yaml --plane 0.99989,0.01415,0.00503,0.03952 "
       "--out sessions/imported");
-  c->add_option("--images", import.images, "Folder of images, taken in the order of their names")->required();
-  c->add_option("--camera", import.camera, "OpenCV calibration or ROS camera_info YAML")->required();
-  CLI::Option* plane =
-      c->add_option("--plane", import.plane, "Laser plane a,b,c,d: ax + by + cz + d = 0, camera frame, metres");
-  c->add_option("--planes", import.planes, "CSV file,a,b,c,d: one plane per image")->excludes(plane);
-  c->add_option("--dark", import.dark, "Folder of images without laser");
-  c->add_option("--notes", import.notes, "Free text kept in the session");
-  c->add_option("--out", import.out, "Session directory, which must not exist")->required();
+  c->add_option("--images", import.images, "Folder of images, read in the order of their names")->required();
+  c->add_option("--camera", import.camera, "Camera calibration: OpenCV or ROS camera_info YAML")->required();
+  CLI::Option* plane = c->add_option("--plane", import.plane,
+                                     "Laser plane a,b,c,d: ax + by + cz + d = 0 in the camera frame, in metres");
+  c->add_option("--planes", import.planes, "CSV table with the columns file,a,b,c,d: one plane per image")
+      ->excludes(plane);
+  c->add_option("--dark", import.dark, "Folder of images taken with the laser off");
+  c->add_option("--notes", import.notes, "Free text to keep in the session");
+  c->add_option("--out", import.out, "Session folder to make")->required();
   add_json_flag(c, import.json);
-  c = session->add_subcommand("info", "Print what a session holds");
+  c = session->add_subcommand("info", "Print what a session contains");
   SessionInfoOptions& info = options_of(c, chosen, &session_info);
   c->footer("Example: tankrig session info sessions/monday --json");
   add_session_option(c, info.session);
   add_json_flag(c, info.json);
-  c = session->add_subcommand("list", "List the sessions in a folder, oldest first: when, which rig, lux, who, status");
+  c = session->add_subcommand("list",
+                              "List the sessions in a folder, oldest first: date, rig, lux, operator, frames, status");
   SessionListOptions& list = options_of(c, chosen, &session_list);
   c->footer("Example: tankrig session list --rig tank-sim");
   c->add_option("folder", list.folder, "Folder of sessions")->capture_default_str();
-  c->add_option("--rig", list.rig, "Only those of this rig");
+  c->add_option("--rig", list.rig, "Only sessions of this rig, and those that cannot be read");
   c->add_flag("--json", list.json, "Print one JSON array on standard output");
   add_session_check(*session, chosen);
   add_session_replay(*session, chosen);

@@ -164,18 +164,18 @@ int export_session(const SessionExportOptions& options) {
 }  // namespace
 
 void add_session_export(CLI::App& session, ChosenCommand& chosen) {
-  CLI::App* c = session.add_subcommand("export", "Write a session for other programs");
+  CLI::App* c = session.add_subcommand("export", "Export a session for other programs");
   SessionExportOptions& o = options_of(c, chosen, &export_session);
   c->footer("Example: tankrig session export sessions/monday --format bag");
   add_session_option(c, o.session);
   auto* what = c->add_option_group("what");
-  what->add_option("--format", o.formats, "candump, camera_info, csv, bag; may be given several times")
+  what->add_option("--format", o.formats, "Format to write; repeat the option for more")
       ->check(CLI::IsMember(kFormats))
       ->delimiter(',');
-  what->add_flag("--all", o.all, "All formats; what the session or this build does not have is left out, and said");
+  what->add_flag("--all", o.all, "All formats; names and leaves out those that this session or build cannot give");
   what->require_option(1);
-  c->add_option("--out", o.out, "Folder to write to (default: SESSION-export); no file in it is written over");
-  c->add_flag("--raw-images", o.raw_images, "Bag: uncompressed images instead of the PNG files");
+  c->add_option("--out", o.out, "Folder to write to (default: SESSION-export); never overwrites a file");
+  c->add_flag("--raw-images", o.raw_images, "Put uncompressed images into the bag instead of the PNG files");
   add_json_flag(c, o.json);
 }
 

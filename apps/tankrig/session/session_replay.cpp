@@ -274,13 +274,13 @@ int replay_session(const SessionReplayOptions& options) {
 
 void add_session_replay(CLI::App& session, ChosenCommand& chosen) {
   CLI::App* c = session.add_subcommand(
-      "replay", "Feed a recorded session through the same code again; clouds and scores must be the same bits");
+      "replay", "Run a recording through the same code again, and compare the results byte for byte");
   SessionReplayOptions& o = options_of(c, chosen, &replay_session);
   c->footer("Example: tankrig session replay sessions/monday");
   add_session_option(c, o.session);
-  c->add_option("--out", o.out, "Keep the replayed session here (default: removed when it has been compared)");
+  c->add_option("--out", o.out, "Folder to make: keep the replayed session there (default: remove it afterwards)");
   c->add_option("--speed", o.speed,
-                "Times real time, as a rig would: a disk that is too slow drops frames (default: as fast as possible)")
+                "Pace relative to the recording; a slow disk then drops frames (default: as fast as possible)")
       ->check(CLI::PositiveNumber);
   add_json_flag(c, o.json);
 }

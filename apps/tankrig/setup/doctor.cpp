@@ -228,16 +228,16 @@ int doctor(const DoctorOptions& options) {
 }  // namespace
 
 void add_doctor(CLI::App& app, ChosenCommand& chosen) {
-  CLI::App* c = app.add_subcommand("doctor", "Say what this machine can and cannot do for a rig, with the cure");
+  CLI::App* c = app.add_subcommand("doctor", "Check this machine for a rig, and say how to cure what is wrong");
   DoctorOptions& o = options_of(c, chosen, &doctor);
   c->footer(
       "Example: tankrig doctor --rig tank-wire --seconds 60\n"
-      "Exit code: 0 all is well, 3 something is to be mended, 1 this machine cannot run this rig");
+      "Exit codes: 0 all is well; 1 this machine cannot run this rig; 3 something is bad");
   add_rig_option(c, o.rig);
   c->add_option("--seconds", o.seconds, "Length of the latency test [s]")
       ->check(CLI::Range(0.1, 3600.0))
       ->capture_default_str();
-  c->add_option("--sessions", o.sessions, "Folder whose disk is measured")->capture_default_str();
+  c->add_option("--sessions", o.sessions, "Folder for sessions, whose disk is measured")->capture_default_str();
   add_json_flag(c, o.json);
 }
 

@@ -70,14 +70,14 @@ int init(const InitOptions& options) {
 }  // namespace
 
 void add_init(CLI::App& app, ChosenCommand& chosen) {
-  CLI::App* c = app.add_subcommand("init", "Write a commented rig to start from: rig file, scene and object");
+  CLI::App* c = app.add_subcommand("init", "Make a commented rig to start from: rig file, scene and object");
   InitOptions& o = options_of(c, chosen, &init);
   c->footer("Example: tankrig init my-rig && tankrig scan --rig my-rig/rig.yaml");
   auto* what = c->add_option_group("what");
   what->add_option("directory", o.directory, "Folder to make");
-  what->add_flag("--keys", o.keys, "Print every key of a rig file's scan section: default, range, meaning");
+  what->add_flag("--keys", o.keys, "Print every key of the rig file's scan section: default, range, meaning");
   what->require_option(1);
-  c->add_option("--from", o.from, "Rig to start from")->capture_default_str();
+  c->add_option("--from", o.from, "Rig to copy")->capture_default_str();
 }
 
 }  // namespace tankrig::app
