@@ -7,6 +7,7 @@
 
 #include "apps/tankrig/command_line.hpp"
 #include "apps/tankrig/open_session.hpp"
+#include "core/camera_file.hpp"
 #include "session/reading/session.hpp"
 
 namespace tankrig::app {
