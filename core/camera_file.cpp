@@ -1,4 +1,5 @@
-// Camera files: OpenCV calibrations and ROS camera_info, both YAML.
+#include "core/camera_file.hpp"
+
 #include <fmt/core.h>
 #include <yaml-cpp/yaml.h>
 
@@ -9,9 +10,7 @@
 #include <span>
 
 #include "core/atomic_file.hpp"
-#include "core/camera_model.hpp"
 #include "core/camera_ranges.hpp"
-#include "core/opencv_camera_file.hpp"
 #include "core/regular_file.hpp"
 #include "core/shown_text.hpp"
 #include "core/text_files.hpp"

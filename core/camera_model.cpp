@@ -60,12 +60,4 @@ bool CameraModel::invertible() const {
   return true;
 }
 
-std::vector<Vector3d> pixel_rays(const CameraModel& camera) {
-  std::vector<Vector3d> rays;
-  rays.reserve(static_cast<std::size_t>(camera.width) * camera.height);
-  for (int v = 0; v < camera.height; ++v)
-    for (int u = 0; u < camera.width; ++u) rays.push_back(camera.ray(u, v));
-  return rays;
-}
-
 }  // namespace tankrig

@@ -1,10 +1,8 @@
 // Pinhole camera with Brown-Conrady distortion and unequal focal lengths (OpenCV's model and order).
 #pragma once
 
-#include <filesystem>
 #include <opencv2/core.hpp>
 #include <optional>
-#include <vector>
 
 #include "core/frames.hpp"
 
@@ -38,28 +36,5 @@ struct CameraModel {
   cv::Matx33d matrix() const { return {fx, 0, cx, 0, fy, cy, 0, 0, 1}; }
   cv::Mat distortion() const { return (cv::Mat_<double>(1, 5) << k1, k2, p1, p2, k3); }
 };
-
-/// Unit rays of every pixel, row-major, width * height, camera frame.
-std::vector<Vector3d> pixel_rays(const CameraModel& camera);
-
-/// Reads an OpenCV calibration (camera_matrix, distortion_coefficients) or a ROS camera_info YAML file.
-/// Errors: InputError with file, field and what was expected.
-CameraModel read_camera_file(const std::filesystem::path& file);
-
-/// How an image is turned and projected to become rectified, as ROS's camera_info has it: a camera-frame point p falls
-/// on the rectified pixel P * (R p, 1).
-/// Units: pixels; the last column of P is metres times pixels.
-struct Rectification {
-  cv::Matx33d R = cv::Matx33d::eye();
-  cv::Matx34d P = cv::Matx34d::zeros();
-};
-
-/// That of a camera by itself: distortion removed, nothing turned.
-Rectification rectification_of(const CameraModel& camera);
-
-/// Writes ROS camera_info YAML, which read_camera_file reads back exactly.
-void write_camera_file(const std::filesystem::path& file, const CameraModel& camera, const std::string& name);
-void write_camera_file(const std::filesystem::path& file, const CameraModel& camera, const std::string& name,
-                       const Rectification& rectification);
 
 }  // namespace tankrig

@@ -1,6 +1,6 @@
 #include "core/csv.hpp"
 
-#include <fmt/core.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 
@@ -9,15 +9,6 @@
 #include "core/text_files.hpp"
 
 namespace tankrig {
-namespace {
-
-std::string header_of(const std::vector<std::string>& columns) {
-  std::string header;
-  for (const std::string& column : columns) header += (header.empty() ? "" : ",") + column;
-  return header;
-}
-
-}  // namespace
 
 void CsvTable::fail(const CsvRow& row, std::size_t column, std::string_view expected) const {
   throw InputError(
@@ -59,7 +50,7 @@ std::string csv_field(std::string_view text) {
 
 CsvTable read_csv(const std::filesystem::path& file, const std::vector<std::string>& columns,
                   bool may_be_cut_in_header) {
-  const std::string text = read_whole_file(file), header = header_of(columns);
+  const std::string text = read_whole_file(file), header = fmt::format("{}", fmt::join(columns, ","));
   if (text.find('\n') == std::string::npos && !(may_be_cut_in_header && header.starts_with(text)))
     throw InputError(file, 1,
                      (text.empty() ? "found nothing" : "found '" + shown_text(text) + "' without a line end") +

@@ -33,15 +33,6 @@ class Histogram {
     max_ = std::max(max_, ns);
   }
 
-  /// As if everything that was added to `other` had been added here.
-  void merge(const Histogram& other) noexcept {
-    for (std::size_t i = 0; i < kBins; ++i) counts_[i] += other.counts_[i];
-    count_ += other.count_;
-    sum_ += other.sum_;
-    min_ = std::min(min_, other.min_);
-    max_ = std::max(max_, other.max_);
-  }
-
   std::uint64_t count() const noexcept { return count_; }
   /// 0 where nothing was added.
   Duration min() const noexcept { return Duration{count_ ? min_ : 0}; }

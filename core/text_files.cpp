@@ -1,6 +1,7 @@
 #include "core/text_files.hpp"
 
 #include <fcntl.h>
+#include <fmt/core.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -28,8 +29,7 @@ std::string yaml_quoted(std::string_view text) {
     else if (c == '\t')
       out += "\\t";
     else if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) {
-      constexpr char kHex[] = "0123456789abcdef";
-      out += "\\x", out += kHex[c >> 4 & 15], out += kHex[c & 15];
+      out += fmt::format("\\x{:02x}", c);
     } else
       out += c;
   }

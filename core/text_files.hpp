@@ -10,7 +10,8 @@
 
 namespace tankrig {
 
-/// Shortest text that reads back as exactly `value`.
+/// Shortest text that reads back as exactly `value`. Sessions hash and compare texts made so, older ones too: their
+/// notation (1e-04, where {fmt} says 0.0001) must stay.
 std::string exact_text(double value);
 
 /// A YAML double-quoted scalar.

@@ -2,16 +2,19 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "pipeline/parameters.hpp"
-#include "pipeline/progress_callback.hpp"
 #include "reconstruction/cloud/cloud.hpp"
 
 namespace tankrig {
+
+/// `fraction` of `stage` is done, in [0, 1]. May be called from any thread; empty: nobody wants to know.
+using ProgressCallback = std::function<void(const std::string& stage, double fraction)>;
 
 /// The methods in the order they are reported.
 inline const std::vector<std::string> kMethods{"laser", "laser_paper", "stereo", "stereo_paper"};

@@ -12,7 +12,8 @@ namespace tankrig {
 namespace {
 
 const Colour kBody{232, 230, 228}, kEdge{120, 118, 116};
-constexpr double kCrease = 0.9;  ///< cosine between two faces below which their edge is drawn
+constexpr double kDotRadius = 1.3;  ///< [px]
+constexpr double kCrease = 0.9;     ///< cosine between two faces below which their edge is drawn
 
 Colour colour_of(PointVerdict verdict) {
   const auto [red, green, blue] = verdict_colour(verdict);
@@ -51,7 +52,6 @@ std::string counted(const char* what, std::size_t count) { return fmt::format("{
 
 }  // namespace
 
-Viewpoint front_view() { return {{1.0, -0.75, 0.95}, {0, 0, 1}}; }
 Viewpoint back_view() { return {{-1.0, 0.9, 0.45}, {0, 0, 1}}; }
 
 Viewpoint view_from(const Vector3d& camera_o, const TriangleMesh& mesh) {
@@ -73,8 +73,7 @@ cv::Mat draw_cloud_over_object(const PointCloud& cloud, const std::vector<PointV
   for (std::size_t i = 0; i < cloud.points.size(); ++i) {
     ++counts[static_cast<std::size_t>(verdicts[i])];
     // A measured surface lies a little inside the true one as often as outside: it is lifted to be seen.
-    if (cloud.points[i].p.allFinite())
-      canvas.dot(cloud.points[i].p, colour_of(verdicts[i]), options.dot_radius_px, 2 * lift);
+    if (cloud.points[i].p.allFinite()) canvas.dot(cloud.points[i].p, colour_of(verdicts[i]), kDotRadius, 2 * lift);
   }
   cv::Mat picture = canvas.picture();
   std::vector<LegendEntry> legend;

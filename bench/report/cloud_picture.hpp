@@ -14,11 +14,9 @@ struct CloudPictureOptions {
   int width = 900, height = 640;
   Viewpoint view;
   std::string title;
-  double dot_radius_px = 1.3;
 };
 
-/// From the front right and above; and from behind, the other side and lower. For an object that stands on its -z side.
-Viewpoint front_view();
+/// From behind, the left and above. For an object that stands on its -z side.
 Viewpoint back_view();
 
 /// From where the camera is, `camera_o` in the object's frame, towards the object's middle.
@@ -29,6 +27,6 @@ Viewpoint view_from(const Vector3d& camera_o, const TriangleMesh& mesh);
 /// Frames: `cloud` and `mesh` in o. `verdicts` has one entry per point.
 /// Errors: InputError if it has not.
 cv::Mat draw_cloud_over_object(const PointCloud& cloud, const std::vector<PointVerdict>& verdicts,
-                               const TriangleMesh& mesh, const CloudPictureOptions& options = {});
+                               const TriangleMesh& mesh, const CloudPictureOptions& options);
 
 }  // namespace tankrig

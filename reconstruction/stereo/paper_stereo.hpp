@@ -2,8 +2,7 @@
 #pragma once
 
 #include "core/config_node.hpp"
-#include "reconstruction/stereo/stereo_calibration.hpp"
-#include "reconstruction/stereo/stereo_result.hpp"
+#include "reconstruction/stereo/stereo_pair.hpp"
 
 namespace tankrig {
 

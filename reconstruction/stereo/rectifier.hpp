@@ -3,7 +3,8 @@
 
 #include <opencv2/core.hpp>
 
-#include "reconstruction/stereo/stereo_calibration.hpp"
+#include "core/camera_file.hpp"
+#include "reconstruction/stereo/stereo_pair.hpp"
 
 namespace tankrig {
 

@@ -5,8 +5,7 @@
 #include <vector>
 
 #include "core/config_node.hpp"
-#include "reconstruction/stereo/stereo_calibration.hpp"
-#include "reconstruction/stereo/stereo_result.hpp"
+#include "reconstruction/stereo/stereo_pair.hpp"
 
 namespace tankrig {
 

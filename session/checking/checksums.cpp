@@ -102,10 +102,4 @@ std::vector<ChecksumDifference> compare_checksums(const fs::path& session) {
   return differences;
 }
 
-std::vector<std::string> check_checksums(const fs::path& session) {
-  std::vector<std::string> out;
-  for (const ChecksumDifference& difference : compare_checksums(session)) out.push_back(in_words(difference));
-  return out;
-}
-
 }  // namespace tankrig

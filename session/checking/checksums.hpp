@@ -28,11 +28,8 @@ bool is_derived(const std::string& file);
 /// Errors: InputError naming the file that cannot be read or written; NotOnDisk, and then there is no new seal.
 void write_checksums(const std::filesystem::path& session);
 
+/// What differs from SHA256SUMS; nothing: as sealed.
 /// Errors: InputError if there is no SHA256SUMS, or it is cut, or a line of it is malformed.
 std::vector<ChecksumDifference> compare_checksums(const std::filesystem::path& session);
-
-/// What differs from SHA256SUMS, one line a file: changed, missing, or not listed. Empty: as sealed.
-/// Errors: InputError if there is no SHA256SUMS or a line of it is malformed.
-std::vector<std::string> check_checksums(const std::filesystem::path& session);
 
 }  // namespace tankrig

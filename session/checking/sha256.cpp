@@ -1,5 +1,6 @@
 #include "session/checking/sha256.hpp"
 
+#include <fmt/format.h>
 #include <openssl/evp.h>
 #include <unistd.h>
 
@@ -25,10 +26,7 @@ class Sum {
   std::string hex() {
     std::array<unsigned char, 32> digest{};
     check(EVP_DigestFinal_ex(context_.get(), digest.data(), nullptr));
-    std::string out;
-    for (const unsigned char byte : digest)
-      for (const int nibble : {byte >> 4, byte & 15}) out.push_back("0123456789abcdef"[nibble]);
-    return out;
+    return fmt::format("{:02x}", fmt::join(digest, ""));
   }
 
  private:

@@ -9,7 +9,6 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "core/input_error.hpp"
-#include "session/reading/jpeg_file.hpp"
 
 namespace tankrig {
 namespace {
@@ -97,7 +96,7 @@ Sides sides_of(std::string_view bytes) {
   return {};
 }
 
-std::string in_words(int width, int height) { return fmt::format("{} x {}", width, height); }
+std::string sides_text(int width, int height) { return fmt::format("{} x {}", width, height); }
 
 }  // namespace
 
@@ -109,16 +108,38 @@ std::optional<cv::Size> picture_size(std::string_view bytes) {
   return cv::Size(static_cast<int>(std::min(width, kMostSide)), static_cast<int>(std::min(height, kMostSide)));
 }
 
+bool is_whole_jpeg(std::string_view bytes) {
+  constexpr unsigned kStart = 0xd8, kEnd = 0xd9, kScan = 0xda, kFirstRestart = 0xd0, kLastRestart = 0xd7;
+  const auto byte = [&](std::size_t at) { return static_cast<unsigned char>(bytes[at]); };
+  if (bytes.size() < 4 || byte(0) != 0xff || byte(1) != kStart) return false;
+  bool picture = false;  // a scan was there
+  for (std::size_t at = 2; at + 1 < bytes.size();) {
+    if (byte(at) != 0xff || byte(at + 1) == 0xff || byte(at + 1) == 0) {
+      if (!picture && byte(at) != 0xff) return false;  // only a scan holds anything but segments
+      ++at;
+      continue;
+    }
+    const unsigned marker = byte(at + 1);
+    at += 2;
+    if (marker == kEnd) return picture;
+    if (marker >= kFirstRestart && marker <= kLastRestart) continue;
+    if (at + 1 >= bytes.size()) return false;
+    picture = picture || marker == kScan;
+    at += byte(at) << 8 | byte(at + 1);
+  }
+  return false;
+}
+
 cv::Mat decode_picture(std::string_view bytes, const std::filesystem::path& file, const ExpectedSize* expected,
                        int flags) {
   const auto size = picture_size(bytes);
   if (!size) throw InputError(file, "cannot be decoded, expected an image: PNG, JPEG, BMP, TIFF, PGM or PPM");
   if (expected && (size->width != expected->width || size->height != expected->height))
-    throw InputError(file, fmt::format("found {} px, expected {} {}", in_words(size->width, size->height),
-                                       in_words(expected->width, expected->height), expected->as));
+    throw InputError(file, fmt::format("found {} px, expected {} {}", sides_text(size->width, size->height),
+                                       sides_text(expected->width, expected->height), expected->as));
   if (std::int64_t{size->width} * size->height > kMostPixels)
     throw InputError(file, fmt::format("found {} px, expected at most {} megapixels",
-                                       in_words(size->width, size->height), kMostPixels / 1'000'000));
+                                       sides_text(size->width, size->height), kMostPixels / 1'000'000));
   if (bytes.starts_with("\xff\xd8") && !is_whole_jpeg(bytes))
     throw InputError(file, "is a JPEG that is cut short, expected a whole one: copy it from the camera again");
   cv::Mat image;

@@ -13,6 +13,10 @@ namespace tankrig {
 /// Nothing is decoded, and the rest of the file may say otherwise.
 std::optional<cv::Size> picture_size(std::string_view bytes);
 
+/// Whether `bytes` are a JPEG from its first marker to its end-of-image marker, segment by segment. Nothing is decoded:
+/// a JPEG carries no check sum, and decoders make a picture of half a file. What stands after the end is not looked at.
+bool is_whole_jpeg(std::string_view bytes);
+
 /// The size a picture must have, and where that is said.
 struct ExpectedSize {
   int width = 0, height = 0;

@@ -18,8 +18,8 @@
 
 #include "core/arm_model.hpp"
 #include "core/camera_model.hpp"
-#include "core/clock_pair.hpp"
 #include "core/frame_record.hpp"
+#include "core/utc.hpp"
 #include "session/reading/frame_account.hpp"
 #include "session/reading/session_timing.hpp"
 

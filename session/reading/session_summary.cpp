@@ -7,7 +7,7 @@
 namespace tankrig {
 namespace {
 
-std::string frames_of(const Session& session, const std::string& camera) {
+std::string frames_per_phase(const Session& session, const std::string& camera) {
   std::map<Phase, int> per_phase;
   int all = 0;
   for (const FrameRecord& frame : session.frames)
@@ -49,7 +49,7 @@ std::vector<std::pair<std::string, std::string>> session_summary(const Session& 
   if (info.simulated_s > 0) add("length", fmt::format("{:.2f} s", info.simulated_s));
   for (const SessionCamera& camera : info.cameras)
     add("camera " + camera.name, fmt::format("{}, {} x {} px, {}", to_string(camera.role), camera.model.width,
-                                             camera.model.height, frames_of(session, camera.name)));
+                                             camera.model.height, frames_per_phase(session, camera.name)));
   for (const auto& [camera, account] : info.account)
     add("frames of " + camera, account_line(info.counts, camera, account));
   if (info.kind == "scan") {

@@ -1,6 +1,6 @@
 #include "session/reading/session_tables.hpp"
 
-#include <fmt/core.h>
+#include <fmt/format.h>
 
 #include <array>
 #include <cmath>
@@ -44,11 +44,7 @@ std::vector<std::string> frames_columns(std::size_t later = kLaterColumns.size()
 
 std::vector<std::string> events_columns() { return {"stamp_ns", "kind", "text"}; }
 
-std::string line_of(const std::vector<std::string>& fields) {
-  std::string out;
-  for (const std::string& field : fields) out += (out.empty() ? "" : ",") + field;
-  return out + "\n";
-}
+std::string csv_line(const std::vector<std::string>& fields) { return fmt::format("{}\n", fmt::join(fields, ",")); }
 
 /// The fields of one row, taken in order.
 struct Fields {
@@ -167,9 +163,9 @@ auto parse_line(std::string_view line, const std::vector<std::string>& columns, 
 
 }  // namespace
 
-std::string joints_header() { return line_of(joints_columns()); }
-std::string frames_header() { return line_of(frames_columns()); }
-std::string events_header() { return line_of(events_columns()); }
+std::string joints_header() { return csv_line(joints_columns()); }
+std::string frames_header() { return csv_line(frames_columns()); }
+std::string events_header() { return csv_line(events_columns()); }
 
 std::string joints_line(const JointState& state) {
   std::vector<std::string> fields{std::to_string(state.stamp.ns)};
@@ -177,7 +173,7 @@ std::string joints_line(const JointState& state) {
   for (const double v : state.velocity) fields.push_back(exact_text(v));
   for (const std::int32_t ticks : state.ticks) fields.push_back(std::to_string(ticks));
   fields.push_back(exact_text(state.current_a));
-  return line_of(fields);
+  return csv_line(fields);
 }
 
 std::string frames_line(const FrameRecord& frame) {
@@ -196,11 +192,11 @@ std::string frames_line(const FrameRecord& frame) {
   for (int i = 0; i < 3; ++i) fields.push_back(frame.cPl ? exact_text(frame.cPl->normal[i]) : "");
   fields.push_back(frame.cPl ? exact_text(frame.cPl->offset) : "");
   fields.push_back(csv_field(frame.file));
-  return line_of(fields);
+  return csv_line(fields);
 }
 
 std::string events_line(Stamp stamp, std::string_view kind, std::string_view text) {
-  return line_of({std::to_string(stamp.ns), csv_field(kind), csv_field(text)});
+  return csv_line({std::to_string(stamp.ns), csv_field(kind), csv_field(text)});
 }
 
 std::optional<JointState> parse_joints_line(std::string_view line) {
@@ -224,7 +220,7 @@ SessionTable<JointState> read_joints_csv(const std::filesystem::path& file, bool
 SessionTable<FrameRecord> read_frames_csv(const std::filesystem::path& file, bool recording) {
   const std::string text = read_whole_file(file);
   std::size_t later = 0;
-  while (later < kLaterColumns.size() && !text.starts_with(line_of(frames_columns(later)))) ++later;
+  while (later < kLaterColumns.size() && !text.starts_with(csv_line(frames_columns(later)))) ++later;
   return read_table<FrameRecord>(file, frames_columns(later), recording, parse_frame);
 }
 

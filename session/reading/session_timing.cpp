@@ -4,7 +4,7 @@
 
 #include <array>
 
-#include "core/text_files.hpp"
+#include "session/reading/session_yaml.hpp"
 
 namespace tankrig {
 namespace {
@@ -21,19 +21,12 @@ constexpr ConfigNode::Range kMicroseconds{0, 1e12};
 
 double microseconds(Duration d) { return static_cast<double>(d.count()) * 1e-3; }
 
-std::uint64_t read_count(const ConfigNode& node, const char* key) {
-  const std::string text = node.text(key);
-  std::uint64_t value = 0;
-  if (!parse_number(text, value)) node.fail(key, "found '" + text + "', expected a whole number of at least 0");
-  return value;
-}
-
 TimingQuantity quantity_of(const Histogram& h) {
   return {microseconds(h.quantile(0.5)), microseconds(h.quantile(0.99)), microseconds(h.quantile(0.999)),
           microseconds(h.max())};
 }
 
-std::string counted(const SessionTiming& t) {
+std::string cycles_in_words(const SessionTiming& t) {
   return fmt::format("{} cycles at {:.6g} Hz, {} late, {} left out", t.cycles, t.cycle_hz, t.overruns, t.missed_cycles);
 }
 
@@ -63,9 +56,9 @@ std::string timing_yaml(const SessionTiming& t) {
 SessionTiming read_timing(const ConfigNode& node) {
   SessionTiming t;
   t.cycle_hz = node.number("cycle_hz", {0, 1e6});
-  t.cycles = read_count(node, "cycles");
-  t.overruns = read_count(node, "overruns");
-  t.missed_cycles = read_count(node, "missed_cycles");
+  t.cycles = read_whole<std::uint64_t>(node, "cycles");
+  t.overruns = read_whole<std::uint64_t>(node, "overruns");
+  t.missed_cycles = read_whole<std::uint64_t>(node, "missed_cycles");
   for (const Named& named : kQuantities) {
     const ConfigNode child = node.child(named.key);
     const auto number = [&](const char* key) { return child.number(key, kMicroseconds); };
@@ -87,8 +80,8 @@ std::string timing_csv(const CycleTimes& times) {
 }
 
 std::string timing_table(const SessionTiming& t) {
-  std::string out = fmt::format("cycle: {}\n{:20} {:>10} {:>10} {:>10} {:>10}\n", counted(t), "", "p50 us", "p99 us",
-                                "p99.9 us", "max us");
+  std::string out = fmt::format("cycle: {}\n{:20} {:>10} {:>10} {:>10} {:>10}\n", cycles_in_words(t), "", "p50 us",
+                                "p99 us", "p99.9 us", "max us");
   for (const Named& named : kQuantities) {
     const TimingQuantity& q = t.*named.quantity;
     out += fmt::format("{:20} {:10.1f} {:10.1f} {:10.1f} {:10.1f}\n", named.words, q.p50, q.p99, q.p999, q.max);
@@ -97,7 +90,7 @@ std::string timing_table(const SessionTiming& t) {
 }
 
 std::vector<std::pair<std::string, std::string>> timing_summary(const SessionTiming& t) {
-  std::vector<std::pair<std::string, std::string>> out{{"cycle", counted(t)}};
+  std::vector<std::pair<std::string, std::string>> out{{"cycle", cycles_in_words(t)}};
   for (const Named& named : kQuantities) {
     const TimingQuantity& q = t.*named.quantity;
     out.emplace_back(fmt::format("cycle {}", named.words),

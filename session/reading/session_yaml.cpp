@@ -15,29 +15,15 @@ namespace {
 
 constexpr const char* kFormat = "tankrig-session 1";
 
-std::uint64_t read_count(const ConfigNode& node, const std::string& key) {
-  const std::string text = node.text(key);
-  std::uint64_t value = 0;
-  if (!parse_number(text, value)) node.fail(key, "found '" + text + "', expected a whole number of at least 0");
-  return value;
-}
-
 TableSpan read_span(const ConfigNode& node) {
-  const auto stamp = [&](const char* key) {
-    const std::string text = node.text(key);
-    Stamp value{};
-    if (!parse_number(text, value.ns)) node.fail(key, "found '" + text + "', expected a whole number");
-    return value;
-  };
-  return {read_count(node, "lines"), stamp("first_ns"), stamp("last_ns")};
+  return {read_whole<std::uint64_t>(node, "lines"),
+          {read_whole<std::int64_t>(node, "first_ns")},
+          {read_whole<std::int64_t>(node, "last_ns")}};
 }
 
 /// What is unaccounted for follows from the counts, where they are there.
 CameraAccount read_account(const ConfigNode& node, const std::string& camera, const FrameCounts& counts) {
-  CameraAccount account{read_count(node, "expected"), 0};
-  const std::string text = node.text("unaccounted");
-  if (!parse_number(text, account.unaccounted))
-    node.fail("unaccounted", "found '" + shown_text(text) + "', expected a whole number");
+  CameraAccount account{read_whole<std::uint64_t>(node, "expected"), read_whole<std::int64_t>(node, "unaccounted")};
   if (counts.contains(camera + ".recorded")) account.unaccounted = unaccounted(counts, camera, account.expected);
   return account;
 }
@@ -46,16 +32,10 @@ std::string yaml_of(const ClockPair& pair) {
   return fmt::format("{{stamp_ns: {}, wall_ns: {}}}", pair.stamp.ns, pair.wall_ns);
 }
 
-std::optional<ClockPair> read_clock_pair(const ConfigNode& clock, const char* key) {
+std::optional<ClockPair> clock_pair_from(const ConfigNode& clock, const char* key) {
   const auto node = clock.optional_child(key);
   if (!node) return std::nullopt;
-  const auto whole = [&](const char* name) {
-    const std::string text = node->text(name);
-    std::int64_t value = 0;
-    if (!parse_number(text, value)) node->fail(name, "found '" + shown_text(text) + "', expected a whole number");
-    return value;
-  };
-  return ClockPair{{whole("stamp_ns")}, whole("wall_ns")};
+  return ClockPair{{read_whole<std::int64_t>(*node, "stamp_ns")}, read_whole<std::int64_t>(*node, "wall_ns")};
 }
 
 SessionCamera read_camera(const ConfigNode& node) {
@@ -177,8 +157,8 @@ const std::vector<SessionSection>& session_sections() {
       {"clock", false,
        [](Node n, Info i) {
          const ConfigNode clock = n.child("clock");
-         i.clock_begin = read_clock_pair(clock, "begin");
-         i.clock_end = read_clock_pair(clock, "end");
+         i.clock_begin = clock_pair_from(clock, "begin");
+         i.clock_end = clock_pair_from(clock, "end");
        }},
       {"operator", true, [](Node n, Info i) { i.operator_name = n.text("operator"); }},
       {"notes", true, [](Node n, Info i) { i.notes = n.text("notes"); }},
@@ -186,7 +166,7 @@ const std::vector<SessionSection>& session_sections() {
       {"rig_sha256", true, [](Node n, Info i) { i.rig_hash = n.text("rig_sha256"); }},
       {"software", true, [](Node n, Info i) { i.software = n.text("software"); }},
       {"noise", true, [](Node n, Info i) { i.noise = n.text("noise"); }},
-      {"seed", true, [](Node n, Info i) { i.seed = read_count(n, "seed"); }},
+      {"seed", true, [](Node n, Info i) { i.seed = read_whole<std::uint64_t>(n, "seed"); }},
       {"light", false,
        [](Node n, Info i) {
          i.light = n.number("light", {0, 1});
@@ -210,7 +190,7 @@ const std::vector<SessionSection>& session_sections() {
       {"counts", true,
        [](Node n, Info i) {
          const ConfigNode counts = n.child("counts");
-         for (const std::string& reason : counts.keys()) i.counts[reason] = read_count(counts, reason);
+         for (const std::string& reason : counts.keys()) i.counts[reason] = read_whole<std::uint64_t>(counts, reason);
        }},
       {"account", false,
        [](Node n, Info i) {

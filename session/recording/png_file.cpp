@@ -4,7 +4,6 @@
 #include <vector>
 
 #include "core/input_error.hpp"
-#include "core/text_files.hpp"
 #include "session/checking/crc32.hpp"
 
 namespace tankrig {
@@ -28,8 +27,6 @@ std::string png_of(const cv::Mat& image, const std::filesystem::path& file) {
   if (!encoded) throw InputError(file, "cannot be encoded, expected an image of 8 bits and 1 or 3 channels");
   return {bytes.begin(), bytes.end()};
 }
-
-void write_png(const std::filesystem::path& file, const cv::Mat& image) { write_whole_file(file, png_of(image, file)); }
 
 bool is_whole_png(std::string_view bytes) {
   constexpr std::string_view kSignature("\x89PNG\r\n\x1a\n", 8);

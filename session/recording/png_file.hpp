@@ -12,10 +12,6 @@ namespace tankrig {
 /// Errors: InputError naming the file.
 std::string png_of(const cv::Mat& image, const std::filesystem::path& file);
 
-/// Writes it whole or not at all.
-/// Errors: InputError naming the file.
-void write_png(const std::filesystem::path& file, const cv::Mat& image);
-
 /// Whether `bytes` are a PNG from its signature to its end, every chunk's CRC right. Nothing is decoded.
 bool is_whole_png(std::string_view bytes);
 

@@ -86,18 +86,6 @@ TEST(Histogram, TakesWhatIsOutOfItsRange) {
   EXPECT_EQ(sut.max(), hour);
 }
 
-TEST(Histogram, MergedIsAsIfAddedToOne) {
-  Histogram a, b, both;
-  for (int i = 1; i < 1000; ++i) {
-    (i % 3 ? a : b).add(ns(i * i * 77));
-    both.add(ns(i * i * 77));
-  }
-  a.merge(b);
-  for (const double share : {0.0, 0.3, 0.99, 1.0}) EXPECT_EQ(a.quantile(share), both.quantile(share));
-  EXPECT_EQ(a.count(), both.count());
-  EXPECT_EQ(a.min(), both.min());
-}
-
 TEST(Histogram, OfNothingIsZero) {
   const Histogram sut;
   EXPECT_EQ(sut.count(), 0u);

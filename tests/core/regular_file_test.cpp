@@ -6,7 +6,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "core/camera_model.hpp"
+#include "core/camera_file.hpp"
 #include "core/config_node.hpp"
 #include "core/input_error.hpp"
 #include "core/mesh_file.hpp"

@@ -1,5 +1,5 @@
 // Calibrations in OpenCV's and ROS' files.
-#include "core/camera_model.hpp"
+#include "core/camera_file.hpp"
 #include "core/input_error.hpp"
 #include "tests/fuzz/scratch_file.hpp"
 

@@ -1,7 +1,6 @@
 // Pictures as they are judged without decoding: a whole PNG has no byte to spare, and a size has two sides.
 #include <cstdlib>
 
-#include "session/reading/jpeg_file.hpp"
 #include "session/reading/picture_file.hpp"
 #include "session/recording/png_file.hpp"
 

@@ -157,7 +157,7 @@ TEST(RecordingSession, IsLeftAloneByEverythingThatWouldAddToIt) {
     EXPECT_THAT(run.err, testing::ContainsRegex("is being written (or read )?by another process")) << command[0];
   }
   EXPECT_EQ(read_text(session / "SHA256SUMS"), seal);
-  EXPECT_THAT(check_checksums(session), testing::IsEmpty());
+  EXPECT_THAT(compare_checksums(session), testing::IsEmpty());
   EXPECT_FALSE(fs::exists(out));
 }
 
@@ -177,7 +177,7 @@ TEST(SealedSession, HasNothingWrittenOverByACloud) {
     EXPECT_EQ(run.exit_code, 1) << out;
     EXPECT_THAT(run.err, HasSubstr("lies in the session")) << out;
   }
-  EXPECT_THAT(check_checksums(session), testing::IsEmpty());
+  EXPECT_THAT(compare_checksums(session), testing::IsEmpty());
 }
 
 TEST(SealedSession, WhosePictureIsGoneNamesTheCure) {

@@ -9,7 +9,7 @@
 #include <sstream>
 
 #include "core/arm_model.hpp"
-#include "core/camera_model.hpp"
+#include "core/camera_file.hpp"
 #include "reconstruction/cloud/cloud_io.hpp"
 #include "session/reading/session.hpp"
 #include "session/reading/session_tables.hpp"

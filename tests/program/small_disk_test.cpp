@@ -93,7 +93,7 @@ TEST(SmallDisk, MakesRecoverInPlaceSuggestACopyElsewhere) {
   EXPECT_EQ(std::count(said.begin(), said.end(), '\n'), 1) << said;
   EXPECT_THAT(said, HasSubstr("No space left on device"));
   EXPECT_THAT(said, HasSubstr("tankrig session recover " + small.disk.string() + "/s --out DIR"));
-  EXPECT_TRUE(check_checksums(copy).empty());
+  EXPECT_TRUE(compare_checksums(copy).empty());
 }
 
 }  // namespace

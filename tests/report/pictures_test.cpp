@@ -89,7 +89,9 @@ TEST(CloudPicture, ColoursEachPointByItsVerdictWhereItLies) {
   EXPECT_THROW(draw_cloud_over_object(cloud, verdicts, box(), options), InputError);
 }
 
-TEST(CloudPicture, DrawsAnEmptyCloud) { EXPECT_EQ(draw_cloud_over_object({}, {}, box()).size(), cv::Size(900, 640)); }
+TEST(CloudPicture, DrawsAnEmptyCloud) {
+  EXPECT_EQ(draw_cloud_over_object({}, {}, box(), {}).size(), cv::Size(900, 640));
+}
 
 TEST(StripePicture, MarksTheStripeAndMagnifiesItsMiddle) {
   cv::Mat image(480, 640, CV_8UC3, cv::Scalar(90, 90, 90));

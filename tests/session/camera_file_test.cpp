@@ -1,4 +1,6 @@
 // Camera files as OpenCV and ROS write them.
+#include "core/camera_file.hpp"
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <yaml-cpp/yaml.h>
@@ -7,7 +9,6 @@
 
 #include "core/camera_model.hpp"
 #include "core/input_error.hpp"
-#include "core/opencv_camera_file.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace tankrig {

@@ -64,7 +64,7 @@ void expect_mended(const fs::path& path) {
   const SessionFindings after = examine_session(path, describe_rig);
   EXPECT_THAT(after.losses, IsEmpty());
   EXPECT_THAT(after.undone, IsEmpty());
-  EXPECT_TRUE(check_checksums(path).empty());
+  EXPECT_TRUE(compare_checksums(path).empty());
   const Session session = Session::open(path);
   EXPECT_THAT(session.warnings, IsEmpty());
   EXPECT_EQ(session.frames.size(), after.frames.records.size());

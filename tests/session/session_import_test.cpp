@@ -10,7 +10,7 @@
 #include "session/checking/checksums.hpp"
 #include "session/checking/session_findings.hpp"
 #include "session/import/planes_csv.hpp"
-#include "session/reading/jpeg_file.hpp"
+#include "session/reading/picture_file.hpp"
 #include "session/reading/session.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -69,7 +69,7 @@ TEST(ImportSession, KeepsImagesAsTheyAreInNaturalOrderWithDarkOnesAfter) {
   EXPECT_EQ(session.laser_plane(session.frames[1]).offset, -0.5);
   EXPECT_EQ(session.image(session.frames[2]).at<cv::Vec3b>(0, 0)[0], 1);
   EXPECT_EQ(folder.read("out/frames/mono/img10.jpg"), folder.read("in/img10.jpg"));
-  EXPECT_TRUE(check_checksums(request.out).empty());
+  EXPECT_TRUE(compare_checksums(request.out).empty());
 }
 
 TEST(ImportSession, IsDamagedWithAJpegThatIsCutSealedOrNot) {

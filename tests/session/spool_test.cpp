@@ -147,10 +147,7 @@ TEST(Spool, StopsInTheMiddleOfASegmentAndGoesOnFromThere) {
 }
 
 TEST(PngFile, IsWholeOnlyWithEveryByteAsWritten) {
-  const InMemory in_memory;
-  const TemporaryFolder folder;
-  write_png(folder.path() / "a.png", test_image(1));
-  const std::string png = folder.read("a.png");
+  const std::string png = png_of(test_image(1), "a.png");
   ASSERT_TRUE(is_whole_png(png));
   EXPECT_FALSE(is_whole_png(png + "x"));
   for (std::size_t at = 0; at < png.size(); ++at) {

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "reconstruction/stereo/stereo_calibration.hpp"
+#include "reconstruction/stereo/stereo_pair.hpp"
 
 namespace tankrig::testing {
 

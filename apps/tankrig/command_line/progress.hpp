@@ -5,7 +5,7 @@
 #include <mutex>
 #include <string>
 
-#include "pipeline/progress_callback.hpp"
+#include "pipeline/reconstruct_session.hpp"
 #include "rig/safety/cry_for_help.hpp"
 
 namespace tankrig::app {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "core/camera_model.hpp"
+#include "core/camera_file.hpp"
 #include "core/frames.hpp"
 
 namespace tankrig {

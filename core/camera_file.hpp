@@ -1,0 +1,38 @@
+// Camera files: OpenCV calibrations and ROS camera_info, both YAML.
+#pragma once
+
+#include <filesystem>
+#include <opencv2/core.hpp>
+#include <string>
+
+#include "core/camera_model.hpp"
+
+namespace tankrig {
+
+/// Reads an OpenCV calibration (camera_matrix, distortion_coefficients) or a ROS camera_info YAML file.
+/// Errors: InputError with file, field and what was expected.
+CameraModel read_camera_file(const std::filesystem::path& file);
+
+/// How an image is turned and projected to become rectified, as ROS's camera_info has it: a camera-frame point p falls
+/// on the rectified pixel P * (R p, 1).
+/// Units: pixels; the last column of P is metres times pixels.
+struct Rectification {
+  cv::Matx33d R = cv::Matx33d::eye();
+  cv::Matx34d P = cv::Matx34d::zeros();
+};
+
+/// That of a camera by itself: distortion removed, nothing turned.
+Rectification rectification_of(const CameraModel& camera);
+
+/// Writes ROS camera_info YAML, which read_camera_file() reads back exactly.
+/// Errors: InputError naming the file.
+void write_camera_file(const std::filesystem::path& file, const CameraModel& camera, const std::string& name);
+void write_camera_file(const std::filesystem::path& file, const CameraModel& camera, const std::string& name,
+                       const Rectification& rectification);
+
+/// For OpenCV's own reader, cv::FileStorage, which insists on a first line that other readers of YAML refuse. Read back
+/// exactly by it and by read_camera_file().
+/// Errors: InputError naming the file.
+void write_opencv_camera_file(const std::filesystem::path& file, const CameraModel& camera, const std::string& name);
+
+}  // namespace tankrig
