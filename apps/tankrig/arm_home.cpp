@@ -97,7 +97,7 @@ int arm_home(const ArmCommandOptions& options) {
 
   const HomingResult result = home(*arm, backend->clock(), progress);
   const auto laser = backend->laser().state();
-  const EndState left = motion.look(laser.ok() && !laser.value().powered && !laser.value().emitting);
+  const EndState left = motion.look(laser.ok() && laser.value().dark());
   progress.finish_line();
   if (options.json)
     print_json(json_of(result, left));

@@ -121,7 +121,7 @@ void make_laser_dark(Backend& backend, const ScanSettings& settings) {
   while (true) {
     const Status off = laser.off();
     const auto state = laser.state();
-    if (off.ok() && state.ok() && !state.value().powered && !state.value().emitting) return;
+    if (off.ok() && state.ok() && state.value().dark()) return;
     if (clock.now() >= deadline) {
       const std::string why = !off.ok()     ? describe(off.error())
                               : !state.ok() ? describe(state.error())

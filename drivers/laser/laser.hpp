@@ -8,12 +8,15 @@
 
 namespace tankrig {
 
+/// The one answer to "is the laser on?", from whatever device; where there is none but an error, nobody knows.
 struct LaserState {
   bool commanded = false;                  ///< last set()
   bool powered = false;                    ///< relay closed, as read back where the device offers it
   bool emitting = false;                   ///< powered, and warm-up over
   Stamp since{};                           ///< when `emitting` or, if off, `powered` last changed
   std::optional<bool> interlock_closed{};  ///< the interlock's loop, where the device reads it
+
+  bool dark() const noexcept { return !powered && !emitting; }
 };
 
 class OutputRight;

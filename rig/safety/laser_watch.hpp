@@ -20,7 +20,7 @@ class LaserWatch {
   /// `passed`: since the last look.
   std::optional<Error> look(const LaserState& laser, bool commanded, Duration warm_up, Stamp now,
                             Duration passed) noexcept {
-    if (!laser.powered && !laser.emitting)
+    if (laser.dark())
       stray_ = Duration{0};
     else if (!commanded)
       stray_ += passed;
