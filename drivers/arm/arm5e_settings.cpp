@@ -76,8 +76,8 @@ void read_limits(const ConfigNode& arm, Arm5eSettings& s) {
   s.speed_limit = raw12("speed_limit_raw", s.speed_limit);
   s.current_limit = raw12("current_limit_raw", s.current_limit);
   s.jaw_current_limit = raw12("jaw_current_limit_raw", s.jaw_current_limit);
-  s.over_current_a = arm.number_or("over_current_a", s.over_current_a, {0.1, 50});
-  s.over_current_time = from_seconds(arm.number_or("over_current_s", seconds(s.over_current_time), {0, 60}));
+  s.over_current.amperes = arm.number_or("over_current_a", s.over_current.amperes, {0.1, 50});
+  s.over_current.duration = from_seconds(arm.number_or("over_current_s", seconds(s.over_current.duration), {0, 60}));
   s.water_ingress_raw = arm.integer_or("water_ingress_raw", s.water_ingress_raw, {1, 256});
   s.posture_margin = arm.number_or("posture_margin_rad", s.posture_margin, {0, 1});
 }

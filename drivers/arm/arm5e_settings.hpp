@@ -8,7 +8,6 @@
 #include "core/config_node.hpp"
 #include "drivers/arm/can_arm_link.hpp"
 #include "drivers/arm/encoder_track.hpp"
-#include "drivers/arm/homing_settings.hpp"
 #include "drivers/arm/over_current.hpp"
 #include "drivers/arm/serial_arm_link.hpp"
 #include "drivers/arm/velocity_demand.hpp"
@@ -16,6 +15,22 @@
 namespace tankrig {
 
 enum class ArmCarrier : std::uint8_t { kCan, kSerial };
+
+/// kNone: the axis has no stop to find; where it stands is taken for its rest angle.
+enum class HomeDirection : std::uint8_t { kNegative, kPositive, kNone };
+
+/// Directions are of the actuator: negative makes ticks fewer. Source: the laboratory's public start-up file homes
+/// slew, shoulder and elbow at speed 1500, negative, until the arm takes 1 A, with 5 s between axes; the wrist is not
+/// homed.
+struct HomingSettings {
+  std::array<HomeDirection, kJoints> direction{HomeDirection::kNegative, HomeDirection::kNegative,
+                                               HomeDirection::kNegative, HomeDirection::kNone, HomeDirection::kNone};
+  std::array<double, kJoints> rest_angle{};  ///< of the axes without a stop [rad]
+  int speed_ticks_per_s = 1500;
+  double stop_current_a = 1;  ///< of the whole arm: above it, and at rest, the axis stands at its stop
+  Duration pause = std::chrono::seconds(5);
+  Duration longest = std::chrono::seconds(40);  ///< one axis; the longest, the shoulder, takes 15 s at 1500 ticks/s
+};
 
 /// Source of the defaults: docs/reference/arm5e.md.
 struct Arm5eSettings {
@@ -37,8 +52,7 @@ struct Arm5eSettings {
   EncoderTrackSettings encoder;
   TailMeaning tail = TailMeaning::kMaster;
   ArmScaling scaling = laboratory_scaling();
-  double over_current_a = OverCurrentLimit{}.amperes;  ///< of the whole arm
-  Duration over_current_time = OverCurrentLimit{}.duration;
+  OverCurrentLimit over_current;
   int water_ingress_raw = 1;     ///< at or above it a joint reports water
   double posture_margin = 0.05;  ///< outside its limits by more, a homed arm is not where it thinks it is [rad]
   HomingSettings homing;

@@ -39,10 +39,6 @@ class ExchangeSchedule {
 
   explicit ExchangeSchedule(std::optional<Joint> fast = {}) : fast_(fast) {}
 
-  bool fast() const noexcept { return fast_.has_value(); }
-  /// How many exchanges it takes to hear of everything.
-  int round() const noexcept { return fast_ ? kFastRound : 1; }
-
   ArmExchange next() const noexcept {
     if (!fast_ || whole_next_) return {};
     const auto fast = static_cast<std::size_t>(*fast_);

@@ -48,13 +48,9 @@ bool ArmFaults::wet(const ArmReadings& readings) const noexcept {
 }
 
 ArmFault ArmFaults::seen_in(const ArmReadings& readings) noexcept {
-  if (readings.current_a <= settings_.over_current_a)
-    over_current_since_.reset();
-  else if (!over_current_since_)
-    over_current_since_ = readings.stamp;
+  const bool drawing = current_.step(settings_.over_current, readings.stamp, readings.current_a);
   if (wet(readings)) return ArmFault::kWater;
-  const bool long_enough = over_current_since_ && readings.stamp - *over_current_since_ >= settings_.over_current_time;
-  return long_enough && readings.stamp > *over_current_since_ ? ArmFault::kOverCurrent : ArmFault::kNone;
+  return drawing ? ArmFault::kOverCurrent : ArmFault::kNone;
 }
 
 bool ArmFaults::raise(ArmFault fault) noexcept {
@@ -81,13 +77,13 @@ void ArmFaults::reference_found() noexcept {
 }
 
 Status ArmFaults::clear(const ArmReadings& readings, Stamp now) noexcept {
-  const bool drawing = readings.current_a > settings_.over_current_a;
+  const bool drawing = readings.current_a > settings_.over_current.amperes;
   if ((fault_ == ArmFault::kOverCurrent && drawing) || (fault_ == ArmFault::kWater && wet(readings)))
     return Error{ErrorCode::kRefused, 0, now, error_of(fault_, now).where};
   if (ends_with_homing(fault_)) return error_of(fault_, now);
   fault_ = ArmFault::kNone;
   told_ = true;
-  over_current_since_.reset();
+  current_ = {};
   return {};
 }
 

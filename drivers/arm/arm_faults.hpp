@@ -39,7 +39,7 @@ class ArmFaults {
   const Arm5eSettings& settings_;
   ArmFault fault_ = ArmFault::kNone;
   bool told_ = true;
-  std::optional<Stamp> over_current_since_;
+  OverCurrentWatch current_;
 };
 
 /// Is a joint farther outside its limits than `margin` [rad]? One that turns without end never is.

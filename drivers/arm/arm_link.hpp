@@ -25,7 +25,7 @@ struct ArmAnswer {
 };
 
 struct ArmLinkCounters {
-  std::uint64_t requests = 0, answers = 0;
+  std::uint64_t answers = 0;
   std::uint64_t checksum_errors = 0, length_errors = 0, discarded_bytes = 0, resyncs = 0;  ///< serial
   std::uint64_t wrong_ids = 0, wrong_lengths = 0, incomplete = 0;                          ///< CAN
   std::uint64_t unknown_slots = 0;  ///< a kind of slot the arm never sends

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "drivers/arm/arm_zero.hpp"
+
 namespace tankrig {
 namespace {
 

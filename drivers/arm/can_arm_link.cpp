@@ -123,7 +123,6 @@ Status CanArmLink::send_all(std::span<const CanFrame> frames, const ArmExchange&
     if (sent.error().code == ErrorCode::kRefused) ++counters_.send_buffer_full;
     return sent;
   }
-  ++counters_.requests;
   if (outstanding_ == 0) forget_partial_answer();
   asked_[std::min(static_cast<std::size_t>(outstanding_), kInFlight - 1)] = exchange;
   ++outstanding_;

@@ -102,8 +102,6 @@ constexpr DemandSlot decode_demand(const SlotBytes& b) noexcept {
 
 constexpr bool known(DemandType type) noexcept { return type <= DemandType::kCurrent; }
 
-constexpr PidSlot decode_pid(const SlotBytes& b) noexcept { return {{b[0], b[1], b[2]}, {b[3], b[4], b[5]}}; }
-
 constexpr SensorSlot decode_sensors(const SlotBytes& b) noexcept {
   const auto little = [](std::uint8_t low, std::uint8_t high) { return static_cast<std::uint16_t>(high << 8 | low); };
   return {little(b[0], b[1]), little(b[2], b[3]), b[4], b[5], little(b[6], b[7])};

@@ -44,7 +44,6 @@ Status SerialArmLink::send(const SerialContent& content, Stamp now) noexcept {
     if (unsent_ == sending_.size()) unsent_ = 0;  // nothing of it is on the line
     if (unsent_ == 0) return flushed;
   }
-  ++counters_.requests;
   if (outstanding_ < kInFlight) sent_[static_cast<std::size_t>(outstanding_++)] = now;
   return {};
 }

@@ -32,7 +32,6 @@ class ZeroProof {
   /// Errors: InputError, also where another program moves the arm.
   ZeroProof(std::filesystem::path file, JointSet driven);
 
-  const std::filesystem::path& file() const noexcept { return file_; }
   const std::optional<ArmZero>& zero() const noexcept { return zero_; }
   /// Is there a posture to compare with, and has it not been done?
   bool undecided() const noexcept { return doubt_ == Doubt::kUndecided; }

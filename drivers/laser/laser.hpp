@@ -8,6 +8,7 @@
 
 namespace tankrig {
 
+/// The one answer to "is the laser on?", from whatever device; where there is none but an error, nobody knows.
 struct LaserState {
   bool commanded = false;                  ///< last set()
   bool powered = false;                    ///< relay closed, as read back where the device offers it

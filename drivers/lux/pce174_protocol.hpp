@@ -7,7 +7,7 @@
 #include <span>
 
 #include "core/result.hpp"
-#include "drivers/lux/lux_unit.hpp"
+#include "drivers/lux/lux_protocol.hpp"
 
 namespace tankrig {
 
@@ -17,27 +17,18 @@ inline constexpr std::array<std::uint8_t, 2> kPce174LiveMagic{0xAA, 0xDD};
 inline constexpr std::size_t kPce174LiveBytes = 18;
 
 enum class Pce174Mode : std::uint8_t { kNormal = 0, kPeakMin = 2, kPeakMax = 3, kMax = 4, kMin = 5, kRelative = 6 };
-enum class Pce174View : std::uint8_t { kTime = 0, kDay = 1, kSamplingInterval = 2, kYear = 3 };
 enum class Pce174Memory : std::uint8_t { kNone = 0, kStore = 1, kRecall = 2, kLogging = 3 };
 
-/// What the display shows now. The instrument's own clock is not trusted: it is known to hold seconds beyond 59.
+/// What the display shows now. The instrument's own clock is not read: it is known to hold seconds beyond 59.
 struct Pce174Live {
-  int year = 0, weekday = 0, month = 0, day = 0, hour = 0, minute = 0, second = 0;  ///< year: two digits
-  bool clock_valid = false;
   double value = 0;       ///< as shown [unit]
-  double raw_value = 0;   ///< without `relative` [unit]
   int counts = 0;         ///< of the display, 0 .. 9999
   double resolution = 0;  ///< of one count [unit]
-  double full_scale = 0;  ///< of the range [unit]
   LuxUnit unit = LuxUnit::kLux;
   Pce174Mode mode = Pce174Mode::kNormal;
   bool hold = false;
-  bool auto_power_off = false;
   bool low_battery = false;
-  Pce174View view = Pce174View::kTime;
   Pce174Memory memory = Pce174Memory::kNone;
-  int stored_records = 0;
-  int memory_cursor = 0;
 
   double lux() const noexcept { return to_lux(value, unit); }
   /// The display has 4000 counts in every range; how the meter sends its "OL" is not public, so more counts are taken

@@ -7,8 +7,6 @@ namespace {
 
 constexpr std::uint8_t kStart[] = {kT10aStx};
 
-Error wrong_reply(const char* what) noexcept { return {ErrorCode::kProtocol, 0, MonotonicClock{}.now(), what}; }
-
 }  // namespace
 
 T10a::T10a(const T10aSettings& settings)
@@ -20,7 +18,7 @@ T10a::T10a(const T10aSettings& settings)
 Status T10a::connect(Stamp last) {
   const auto decode = [](std::span<const std::uint8_t> bytes) -> Result<T10aReply> {
     auto reply = decode_t10a_short(bytes);
-    if (reply.ok() && reply.value().command != 54) return wrong_reply("T-10A: reply to another command");
+    if (reply.ok() && reply.value().command != 54) return malformed_reply("T-10A: reply to another command");
     return reply;
   };
   const auto answer = line_.ask(t10a_pc_mode(), kStart, kT10aShortBytes, decode, last);
@@ -37,7 +35,7 @@ Result<LuxReading> T10a::read(Duration timeout) {
   const Stamp last = clock.now() + timeout;
   const auto decode = [this](std::span<const std::uint8_t> bytes) -> Result<T10aMeasurement> {
     auto m = decode_t10a_measurement(bytes);
-    if (m.ok() && m.value().head != settings_.head) return wrong_reply("T-10A: reply of another head");
+    if (m.ok() && m.value().head != settings_.head) return malformed_reply("T-10A: reply of another head");
     return m;
   };
   for (;;) {

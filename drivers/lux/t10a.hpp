@@ -3,7 +3,7 @@
 
 #include "drivers/lux/lux_line.hpp"
 #include "drivers/lux/lux_meter.hpp"
-#include "drivers/lux/lux_unit.hpp"
+#include "drivers/lux/lux_protocol.hpp"
 #include "drivers/lux/t10a_protocol.hpp"
 
 namespace tankrig {

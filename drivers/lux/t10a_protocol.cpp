@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "drivers/lux/malformed_reply.hpp"
+#include "drivers/lux/lux_protocol.hpp"
 
 namespace tankrig {
 namespace {

@@ -86,7 +86,7 @@ struct CanHub::Impl {
     StampConverter stamps;
     CanNodeReport report;
     std::deque<Queued> queue;
-    bool closed = false, silent = false, off = false, cut = false;
+    bool closed = false, off = false, cut = false;
     bool unacknowledged = false;  ///< told that nobody acknowledges
     bool overflow_untold = false;
     std::optional<Stamp> restart;
@@ -216,7 +216,7 @@ struct CanHub::Impl {
     std::copy_n(datagram.frame.data, frame.can_dlc, frame.data);
     if (!datagram.classic()) {
       ++total.malformed;
-    } else if (n.silent || n.off) {
+    } else if (n.off) {
       ++total.discarded;
     } else if (frame.can_id & CAN_ERR_FLAG) {
       deliver(frame, n.report.number);
@@ -288,19 +288,9 @@ struct CanHub::Impl {
   void land() {
     free = flight->end;
     ++total.frames;
-    can_frame frame = flight->frame;
+    const can_frame frame = flight->frame;
     const int sender = flight->node;
     flight.reset();
-    if (drops > 0) {
-      --drops;
-      ++total.dropped;
-      return;
-    }
-    if (corruptions > 0 && frame.can_dlc > 0 && !(frame.can_id & CAN_RTR_FLAG)) {
-      --corruptions;
-      ++total.corrupted;
-      frame.data[total.corrupted % frame.can_dlc] ^= 1 << total.corrupted % 8;
-    }
     deliver(frame, sender);
   }
 
@@ -331,7 +321,6 @@ struct CanHub::Impl {
   int accepted = 0;
   std::optional<Flight> flight;
   Stamp free{};  ///< when the wire is, or last became, free
-  int drops = 0, corruptions = 0;
   CanHubReport total;
   bool stopping = false, jammed = false;
   std::thread thread;
@@ -347,22 +336,6 @@ void CanHub::inject(const can_frame& frame, int node) {
     impl_->deliver(frame, kEveryone);
   else if (Impl::Node* n = impl_->find(node))
     impl_->hand(*n, frame);
-}
-
-void CanHub::drop(int frames) {
-  const std::lock_guard lock(impl_->mutex);
-  impl_->drops = frames;
-}
-
-void CanHub::corrupt(int frames) {
-  const std::lock_guard lock(impl_->mutex);
-  impl_->corruptions = frames;
-}
-
-void CanHub::silence(int node, bool silent) {
-  const std::lock_guard lock(impl_->mutex);
-  impl_->accept_all();
-  if (Impl::Node* n = impl_->find(node)) n->silent = silent;
 }
 
 void CanHub::bus_off(int node, std::optional<Duration> restart) {
@@ -404,7 +377,5 @@ CanHubReport CanHub::report() const {
     if (!n.closed) report.nodes.push_back(n.report);
   return report;
 }
-
-const std::filesystem::path& CanHub::path() const { return impl_->settings.path; }
 
 }  // namespace tankrig::sim

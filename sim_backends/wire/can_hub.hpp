@@ -28,7 +28,7 @@ struct CanNodeReport {
 };
 
 struct CanHubReport {
-  std::uint64_t frames = 0, dropped = 0, corrupted = 0, discarded = 0, malformed = 0;
+  std::uint64_t frames = 0, discarded = 0, malformed = 0;
   Duration busy{};  ///< time the wire was in use
   std::vector<CanNodeReport> nodes;
 };
@@ -54,12 +54,6 @@ class CanHub {
 
   /// Hands `frame`, an error frame as a rule, to a node (or everyone) at once.
   void inject(const can_frame& frame, int node = kEveryone);
-  /// The next `frames` take their time and reach nobody.
-  void drop(int frames);
-  /// The next `frames` with data arrive with one bit of it turned over.
-  void corrupt(int frames);
-  /// What the node sends from now on reaches nobody, until it is given its voice back. It still hears.
-  void silence(int node, bool silent = true);
   /// Takes the node off the bus as its controller would: it is told, hears and sends nothing, and is told again when it
   /// is back, `restart` later (restart-ms of a real interface) or never.
   void bus_off(int node, std::optional<Duration> restart);
@@ -70,7 +64,6 @@ class CanHub {
   void cut(int node, bool severed);
 
   CanHubReport report() const;
-  const std::filesystem::path& path() const;
 
  private:
   struct Impl;

@@ -40,7 +40,7 @@ EmulatedArm arm_from(const ConfigNode& node, const std::optional<ConfigNode>& be
   return arm;
 }
 
-GigeCameraSettings camera_from(const ConfigNode& node, const SceneCamera& seen,
+GigeCameraSettings camera_from(const ConfigNode& node, const CameraSpec& seen,
                                const std::optional<ConfigNode>& behaviour) {
   const AravisSettings driver =
       aravis_settings_from(node, {seen.name, seen.model.width, seen.model.height, seen.channels, seen.rate_hz});
@@ -60,7 +60,7 @@ GigeCameraSettings camera_from(const ConfigNode& node, const SceneCamera& seen,
   return gige;
 }
 
-V4l2OutputSettings output_from(const ConfigNode& node, const SceneCamera& seen) {
+V4l2OutputSettings output_from(const ConfigNode& node, const CameraSpec& seen) {
   V4l2OutputSettings output = v4l2_output_settings_from(node);
   output.width = seen.model.width;
   output.height = seen.model.height;
@@ -87,11 +87,11 @@ EmulatedTankSettings emulated_tank_settings_from(const ConfigNode& devices, cons
   EmulatedTankSettings s;
   if (const auto arm = devices.optional_child("arm")) s.arm = arm_from(*arm, behaviour("arm"), runtime);
   if (const auto cameras = devices.optional_child("cameras"))
-    for (const SceneCamera& seen : world.cameras())
+    for (const CameraSpec& seen : world.cameras())
       if (const auto node = cameras->optional_child(seen.name); node && node->text("driver") == "aravis")
         s.cameras.push_back({seen.name, camera_from(*node, seen, behaviour("cameras"))});
   if (const auto outputs = behaviour("v4l2_outputs"))
-    for (const SceneCamera& seen : world.cameras())
+    for (const CameraSpec& seen : world.cameras())
       if (const auto node = outputs->optional_child(seen.name))
         s.video_outputs.push_back({seen.name, output_from(*node, seen)});
   if (const auto laser = devices.optional_child("laser"); laser && is_emulated(*laser, "device")) {

@@ -66,12 +66,7 @@ void WireFaults::play_arm(Stamp now) {
   devices_.arm->set_faults(f);
   if (changed("arm off", off)) devices_.arm->power_cycle();
   const bool pulled = on(D::kArm, K::kUnplugged, now);
-  if (!changed("arm unplugged", pulled)) return;
-  if (pulled)
-    devices_.arm->unplug();
-  else
-    devices_.arm->plug();
-  if (devices_.hub) devices_.hub->cut(kArmNode, pulled);
+  if (pull(*devices_.arm, "arm", pulled) && devices_.hub) devices_.hub->cut(kArmNode, pulled);
 }
 
 /// Bus-off concerns everybody but the arm and those who only listen.
@@ -107,12 +102,7 @@ void WireFaults::play_laser(Stamp now) {
     relay.set_answer_delay(late ? late->delay : RelayEmulatorSettings{}.answer_delay);
   const bool open = on(D::kInterlock, K::kOff, now) || script_.off_now(D::kInterlock, now);
   if (changed("interlock open", open)) relay.set_interlock_closed(!open);
-  const bool pulled = on(D::kLaser, K::kUnplugged, now);
-  if (!changed("laser unplugged", pulled)) return;
-  if (pulled)
-    relay.unplug();
-  else
-    relay.plug();
+  pull(relay, "laser", on(D::kLaser, K::kUnplugged, now));
 }
 
 void WireFaults::play_lux(Stamp now) {
@@ -125,12 +115,7 @@ void WireFaults::play_lux(Stamp now) {
   const FaultSpec* slow = script_.active(D::kLuxMeter, K::kSlow, now);
   if (changed("lux slow", slow != nullptr))
     lux.set_answer_delay(slow ? slow->delay : LuxEmulatorSettings{}.answer_delay);
-  const bool pulled = on(D::kLuxMeter, K::kUnplugged, now);
-  if (!changed("lux unplugged", pulled)) return;
-  if (pulled)
-    lux.unplug();
-  else
-    lux.plug();
+  pull(lux, "lux", on(D::kLuxMeter, K::kUnplugged, now));
 }
 
 void WireFaults::play_cameras(Stamp now) {
@@ -145,12 +130,7 @@ void WireFaults::play_cameras(Stamp now) {
     if (changed(name + " torn", torn)) camera->send_short_pictures(torn);
     const FaultSpec* jump = script_.active(D::kCamera, K::kClockJump, now, name);
     if (changed(name + " jumps", jump != nullptr) && jump) camera->step_clock(jump->jump);
-    const bool pulled = on(D::kCamera, K::kUnplugged, now, name);
-    if (!changed(name + " unplugged", pulled)) continue;
-    if (pulled)
-      camera->unplug();
-    else
-      camera->plug();
+    pull(*camera, name, on(D::kCamera, K::kUnplugged, now, name));
   }
   for (const auto& [name, output] : devices_.outputs) {
     const bool stalled = silent(name) || on(D::kCamera, K::kUnplugged, now, name);

@@ -54,6 +54,13 @@ class WireFaults {
   }
   /// True once for every change of `what`.
   bool changed(const std::string& what, double value);
+  /// The device's plug; true once for every change.
+  template <class Device>
+  bool pull(Device& device, const std::string& name, bool pulled) {
+    if (!changed(name + " unplugged", pulled)) return false;
+    pulled ? device.unplug() : device.plug();
+    return true;
+  }
 
   FaultScript& script_;
   const WireDevices devices_;

@@ -38,7 +38,6 @@ class ParticleLayer {
 
   /// Blends the discs into rows [first, first + count) of the image, `rows` starting at row `first`.
   void blend(int first, int count, float* rows) const;
-  std::size_t visible() const { return discs_.size(); }
 
  private:
   struct Disc {

@@ -87,7 +87,7 @@ homing:
   EXPECT_EQ(s.shaping.dead_zone[2], 0.3);
   EXPECT_EQ(s.shaping.max_ticks_per_s, 1500);
   EXPECT_EQ(s.current_limit, 1000);
-  EXPECT_EQ(s.over_current_time, std::chrono::seconds(2));
+  EXPECT_EQ(s.over_current.duration, std::chrono::seconds(2));
   EXPECT_EQ(s.water_ingress_raw, 9);
   EXPECT_EQ(s.pid, (PidSlot{{1, 2, 3}, {4, 5, 6}}));
   EXPECT_EQ(s.encoder.jump_ticks, 500);

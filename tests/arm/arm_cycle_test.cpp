@@ -155,7 +155,7 @@ TEST_P(ArmCycleOn, TheExecutiveStopsOnWater) {
 
 TEST_P(ArmCycleOn, TheExecutiveTellsOverCurrentAsSuch) {
   ExecutiveBench bench(GetParam());
-  bench.arm.settings.over_current_time = 200ms;
+  bench.arm.settings.over_current.duration = 200ms;
   bench.begin();
   ASSERT_TRUE(bench.moving());
   bench.arm.emulator->set_faults({.extra_current_a = 2.5});
@@ -165,7 +165,7 @@ TEST_P(ArmCycleOn, TheExecutiveTellsOverCurrentAsSuch) {
 
 TEST_P(ArmCycleOn, AResetClearsWhatTheDriverKeepsOnceItIsOver) {
   ExecutiveBench bench(GetParam());
-  bench.arm.settings.over_current_time = 200ms;
+  bench.arm.settings.over_current.duration = 200ms;
   bench.begin();
   ASSERT_TRUE(bench.moving());
   bench.arm.emulator->set_faults({.extra_current_a = 2.5});

@@ -213,7 +213,7 @@ TEST_P(ArmFaultsOn, WaterInAHousingStopsTheArmForGood) {
 
 TEST_P(ArmFaultsOn, TooMuchCurrentForTooLongStopsTheArmForGood) {
   ArmBench bench(GetParam());
-  bench.settings.over_current_time = 200ms;
+  bench.settings.over_current.duration = 200ms;
   bench.make();
   bench.state();
   bench.emulator->set_faults({.extra_current_a = 2.5});

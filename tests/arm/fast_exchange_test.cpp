@@ -31,7 +31,7 @@ TEST(ExchangeSchedule, ComesRoundToEverythingWithThreeSlotsAtATime) {
     std::array<int, kJoints> demands{}, sensors{};
     int masters = 0;
     ArmExchange before{0, 0, false};
-    for (int i = 0; i < sut.round(); ++i, sut.advance()) {
+    for (int i = 0; i < ExchangeSchedule::kFastRound; ++i, sut.advance()) {
       const ArmExchange exchange = sut.next();
       EXPECT_EQ(slots_of(exchange), 3);
       EXPECT_NE(exchange, before) << "an arm that went mute must see another frame";

@@ -253,30 +253,9 @@ TEST_F(CanHubTest, NodeThatDoesNotReadOverflowsAndIsTold) {
   EXPECT_EQ(slow->counters().controller_overflow, 1u);
 }
 
-TEST_F(CanHubTest, FaultsOnRequest) {
+TEST_F(CanHubTest, HandsErrorFramesToOneNodeOrToEveryone) {
   CanHub hub(settings());
   auto a = node_number(hub, 0), b = node_number(hub, 1);
-
-  hub.drop(2);
-  for (int i = 0; i < 3; ++i) ASSERT_TRUE(send_all_the_same(*a, numbered(1, i)));
-  EXPECT_EQ(number_of(must_hear(*b)), 2u);
-
-  hub.corrupt(1);
-  for (int i = 0; i < 2; ++i) ASSERT_TRUE(send_all_the_same(*a, numbered(1, 7)));
-  const CanFrame bad = must_hear(*b), good = must_hear(*b);
-  int flipped = 0;
-  for (int i = 0; i < 8; ++i) flipped += __builtin_popcount(bad.data[i] ^ good.data[i]);
-  EXPECT_EQ(flipped, 1);
-  EXPECT_EQ(number_of(good), 7u);
-
-  hub.silence(0);
-  ASSERT_TRUE(a->try_send(numbered(1, 0)).ok());
-  ASSERT_TRUE(eventually([&] { return hub.report().discarded == 1; }));
-  ASSERT_TRUE(b->try_send(frame_of(2)).ok());
-  EXPECT_EQ(must_hear(*a).id, 2) << "the mute still hear";
-  hub.silence(0, false);
-  ASSERT_TRUE(a->try_send(numbered(1, 9)).ok());
-  EXPECT_EQ(number_of(must_hear(*b)), 9u);
 
   hub.inject(raw_error(CAN_ERR_CRTL, 1, CAN_ERR_CRTL_RX_WARNING), 1);
   EXPECT_TRUE(eventually([&] { return digest(*b), b->state() == CanState::kErrorWarning; }));
@@ -285,9 +264,6 @@ TEST_F(CanHubTest, FaultsOnRequest) {
   hub.inject(raw_error(CAN_ERR_PROT));
   EXPECT_TRUE(eventually([&] { return digest(*a), a->counters().bus_errors == 1; }));
   EXPECT_TRUE(eventually([&] { return digest(*b), b->counters().bus_errors == 1; }));
-  const CanHubReport r = hub.report();
-  EXPECT_EQ(r.dropped, 2u);
-  EXPECT_EQ(r.corrupted, 1u);
 }
 
 TEST_F(CanHubTest, BusOffNodeIsDeafAndMuteUntilItsRestart) {

@@ -68,7 +68,7 @@ class MockBackend final : public Backend {
   }
 
   std::unique_ptr<sim::MockCamera> make_camera(const RigConfig& rig, const RigCamera& camera) {
-    const sim::SceneCamera& seen = scene_camera(rig, camera, world_);
+    const sim::CameraSpec& seen = scene_camera(rig, camera, world_);
     sim::MockCameraParameters parameters = parameters_.camera;
     parameters.exposure = from_seconds(seen.exposure_s);
     parameters.triggered = camera.trigger.mode != TriggerMode::kFree;
