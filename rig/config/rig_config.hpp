@@ -22,6 +22,8 @@ struct RigCamera {
   CameraRole role = CameraRole::kMono;
   CameraModel model;
   Transform bMc = Transform::Identity();
+  /// Its housing, in c [m]: an assumption on a small underwater camera, where the rig file says nothing.
+  Eigen::AlignedBox3d body{Vector3d(-0.04, -0.04, -0.12), Vector3d(0.04, 0.04, 0.03)};
   RecordWhen record = RecordWhen::kAll;
   double rate_hz = 25;
   TriggerSettings trigger;
@@ -62,7 +64,7 @@ struct RigConfig {
   std::vector<RigCamera> cameras;
   RigLaser laser;
   RigObject object;
-  Obstacles obstacles;  ///< without the object
+  Obstacles obstacles;  ///< without cameras and object
 
   /// One of kForeignSections; nothing if the file does not have it.
   std::optional<ConfigNode> section(std::string_view name) const;
