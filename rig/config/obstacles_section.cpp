@@ -50,6 +50,9 @@ void write_name(YAML::Emitter& out, const std::string& name) {
   out << YAML::Key << "name" << YAML::Value << YAML::DoubleQuoted << name;
 }
 
+/// One body a line; none: [].
+void begin_list(YAML::Emitter& out, bool empty) { out << (empty ? YAML::Flow : YAML::Block) << YAML::BeginSeq; }
+
 void read_tank(const ConfigNode& node, const char* key, Obstacles& o) { o.tank_size = read_size(node, key); }
 void write_tank(YAML::Emitter& out, const Obstacles& o) { write(out, o.tank_size); }
 
@@ -69,7 +72,7 @@ void read_carried(const ConfigNode& node, const char* key, Obstacles& o) {
     o.carried.push_back({body.has("name") ? read_name(body) : "projector", read_capsule(body, 'e')});
 }
 void write_carried(YAML::Emitter& out, const Obstacles& o) {
-  out << YAML::BeginSeq;
+  begin_list(out, o.carried.empty());
   for (const auto& [name, capsule] : o.carried) {
     out << YAML::Flow << YAML::BeginMap;
     write_name(out, name);
@@ -90,7 +93,7 @@ void read_fixed(const ConfigNode& node, const char* key, Obstacles& o) {
   }
 }
 void write_fixed(YAML::Emitter& out, const Obstacles& o) {
-  out << YAML::BeginSeq;
+  begin_list(out, o.fixed.empty());
   for (const auto& [name, shape] : o.fixed) {
     out << YAML::Flow << YAML::BeginMap;
     write_name(out, name);

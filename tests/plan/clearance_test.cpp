@@ -150,6 +150,22 @@ TEST(ArmItself, IsAsNearAsItsLinksAreByTheArmsGeometry) {
   EXPECT_NEAR(clearance(arm, o, "upper arm: forearm"), Clearance::kElbowRadii * 0.045 - 2 * 0.045, 1e-6);
 }
 
+TEST(ArmItself, DoesNotMeetItselfWithinItsLimits) {
+  constexpr unsigned kSeed = 5;
+  SCOPED_TRACE("seed " + std::to_string(kSeed));
+  Chance chance(kSeed);
+  const ArmModel arm = arm5e();
+  const Clearance sut(arm, {});
+  for (int trial = 0; trial < 5000; ++trial) {
+    JointVector q;
+    for (int j = 0; j < kJoints; ++j)
+      q[j] = arm.limits[j].lower + 0.5 * (1 + chance()) * (arm.limits[j].upper - arm.limits[j].lower);
+    for (std::size_t pair = 0; pair < sut.pairs(); ++pair)
+      if (sut.kind(pair) == PairKind::kArm)
+        EXPECT_GT(sut.at(pair, q), 0.05) << sut.name(pair) << " at " << q.transpose();
+  }
+}
+
 TEST(ClosingSpeed, BoundsEveryPairInEveryPosture) {
   constexpr unsigned kSeed = 29;
   SCOPED_TRACE("seed " + std::to_string(kSeed));

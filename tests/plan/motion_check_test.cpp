@@ -96,7 +96,7 @@ TEST(MotionCheck, RefusesAPathThroughFloorOrWall) {
 TEST(MotionCheck, LooksAtTheProjectorAndTheToolToo) {
   Obstacles o = tank();
   const MotionCheck bare = check(bent_elbow_scan(), o);
-  o.tool_length = bare.nearest().clearance + 0.3;
+  o.tool_length = bare.nearest_of[static_cast<std::size_t>(PairKind::kTank)].clearance + 0.3;
   expect_refused(bent_elbow_scan(), o, {"forearm"});
   o = tank();
   o.carried.push_back({"projector", {{-0.1, 0, -0.2}, {-1.5, 0, -0.2}, 0.03}});
@@ -132,7 +132,8 @@ TEST(MotionCheck, ReportsTheClearanceThatGeometryGives) {
   ScanSettings s = bent_elbow_scan();
   s.park = s.posture;  // the elbow only
   s.park[kElbow] = s.sweep.from;
-  const Obstacles o = tank();
+  Obstacles o = tank();
+  o.tank_size = {4, 4, 1.5};  // the floor is nearest
   const ScanPlan plan = make_scan_plan(s, s.park);
   const MotionCheck sut = check_motion(plan, arm5e(), o, kNoMargin);
   double lowest = 1e9;
@@ -167,9 +168,11 @@ TEST(MotionCheck, RefusesACameraInTheWayAndNamesPairDistancePostureSegmentAndTim
 TEST(MotionCheck, RefusesAFoldedArmWhoseForearmMeetsItsBase) {
   ArmModel arm = arm5e();
   arm.limits[kElbow].upper = 3.2;  // ours ends at 2.15, which keeps them apart
-  JointVector from = bent_elbow_scan().posture, to = from;
+  const ScanSettings s = bent_elbow_scan();
+  JointVector from = s.posture;
+  from[kElbow] = 1.3;
+  JointVector to = from;
   to[kElbow] = 3.0;
-  ScanSettings s = bent_elbow_scan();
   const std::string refused =
       message_of<InputError>([&] { check_motion(make_move_plan(s, from, to, "fold"), arm, tank(), kNoMargin); });
   EXPECT_THAT(refused, testing::HasSubstr("base: forearm comes within"));
@@ -184,7 +187,7 @@ TEST(MotionCheck, FindsOfEachKindWhatADenseLookFinds) {
   std::uniform_real_distribution<double> uniform(-1, 1);
   const ArmModel arm = arm5e();
   ScanSettings s = bent_elbow_scan();
-  s.move.velocity = 0.15;
+  s.move.velocity = 0.1;
   for (int trial = 0; trial < 20; ++trial) {
     Obstacles o = tank();
     o.margin = -1;  // whatever comes, it is told
