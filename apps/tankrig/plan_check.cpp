@@ -17,9 +17,7 @@ constexpr std::uint64_t kBesideFrames = 64 << 20;
 
 MotionCheck check_plan(const RigConfig& rig, const ScanPlan& plan) {
   Obstacles obstacles = rig.obstacles;
-  for (const RigCamera& camera : rig.cameras)
-    obstacles.cameras.push_back(
-        {camera.name, {camera.bMc * Eigen::Translation3d(camera.body.center()), camera.body.sizes()}});
+  for (const RigCamera& camera : rig.cameras) obstacles.cameras.push_back({camera.name, camera.housing()});
   TriangleMesh mesh = read_mesh(rig.object.mesh);
   for (Vector3d& vertex : mesh.vertices) vertex = rig.object.bMo * vertex;
   obstacles.object = {std::move(mesh.vertices), std::move(mesh.triangles)};

@@ -28,6 +28,9 @@ struct RigCamera {
   double rate_hz = 25;
   TriggerSettings trigger;
   Duration time_offset{};  ///< t_camera - t_joints: taken off its stamps
+
+  /// `body` in b.
+  Box housing() const { return {bMc * Eigen::Translation3d(body.center()), body.sizes()}; }
 };
 
 /// Frames: e. The sheet is all that triangulation uses; origin and direction say what it can reach.

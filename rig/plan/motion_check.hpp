@@ -33,12 +33,15 @@ struct MotionCheck {
   const Approach& nearest() const;
 };
 
-/// Joints are looked at where the arm moves by no more than 5 mm from one look to the next. Clearance is found by how
-/// fast two bodies can approach each other at most: a pair is looked at again before it could have come nearer than the
-/// nearest of its kind by more than kClearanceAccuracy. So no pair comes nearer than what is told minus that.
-/// Errors: InputError naming joint, value and limit, or the pair, its clearance and the posture; the segment and its
-/// time.
-inline constexpr double kClearanceAccuracy = 0.5e-3;  // [m]
+/// No pair comes nearer, whenever in the plan, than its kind's nearest approach minus this [m].
+inline constexpr double kClearanceAccuracy = 0.5e-3;
+
+/// Refuses a plan whose joints leave their limits or whose bodies come nearer than the margin.
+/// Clearance is not sampled in steps of time: a pair is looked at again before it could have come nearer than the nearest
+/// of its kind by more than kClearanceAccuracy, by the bound of how fast its bodies approach each other. Joints are
+/// looked at whenever one has moved by 5 mrad.
+/// Errors: InputError naming the joint, its value and its limit, or the pair, its clearance and the posture; then the
+/// segment and its time.
 MotionCheck check_motion(const ScanPlan& plan, const ArmModel& arm, const Obstacles& obstacles,
                          const MotionLimits& limits = {});
 

@@ -160,9 +160,10 @@ TEST(ArmItself, DoesNotMeetItselfWithinItsLimits) {
     JointVector q;
     for (int j = 0; j < kJoints; ++j)
       q[j] = arm.limits[j].lower + 0.5 * (1 + chance()) * (arm.limits[j].upper - arm.limits[j].lower);
-    for (std::size_t pair = 0; pair < sut.pairs(); ++pair)
-      if (sut.kind(pair) == PairKind::kArm)
-        EXPECT_GT(sut.at(pair, q), 0.05) << sut.name(pair) << " at " << q.transpose();
+    for (std::size_t pair = 0; pair < sut.pairs(); ++pair) {
+      if (sut.kind(pair) != PairKind::kArm) continue;
+      EXPECT_GT(sut.at(pair, q), 0.05) << sut.name(pair) << " at " << q.transpose();
+    }
   }
 }
 
