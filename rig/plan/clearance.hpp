@@ -16,11 +16,11 @@ inline constexpr std::array<const char*, 5> kPairKindNames{"object", "floor and 
                                                            "arm itself"};
 
 /// The arm is a chain of capsules: slew link, upper arm, elbow and forearm along the DH links, and what it carries.
-/// Each is paired with every obstacle, with the arm's base and with each other, except for what is always together: two
-/// that share a joint, the base and the upper arm, and the forearm with the upper arm nearer to the elbow than
-/// kElbowRadii.
-/// Distances are FCL's between triangles: a capsule's axis is a triangle of no width, a box has twelve. Its GJK between
-/// capsule and box is not used: some of its answers are centimetres too large.
+/// Each is paired with every obstacle, with the arm's base and with each other, except for what always touches: bodies
+/// that share a joint, base and upper arm, and the upper arm with what of the forearm is within kElbowRadii link radii of
+/// the elbow.
+/// Distances are FCL's between triangles: a capsule's axis is one of no width, a box has twelve. Its solver for solids,
+/// GJK, is not used: some of its distances are too large (FCL issue 508).
 /// Frames: b.
 /// Threads: one at a time.
 class Clearance {
