@@ -5,6 +5,7 @@
 #include "core/model_yaml.hpp"
 #include "core/text_files.hpp"
 #include "rig/config/camera_timing.hpp"
+#include "rig/config/obstacles_section.hpp"
 #include "rig/config/rig_config.hpp"
 #include "rig/config/scan_section.hpp"
 
@@ -17,8 +18,8 @@ std::string cameras_yaml(const std::vector<RigCamera>& cameras) {
   for (const RigCamera& c : cameras)
     out += "  - name: " + yaml_quoted(c.name) + "\n    role: " + to_string(c.role) +
            "\n    model: " + yaml_of(c.model) + "\n    bMc: " + yaml_of(c.bMc) +
-           "\n    record: " + kRecord[static_cast<int>(c.record)] + "\n    rate_hz: " + exact_text(c.rate_hz) + "\n" +
-           camera_timing_yaml(c);
+           "\n    body: " + camera_body_yaml(c.body) + "\n    record: " + kRecord[static_cast<int>(c.record)] +
+           "\n    rate_hz: " + exact_text(c.rate_hz) + "\n" + camera_timing_yaml(c);
   return out;
 }
 
@@ -28,17 +29,6 @@ std::string laser_yaml(const RigConfig& rig) {
          "\n  direction_e: " + yaml_of(l.direction_e) + "\n  fan_rad: " + exact_text(l.fan) +
          "\n  warm_up_s: " + exact_text(rig.scan.capture.laser_warm_up) +
          "\n  switches_per_frame: " + (rig.scan.capture.laser_switches_per_frame ? "true" : "false") + "\n";
-}
-
-std::string obstacles_yaml(const Obstacles& o) {
-  std::string out = "obstacles:\n  tank_size_m: " + yaml_of(o.tank_size) + "\n  wMb: " + yaml_of(o.wMb) +
-                    "\n  margin_m: " + exact_text(o.margin) + "\n  link_radius_m: " + exact_text(o.link_radius) +
-                    "\n  tool_length_m: " + exact_text(o.tool_length) + "\n";
-  if (!o.carried.empty()) out += "  carried:\n";
-  for (const Capsule& body : o.carried)
-    out += "    - {from_e_m: " + yaml_of(body.a) + ", to_e_m: " + yaml_of(body.b) +
-           ", radius_m: " + exact_text(body.radius) + "}\n";
-  return out;
 }
 
 std::string backlash_yaml(const std::array<double, kJoints>& ticks) {
@@ -85,7 +75,8 @@ std::string resolved_rig_yaml(const RigConfig& rig, const std::string& mesh) {
   out += "arm:\n" + yaml_of(rig.arm, 2) + motion_limits_yaml(rig.motion_limits) + backlash_yaml(rig.backlash_ticks);
   out += cameras_yaml(rig.cameras) + laser_yaml(rig);
   out += "object:\n  mesh: " + yaml_quoted(mesh) + "\n  bMo: " + yaml_of(rig.object.bMo) + "\n";
-  out += obstacles_yaml(rig.obstacles) + "scan:\n" + indented(scan_section_yaml(rig.scan, rig.read_lux));
+  out += "obstacles:\n" + indented(obstacles_section_yaml(rig.obstacles)) + "scan:\n" +
+         indented(scan_section_yaml(rig.scan, rig.read_lux));
   for (const char* name : kForeignSections)
     if (const auto node = rig.section(name)) out += std::string(name) + ":\n" + indented(node->yaml());
   return out;

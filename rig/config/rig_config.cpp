@@ -11,6 +11,7 @@
 #include "core/session_names.hpp"
 #include "core/shown_text.hpp"
 #include "rig/config/camera_timing.hpp"
+#include "rig/config/obstacles_section.hpp"
 #include "rig/config/scan_section.hpp"
 
 namespace tankrig {
@@ -62,6 +63,7 @@ RigCamera read_camera(const ConfigNode& node) {
   camera.role = role == "mono" ? CameraRole::kMono : role == "left" ? CameraRole::kLeft : CameraRole::kRight;
   camera.model = read_camera_model(node.child("model"));
   camera.bMc = node.transform("bMc");
+  read_camera_body(node, camera.body);
   const std::string record = node.choice("record", {"all", "dark", "sweep"});
   camera.record = record == "all" ? RecordWhen::kAll : record == "dark" ? RecordWhen::kDark : RecordWhen::kSweep;
   camera.rate_hz = node.number("rate_hz", {0.1, 1000});
@@ -105,21 +107,6 @@ void read_laser(const ConfigNode& node, RigConfig& rig) {
                                 " m off the sheet ePl, expected one on it");
   if (std::abs(laser.ePl.normal.dot(laser.direction_e)) > 1e-3)
     node.fail("direction_e", "found a direction out of the sheet ePl, expected one in it");
-  node.finish();
-}
-
-void read_obstacles(const ConfigNode& node, Obstacles& o) {
-  o.tank_size = read_vector(node, "tank_size_m");
-  if (!(o.tank_size.minCoeff() > 0))
-    node.fail("tank_size_m", "found a side that is not positive, expected three lengths");
-  o.wMb = node.transform("wMb");
-  o.margin = node.number("margin_m", {0, 1});
-  o.link_radius = node.number("link_radius_m", {0, 1});
-  o.tool_length = node.number_or("tool_length_m", 0, {0, 2});
-  if (node.has("carried"))
-    for (const ConfigNode& body : node.items("carried"))
-      o.carried.push_back(
-          {read_vector(body, "from_e_m"), read_vector(body, "to_e_m"), body.number("radius_m", {0, 1})});
   node.finish();
 }
 
@@ -192,7 +179,7 @@ RigConfig read_rig(const ConfigNode& file, const std::string& preset) {
   const ConfigNode object = root.child("object");
   rig.object = {object.path("mesh"), object.transform("bMo")};
   object.finish();
-  read_obstacles(root.child("obstacles"), rig.obstacles);
+  read_obstacles_section(root.child("obstacles"), rig.obstacles);
 
   const ConfigNode scan = root.child("scan");
   read_scan_section(scan, true, rig.scan, rig.read_lux);

@@ -22,10 +22,15 @@ struct RigCamera {
   CameraRole role = CameraRole::kMono;
   CameraModel model;
   Transform bMc = Transform::Identity();
+  /// Its housing, in c [m]: an assumption on a small underwater camera, where the rig file says nothing.
+  Eigen::AlignedBox3d body{Vector3d(-0.04, -0.04, -0.12), Vector3d(0.04, 0.04, 0.03)};
   RecordWhen record = RecordWhen::kAll;
   double rate_hz = 25;
   TriggerSettings trigger;
   Duration time_offset{};  ///< t_camera - t_joints: taken off its stamps
+
+  /// `body` in b.
+  Box housing() const { return {bMc * Eigen::Translation3d(body.center()), body.sizes()}; }
 };
 
 /// Frames: e. The sheet is all that triangulation uses; origin and direction say what it can reach.
@@ -62,7 +67,7 @@ struct RigConfig {
   std::vector<RigCamera> cameras;
   RigLaser laser;
   RigObject object;
-  Obstacles obstacles;  ///< without the object
+  Obstacles obstacles;  ///< without cameras and object
 
   /// One of kForeignSections; nothing if the file does not have it.
   std::optional<ConfigNode> section(std::string_view name) const;

@@ -1,37 +1,14 @@
-// Looks at the whole plan before anything moves: joint limits, actuator speed, and room to box, floor and walls.
+// Looks at the whole plan before anything moves: joint limits, actuator speed, and room for the arm.
 #pragma once
 
+#include <array>
+#include <limits>
 #include <string>
-#include <vector>
 
+#include "rig/plan/clearance.hpp"
 #include "rig/plan/scan_plan.hpp"
 
 namespace tankrig {
-
-/// A box anywhere in the arm base's frame.
-struct ObstacleBox {
-  std::string name;
-  Transform bMx = Transform::Identity();  ///< centre of the box, axes along its sides
-  Vector3d half_size = Vector3d::Zero();  ///< [m]
-};
-
-/// A segment with a radius [m].
-struct Capsule {
-  Vector3d a = Vector3d::Zero(), b = Vector3d::Zero();
-  double radius = 0;
-};
-
-/// What the arm must not touch, and how thick the arm is.
-/// Units: metres.
-struct Obstacles {
-  Vector3d tank_size{2.0, 2.0, 1.5};  ///< inner x, y of the walls and their height; the floor's centre is w's origin
-  Transform wMb = Transform::Identity();
-  std::vector<ObstacleBox> boxes;
-  double link_radius = 0.045;    ///< of every link, b to e
-  double tool_length = 0;        ///< how far the tool reaches beyond e along its z
-  std::vector<Capsule> carried;  ///< bodies rigid with e: the laser projector
-  double margin = 0.02;          ///< smallest clearance that is not refused
-};
 
 /// What a joint may do beyond its limits in the arm model.
 struct MotionLimits {
@@ -41,19 +18,34 @@ struct MotionLimits {
   double max_ticks_per_s = 2000;  ///< any actuator; the laboratory's RPM_LIMIT
 };
 
-struct MotionCheck {
-  double min_clearance = 0;  ///< of the arm's skin to the nearest obstacle, over the whole plan [m]
-  std::string nearest;       ///< obstacle and link: "box: forearm"
-  std::string where;         ///< name of the segment
-  double when = 0;           ///< plan time [s]
+/// Where two bodies come nearest to each other.
+struct Approach {
+  double clearance = std::numeric_limits<double>::infinity();  ///< [m]
+  std::string pair;                                            ///< obstacle and body: "object: forearm"
+  std::string segment;                                         ///< its name
+  double when = 0;                                             ///< plan time [s]
+  JointVector q = JointVector::Zero();                         ///< [rad]
 };
 
-/// Samples the plan so closely that no point of the arm moves more than 5 mm between two samples.
-/// Errors: InputError naming joint, value and limit, or what is hit, the segment, its time and the clearance.
+struct MotionCheck {
+  std::array<Approach, kPairKindNames.size()> nearest_of{};  ///< by PairKind; no pair where there is no such obstacle
+
+  const Approach& nearest() const;
+};
+
+/// No pair comes nearer, whenever in the plan, than its kind's nearest approach minus this [m].
+inline constexpr double kClearanceAccuracy = 0.5e-3;
+
+/// Refuses a plan whose joints leave their limits or whose bodies come nearer than the margin.
+/// Clearance is not sampled in steps of time: a pair is looked at again before it could have come nearer than the nearest
+/// of its kind by more than kClearanceAccuracy, by the bound of how fast its bodies approach each other. Joints are
+/// looked at whenever one has moved by 5 mrad.
+/// Errors: InputError naming the joint, its value and its limit, or the pair, its clearance and the posture; then the
+/// segment and its time.
 MotionCheck check_motion(const ScanPlan& plan, const ArmModel& arm, const Obstacles& obstacles,
                          const MotionLimits& limits = {});
 
-/// Distance of the segment a-b from the box, 0 if they meet.
-double distance(const Vector3d& a, const Vector3d& b, const ObstacleBox& box);
+/// "slew 0.0, shoulder 7.4, elbow 98.0, jaw_rotate 0.0 deg": what the clearance depends on.
+std::string posture_text(const JointVector& q);
 
 }  // namespace tankrig

@@ -48,6 +48,7 @@ TEST(RigConfig, ReadsEverySection) {
   EXPECT_EQ(rig.laser.ePl.normal, Vector3d(1, 0, 0)) << "a normal is scaled to length one";
   EXPECT_EQ(rig.object.mesh, folder.path() / "objects/box.obj");
   EXPECT_EQ(rig.obstacles.carried.size(), 1u);
+  EXPECT_EQ(rig.cameras[0].body.sizes(), RigCamera().body.sizes()) << "a camera has a body, said or not";
   ASSERT_TRUE(rig.section("reconstruction"));
   EXPECT_EQ(rig.section("reconstruction")->child("laser").number("min_snr"), 5);
   EXPECT_FALSE(rig.section("mock"));

@@ -100,6 +100,14 @@ TEST(ArmJog, BeyondALimitIsRefusedWithJointAndLimit) {
   EXPECT_EQ(run.out, "");
 }
 
+TEST(ArmJog, IntoACameraIsRefusedWithPairDistanceAndPosture) {
+  const ProgramRun run = run_tankrig({"arm", "jog", "slew", "10"});
+  EXPECT_EQ(run.exit_code, 1);
+  EXPECT_THAT(run.err, HasSubstr("motion refused: camera right: forearm comes within"));
+  EXPECT_THAT(run.err, HasSubstr("shoulder 7.4"));
+  EXPECT_EQ(run.out, "");
+}
+
 TEST(ArmJog, ThroughAnObstacleIsRefusedWithWhatIsHit) {
   const fs::path rig = edited_rig(scratch_folder() / "rig", "bMo: {translation_m: [-0.26, 0.025, 1.02]",
                                   "bMo: {translation_m: [0.45, 0.0, 0.6]");

@@ -163,6 +163,13 @@ TEST(DryRun, PrintsPathClearanceDurationDiskAndTheFacesInView) {
   EXPECT_GT(plan.at("duration_s").get<double>(), 10);
   EXPECT_GT(plan.at("clearance_m").get<double>(), 0.02);
   EXPECT_GT(plan.at("disk_bytes").get<double>(), 1e6);
+  std::vector<std::string> kinds;
+  for (const auto& nearest : plan.at("clearances")) {
+    kinds.push_back(nearest.at("kind"));
+    EXPECT_GE(nearest.at("clearance_m"), plan.at("clearance_m")) << nearest.dump();
+    EXPECT_EQ(nearest.at("posture_rad").size(), 5u);
+  }
+  EXPECT_THAT(kinds, testing::ElementsAre("object", "floor and walls", "cameras", "frame", "arm itself"));
   int good = 0;
   for (const auto& face : plan.at("faces"))
     good += face.at("seen") > 0.99 && face.at("lit") > 0.99 && face.at("camera_incidence_deg") <= 70 &&

@@ -64,8 +64,8 @@ nlohmann::ordered_json json_of(const Outcome& o, bool moved) {
     out["joints"].push_back(joint);
   }
   out["duration_s"] = moved ? o.result.simulated_s : o.plan.duration();
-  out["clearance_m"] = o.check.min_clearance;
-  out["nearest"] = o.check.nearest;
+  out["clearance_m"] = o.check.nearest().clearance;
+  out["nearest"] = o.check.nearest().pair;
   if (!moved) return out;
   out["max_following_error_deg"] = to_degrees(o.result.max_following_error);
   out["laser_dark"] = o.result.left.laser_dark;
@@ -80,7 +80,7 @@ void print(const Outcome& o, bool moved) {
     if (moved) std::printf(" %6.2f deg", to_degrees(o.reached[j]));
     std::printf("\n");
   }
-  std::printf("clearance  %.0f mm, %s\n", 1e3 * o.check.min_clearance, o.check.nearest.c_str());
+  std::printf("clearance  %.0f mm, %s\n", 1e3 * o.check.nearest().clearance, o.check.nearest().pair.c_str());
   if (moved)
     std::printf("%s after %.1f s; %s\n", o.result.status.c_str(), o.result.simulated_s,
                 to_string(o.result.left).c_str());

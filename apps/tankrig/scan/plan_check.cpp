@@ -1,5 +1,7 @@
 #include "apps/tankrig/scan/plan_check.hpp"
 
+#include <utility>
+
 #include "bench/metrics/triangle_mesh.hpp"
 #include "core/input_error.hpp"
 #include "rig/platform/machine.hpp"
@@ -15,8 +17,10 @@ constexpr std::uint64_t kBesideFrames = 64 << 20;
 
 MotionCheck check_plan(const RigConfig& rig, const ScanPlan& plan) {
   Obstacles obstacles = rig.obstacles;
-  const Eigen::AlignedBox3d box = read_mesh(rig.object.mesh).bounds();
-  obstacles.boxes.push_back({"object", rig.object.bMo * Eigen::Translation3d(box.center()), 0.5 * box.sizes()});
+  for (const RigCamera& camera : rig.cameras) obstacles.cameras.push_back({camera.name, camera.housing()});
+  TriangleMesh mesh = read_mesh(rig.object.mesh);
+  for (Vector3d& vertex : mesh.vertices) vertex = rig.object.bMo * vertex;
+  obstacles.object = {std::move(mesh.vertices), std::move(mesh.triangles)};
   return check_motion(plan, rig.arm, obstacles, rig.motion_limits);
 }
 

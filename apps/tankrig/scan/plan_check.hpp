@@ -11,7 +11,7 @@
 
 namespace tankrig::app {
 
-/// The plan against limits, box, floor and walls of the rig file.
+/// The plan against the rig file's limits, object, floor, walls, cameras and frame, and the arm against itself.
 /// Errors: InputError if it is not safe.
 MotionCheck check_plan(const RigConfig& rig, const ScanPlan& plan);
 
