@@ -7,6 +7,7 @@
 #include "apps/tankrig/calibrate.hpp"
 #include "apps/tankrig/camera_commands.hpp"
 #include "apps/tankrig/command_line.hpp"
+#include "apps/tankrig/command_tree.hpp"
 #include "apps/tankrig/commands.hpp"
 #include "apps/tankrig/doctor.hpp"
 #include "apps/tankrig/emulate.hpp"
@@ -175,7 +176,7 @@ int main(int argc, char** argv) {
   app.footer("Example: tankrig scan            (the simulated tank, from sweep to report)");
   ChosenCommand chosen;
   for (const auto add : {add_scan, add_reconstruct, add_evaluate, add_session, add_report, add_doctor, add_init,
-                         add_arm, add_camera, add_emulate, add_calibrate})
+                         add_arm, add_camera, add_emulate, add_calibrate, add_completion, add_manual})
     add(app, chosen);
   try {
     app.parse(argc, argv);
