@@ -22,10 +22,7 @@ debootstrap --variant=minbase bookworm "$root" "$mirror" >"$work/debootstrap.log
   { tail -5 "$work/debootstrap.log"; skip "debootstrap cannot fetch Debian from $mirror"; }
 cp "$work"/tankrig_*.deb "$root/tmp/"
 
-# In a mount namespace: what is mounted here is gone with it, before the folder is removed.
-unshare --mount --propagation private -- bash -euo pipefail -c '
-  mount -t proc proc "$0/proc"
-  chroot "$0" /bin/bash -euo pipefail' "$root" <<'GUEST' || fail "in the bare Debian"
+cat >"$root/tmp/guest.sh" <<'GUEST'
 export DEBIAN_FRONTEND=noninteractive LC_ALL=C PATH=/usr/sbin:/usr/bin:/sbin:/bin
 apt-get -q -y install --no-install-recommends /tmp/tankrig_*.deb >/tmp/install.log 2>&1 || { tail -20 /tmp/install.log; exit 1; }
 dpkg --verify tankrig
@@ -39,4 +36,9 @@ su - diver -c 'tankrig scan >scan.txt && cat scan.txt'
 ls -l /home/diver/sessions/*/report.html
 apt-get -q -y purge tankrig >/tmp/purge.log 2>&1
 none find /etc /usr /var/lib -name '*tankrig*'
+echo "installed, scanned, purged"
 GUEST
+# In a mount namespace: what is mounted here is gone with it, before the folder is removed.
+unshare --mount --propagation private -- bash -euo pipefail -c '
+  mount -t proc proc "$0/proc"
+  chroot "$0" /bin/bash -euo pipefail /tmp/guest.sh </dev/null' "$root" || fail "in the bare Debian"
