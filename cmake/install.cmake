@@ -1,5 +1,20 @@
-# What `cmake --install` puts where: the program, its rigs and scenes, and the libraries from a session to its report.
-install(DIRECTORY etc/ DESTINATION ${CMAKE_INSTALL_DATADIR}/tankrig)
+# What `cmake --install` puts where, in two components: the program with all that a user of it needs, and the libraries from a
+# session to its report for other people's programs.
+set(CMAKE_INSTALL_DEFAULT_COMPONENT_NAME development)
+install(DIRECTORY etc/rigs etc/scenes etc/objects DESTINATION ${CMAKE_INSTALL_DATADIR}/tankrig COMPONENT program)
+install(FILES etc/limits.d/tankrig.conf DESTINATION ${CMAKE_INSTALL_DATADIR}/tankrig/limits.d COMPONENT program)
+install(DIRECTORY etc/systemd/ DESTINATION lib/systemd/system COMPONENT program)
+install(DIRECTORY etc/udev/ DESTINATION lib/udev/rules.d COMPONENT program)
+install(DIRECTORY docs/ DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT program)
+
+set(manual ${CMAKE_CURRENT_BINARY_DIR}/tankrig.1)
+set(completion ${CMAKE_CURRENT_BINARY_DIR}/tankrig.bash)
+install(CODE "
+  execute_process(COMMAND \"$<TARGET_FILE:tankrig>\" manual OUTPUT_FILE \"${manual}\" COMMAND_ERROR_IS_FATAL ANY)
+  execute_process(COMMAND \"$<TARGET_FILE:tankrig>\" completion bash OUTPUT_FILE \"${completion}\" COMMAND_ERROR_IS_FATAL ANY)"
+  COMPONENT program)
+install(FILES ${manual} DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT program)
+install(FILES ${completion} DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME tankrig COMPONENT program)
 
 set(libraries core session cloud stripe stereo metrics report time_offset pipeline)
 list(TRANSFORM libraries PREPEND tankrig_ OUTPUT_VARIABLE targets)

@@ -16,6 +16,8 @@ void add_arm(CLI::App& app, ChosenCommand& chosen);
 void add_camera(CLI::App& app, ChosenCommand& chosen);
 void add_emulate(CLI::App& app, ChosenCommand& chosen);
 void add_calibrate(CLI::App& app, ChosenCommand& chosen);
+void add_completion(CLI::App& app, ChosenCommand& chosen);
+void add_manual(CLI::App& app, ChosenCommand& chosen);
 
 /// Below `tankrig session`.
 void add_session_check(CLI::App& session, ChosenCommand& chosen);

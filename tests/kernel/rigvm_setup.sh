@@ -20,7 +20,7 @@ require_tools() {
     setpriv:util-linux make:make gcc:gcc; do
     PATH=$PATH:/sbin:/usr/sbin command -v "${t%:*}" >/dev/null || missing+=("${t#*:}")
   done
-  ((!${#missing[@]})) || cannot "packages missing: ${missing[*]} (./run test installs them where apt can)"
+  ((!${#missing[@]})) || cannot "packages missing: ${missing[*]} (./run test --ci installs them where apt can)"
   busybox=$(command -v busybox)
   ! ldd "$busybox" >/dev/null 2>&1 || cannot "busybox is not busybox-static"
   export PATH=$PATH:/sbin:/usr/sbin

@@ -48,6 +48,8 @@ TEST(Help, EveryCommandExplainsItselfWithAnExample) {
                                                                                        {"doctor"},
                                                                                        {"emulate"},
                                                                                        {"report"},
+                                                                                       {"completion"},
+                                                                                       {"manual"},
                                                                                        {"init"}}) {
     std::vector<std::string> arguments = command;
     arguments.push_back("--help");
@@ -55,6 +57,39 @@ TEST(Help, EveryCommandExplainsItselfWithAnExample) {
     EXPECT_EQ(run.exit_code, 0);
     EXPECT_THAT(run.out, HasSubstr("Example: tankrig"));
   }
+}
+
+/// What bash offers where `words`, the last one unfinished, stand on its command line.
+std::string offered_by_bash(const std::vector<std::string>& words) {
+  const fs::path script = scratch_folder() / "complete.bash";
+  std::string text = run_tankrig({"completion", "bash"}).out + "\nCOMP_WORDS=(";
+  for (const std::string& word : words) text += "'" + word + "' ";
+  write_text(script,
+             text + ")\nCOMP_CWORD=" + std::to_string(words.size() - 1) + "\n_tankrig\necho \"${COMPREPLY[*]}\"\n");
+  FILE* pipe = popen(("bash " + script.string()).c_str(), "r");
+  std::string out;
+  for (char buffer[4096]; const std::size_t n = std::fread(buffer, 1, sizeof buffer, pipe);) out.append(buffer, n);
+  EXPECT_EQ(pclose(pipe), 0);
+  return out;
+}
+
+TEST(Completion, OffersCommandsOptionsAndValuesAndLeavesTheRestToFiles) {
+  EXPECT_EQ(offered_by_bash({"tankrig", "sc"}), "scan\n");
+  EXPECT_EQ(offered_by_bash({"tankrig", "session", "re"}), "recover replay\n");
+  EXPECT_EQ(offered_by_bash({"tankrig", "scan", "--pr"}), "--preset\n");
+  EXPECT_EQ(offered_by_bash({"tankrig", "scan", "--json", "--carrier", ""}), "can serial\n");
+  EXPECT_EQ(offered_by_bash({"tankrig", "init", "--k"}), "--keys\n") << "of an option group";
+  EXPECT_EQ(offered_by_bash({"tankrig", "arm", "jog", "el"}), "elbow\n");
+  EXPECT_EQ(offered_by_bash({"tankrig", "scan", "--faults", ""}), "\n");
+  EXPECT_EQ(offered_by_bash({"tankrig", "session", "info", ""}), "\n");
+}
+
+TEST(Manual, HasEveryCommandWithItsOptions) {
+  const fs::path page = scratch_folder() / "tankrig.1";
+  write_text(page, run_tankrig({"manual"}).out);
+  for (const char* command : {"tankrig scan", "tankrig session info", "tankrig arm jog", "tankrig calibrate time"})
+    EXPECT_THAT(read_text(page), HasSubstr(".SS " + std::string(command) + "\n"));
+  EXPECT_THAT(read_text(page), HasSubstr("\n.TP\n\\fB\\-\\-particles\\fR"));
 }
 
 TEST(Usage, WrongWordsAreExitCodeTwo) {
