@@ -20,3 +20,14 @@ foreach(module core imgproc imgcodecs calib3d)
       INTERFACE_INCLUDE_DIRECTORIES "${OPENCV_INCLUDE_DIR}")
   endif()
 endforeach()
+
+# PCLConfig.cmake finds VTK and all that comes with it: find the modules by hand.
+find_path(PCL_INCLUDE_DIR pcl/point_types.h PATH_SUFFIXES pcl-1.13 pcl-1.14 pcl-1.15 REQUIRED)
+foreach(module common search filters features sample_consensus segmentation registration surface)
+  find_library(PCL_${module}_LIBRARY pcl_${module} REQUIRED)
+  if(NOT TARGET pcl_${module})
+    add_library(pcl_${module} UNKNOWN IMPORTED)
+    set_target_properties(pcl_${module} PROPERTIES IMPORTED_LOCATION "${PCL_${module}_LIBRARY}"
+      INTERFACE_INCLUDE_DIRECTORIES "${PCL_INCLUDE_DIR}" INTERFACE_LINK_LIBRARIES Eigen3::Eigen)
+  endif()
+endforeach()

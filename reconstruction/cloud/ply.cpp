@@ -223,8 +223,11 @@ std::string ply_text(const PointCloud& cloud, bool ascii) {
                     "comment frame " +
                     cloud.frame + "\nelement vertex " + std::to_string(cloud.points.size()) + "\n";
   for (const char* name : {"x", "y", "z", "intensity"}) out += std::string("property float ") + name + "\n";
-  out += "property int frame\nproperty float column\nproperty float sigma\nend_header\n";
-  for (const CloudPoint& point : cloud.points) append_point(out, point, ascii);
+  out += "property int frame\nproperty float column\nproperty float sigma\n";
+  const bool normals = cloud.has_normals();
+  if (normals) out += "property float nx\nproperty float ny\nproperty float nz\n";
+  out += "end_header\n";
+  for (const CloudPoint& point : cloud.points) append_point(out, point, ascii, normals);
   return out;
 }
 

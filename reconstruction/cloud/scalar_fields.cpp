@@ -70,7 +70,7 @@ double decode(const char* bytes, Scalar type, bool big_endian) {
 }
 
 Target target_of(std::string_view property) {
-  static constexpr std::array<std::pair<std::string_view, Target>, 8> kTargets{
+  static constexpr std::array<std::pair<std::string_view, Target>, 14> kTargets{
       {{"x", Target::kX},
        {"y", Target::kY},
        {"z", Target::kZ},
@@ -78,7 +78,13 @@ Target target_of(std::string_view property) {
        {"scalar_intensity", Target::kIntensity},
        {"frame", Target::kFrame},
        {"column", Target::kColumn},
-       {"sigma", Target::kSigma}}};
+       {"sigma", Target::kSigma},
+       {"nx", Target::kNx},
+       {"ny", Target::kNy},
+       {"nz", Target::kNz},
+       {"normal_x", Target::kNx},
+       {"normal_y", Target::kNy},
+       {"normal_z", Target::kNz}}};
   for (const auto& [name, target] : kTargets)
     if (name == property) return target;
   return Target::kNone;
@@ -110,10 +116,20 @@ void PointCollector::set(Target target, Scalar type, double value) {
     case Target::kSigma:
       point_.sigma = static_cast<float>(value);
       break;
+    case Target::kNx:
+    case Target::kNy:
+    case Target::kNz:
+      point_.normal[static_cast<int>(target) - static_cast<int>(Target::kNx)] = static_cast<float>(value);
+      break;
   }
 }
 
 void PointCollector::end() {
+  const float length = point_.normal.norm();
+  if (!std::isfinite(length) || length == 0)
+    point_.normal.setZero();
+  else if (std::abs(length - 1) > 1e-5f)
+    point_.normal /= length;
   if (point_.p.allFinite())
     cloud_.points.push_back(point_);
   else
@@ -184,32 +200,24 @@ void fail_truncated(const std::filesystem::path& file, std::size_t found, std::s
                    "data ends early: found " + std::to_string(found) + " points, expected " + std::to_string(expected));
 }
 
-void append_float(std::string& out, float value) { out.append(reinterpret_cast<const char*>(&value), sizeof(value)); }
-
-void append_int32(std::string& out, std::int32_t value) {
-  out.append(reinterpret_cast<const char*>(&value), sizeof(value));
-}
-
-void append_point(std::string& out, const CloudPoint& point, bool ascii) {
-  const std::array<float, 4> before{static_cast<float>(point.p.x()), static_cast<float>(point.p.y()),
-                                    static_cast<float>(point.p.z()), point.intensity};
-  const std::array<float, 2> after{point.column, point.sigma};
-  if (!ascii) {
-    for (const float value : before) append_float(out, value);
-    append_int32(out, point.frame);
-    for (const float value : after) append_float(out, value);
-    return;
-  }
-  for (const float value : before) {
+void append_point(std::string& out, const CloudPoint& point, bool ascii, bool with_normal) {
+  auto append = [&, first = true](auto value) mutable {
+    if (!ascii) {
+      out.append(reinterpret_cast<const char*>(&value), sizeof(value));
+      return;
+    }
+    if (!first) out += ' ';
+    first = false;
     append_number(out, value);
-    out += ' ';
-  }
-  append_number(out, point.frame);
-  for (const float value : after) {
-    out += ' ';
-    append_number(out, value);
-  }
-  out += '\n';
+  };
+  for (int k = 0; k < 3; ++k) append(static_cast<float>(point.p[k]));
+  append(point.intensity);
+  append(point.frame);
+  append(point.column);
+  append(point.sigma);
+  if (with_normal)
+    for (int k = 0; k < 3; ++k) append(point.normal[k]);
+  if (ascii) out += '\n';
 }
 
 }  // namespace tankrig::cloud_file

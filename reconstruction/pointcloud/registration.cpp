@@ -1,0 +1,147 @@
+#include "reconstruction/pointcloud/registration.hpp"
+
+#include <pcl/registration/correspondence_rejection_surface_normal.h>
+#include <pcl/registration/icp.h>
+#include <pcl/search/kdtree.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+
+#include "core/input_error.hpp"
+#include "reconstruction/pointcloud/cloud_filters.hpp"
+#include "reconstruction/pointcloud/pcl_conversion.hpp"
+
+namespace tankrig {
+namespace {
+
+using SurfaceCloud = pcl::PointCloud<pcl::PointNormal>;
+constexpr double kNormalsAgree = std::numbers::sqrt2 / 2;  ///< cosine of the largest angle between partners' normals
+
+/// The surface, ready for many registrations. Everything is centred, because PCL rounds to single precision.
+class Surface {
+ public:
+  explicit Surface(const PointCloud& surface) {
+    for (const CloudPoint& point : surface.points) centre_ += point.p / static_cast<double>(surface.points.size());
+    points_ = to_pcl<pcl::PointNormal>(transformed(to_centre(), surface, surface.frame));
+    tree_ = std::make_shared<pcl::search::KdTree<pcl::PointNormal>>();
+    tree_->setInputCloud(points_);
+  }
+
+  Transform to_centre() const { return Transform(Eigen::Translation3d(-centre_)); }
+  const SurfaceCloud::Ptr& points() const { return points_; }
+  const pcl::search::KdTree<pcl::PointNormal>::Ptr& tree() const { return tree_; }
+
+ private:
+  Vector3d centre_ = Vector3d::Zero();
+  SurfaceCloud::Ptr points_;
+  pcl::search::KdTree<pcl::PointNormal>::Ptr tree_;
+};
+
+Eigen::Matrix4d icp_step(const Surface& surface, const SurfaceCloud::Ptr& moved, bool normals, double reach,
+                         const Eigen::Matrix4d& start) {
+  pcl::IterativeClosestPointWithNormals<pcl::PointNormal, pcl::PointNormal, double> icp;
+  icp.setInputTarget(surface.points());
+  icp.setSearchMethodTarget(surface.tree(), true);
+  icp.setInputSource(moved);
+  icp.setMaxCorrespondenceDistance(reach);
+  icp.setMaximumIterations(60);
+  icp.setTransformationEpsilon(1e-13);
+  icp.setEuclideanFitnessEpsilon(1e-14);
+  if (normals) {
+    const auto rejector = std::make_shared<pcl::registration::CorrespondenceRejectorSurfaceNormal>();
+    rejector->setThreshold(kNormalsAgree);
+    icp.addCorrespondenceRejector(rejector);
+  }
+  SurfaceCloud ignored;
+  icp.align(ignored, start);
+  return icp.getFinalTransformation();
+}
+
+/// Fills in what the pairs say of the pose in registration.aMb, which is in the centred frame here.
+void judge_pairs(const Surface& surface, const SurfaceCloud& moved, bool normals, double reach, Registration& r) {
+  std::vector<Vector3d> places, directions;
+  double squares = 0;
+  std::vector<int> nearest(1);
+  std::vector<float> squared(1);
+  for (const pcl::PointNormal& point : moved) {
+    const Vector3d p = r.aMb * point.getVector3fMap().cast<double>();
+    pcl::PointNormal query;
+    query.getVector3fMap() = p.cast<float>();
+    if (surface.tree()->nearestKSearch(query, 1, nearest, squared) == 0 || squared[0] > reach * reach) continue;
+    const pcl::PointNormal& partner = (*surface.points())[static_cast<std::size_t>(nearest[0])];
+    const Vector3d n = partner.getNormalVector3fMap().cast<double>();
+    if (normals && n.dot(r.aMb.linear() * point.getNormalVector3fMap().cast<double>()) < kNormalsAgree) continue;
+    const double distance = n.dot(p - partner.getVector3fMap().cast<double>());
+    squares += distance * distance;
+    places.push_back(p);
+    directions.push_back(n);
+  }
+  r.pairs = places.size();
+  r.share = static_cast<double>(r.pairs) / static_cast<double>(std::max<std::size_t>(moved.size(), 1));
+  r.free = 6;
+  if (places.empty()) return;
+  const double count = static_cast<double>(r.pairs);
+  r.rms_m = std::sqrt(squares / count);
+  Vector3d centre = Vector3d::Zero();
+  for (const Vector3d& p : places) centre += p / count;
+  double radius_squared = 0;
+  for (const Vector3d& p : places) radius_squared += (p - centre).squaredNorm() / count;
+  Eigen::Matrix<double, 6, 6> information = Eigen::Matrix<double, 6, 6>::Zero();
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    Eigen::Matrix<double, 6, 1> j;
+    j << (places[i] - centre).cross(directions[i]) / std::sqrt(radius_squared), directions[i];
+    information += j * j.transpose() / count;
+  }
+  const Eigen::Matrix<double, 6, 1> held =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 6, 6>>(information, Eigen::EigenvaluesOnly).eigenvalues();
+  r.firmness = std::max(held[0], 0.0);
+  r.free = static_cast<int>((held.array() < kLeastFirmness).count());
+}
+
+}  // namespace
+
+Registration register_cloud(const PointCloud& surface_a, const PointCloud& cloud_b, const Transform& aMb_start,
+                            const RegistrationSettings& settings) {
+  if (!surface_a.has_normals()) throw InputError("registration: the surface has no normals");
+  const Surface surface(surface_a);
+  const PointCloud thin = thinned(cloud_b, settings.spacing_m);
+  Vector3d middle = Vector3d::Zero();
+  for (const CloudPoint& point : thin.points) middle += point.p / static_cast<double>(thin.points.size());
+  const Transform mMb(Eigen::Translation3d(-middle));
+  const auto moved = to_pcl<pcl::PointNormal>(transformed(mMb, thin, thin.frame));
+  const bool normals = thin.has_normals();
+
+  Registration r;
+  r.aMb = surface.to_centre() * aMb_start * mMb.inverse();
+  constexpr std::size_t kLeastPairs = 6;
+  for (double reach = settings.first_reach_m;; reach = std::max(reach / 2, settings.reach_m)) {
+    judge_pairs(surface, *moved, normals, reach, r);
+    if (r.pairs < kLeastPairs) break;
+    r.aMb.matrix() = icp_step(surface, moved, normals, reach, r.aMb.matrix());
+    r.aMb.linear() = Eigen::Quaterniond(r.aMb.linear()).normalized().toRotationMatrix();
+    if (reach <= settings.reach_m) break;
+  }
+  judge_pairs(surface, *moved, normals, settings.reach_m, r);
+  r.aMb = surface.to_centre().inverse() * r.aMb * mMb;
+  return r;
+}
+
+std::string doubt(const Registration& r, double least_share) {
+  char text[200] = "";
+  if (r.share < least_share)
+    std::snprintf(text, sizeof text, "too little overlap: %.0f %% of the points have a partner, expected %.0f %%",
+                  100 * r.share, 100 * least_share);
+  else if (r.free > 0)
+    std::snprintf(text, sizeof text,
+                  "the shape leaves %d of the 6 freedoms open (firmness %.3f, expected %.2f): what overlaps slides or "
+                  "turns on itself",
+                  r.free, r.firmness, kLeastFirmness);
+  return text;
+}
+
+double rotation_angle(const Transform& aMb) { return std::abs(Eigen::AngleAxisd(aMb.linear()).angle()); }
+
+}  // namespace tankrig
