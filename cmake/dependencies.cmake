@@ -23,7 +23,7 @@ endforeach()
 
 # PCLConfig.cmake finds VTK and all that comes with it: find the modules by hand.
 find_path(PCL_INCLUDE_DIR pcl/point_types.h PATH_SUFFIXES pcl-1.13 pcl-1.14 pcl-1.15 REQUIRED)
-foreach(module common search filters features sample_consensus segmentation registration surface)
+foreach(module common search kdtree filters features sample_consensus segmentation registration surface)
   find_library(PCL_${module}_LIBRARY pcl_${module} REQUIRED)
   if(NOT TARGET pcl_${module})
     add_library(pcl_${module} UNKNOWN IMPORTED)

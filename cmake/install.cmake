@@ -1,7 +1,7 @@
 # What `cmake --install` puts where: the program, its rigs and scenes, and the libraries from a session to its report.
 install(DIRECTORY etc/ DESTINATION ${CMAKE_INSTALL_DATADIR}/tankrig)
 
-set(libraries core session cloud stripe stereo metrics report time_offset pipeline)
+set(libraries core session cloud pointcloud stripe stereo metrics report time_offset pipeline)
 list(TRANSFORM libraries PREPEND tankrig_ OUTPUT_VARIABLE targets)
 install(TARGETS ${targets} EXPORT tankrigTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
 foreach(library ${libraries})

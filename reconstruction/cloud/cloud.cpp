@@ -4,9 +4,7 @@
 
 namespace tankrig {
 
-bool PointCloud::has_normals() const {
-  return !points.empty() && std::ranges::all_of(points, &CloudPoint::has_normal);
-}
+bool PointCloud::has_normals() const { return !points.empty() && std::ranges::all_of(points, &CloudPoint::has_normal); }
 
 PointCloud transformed(const Transform& aMb, const PointCloud& cloud_b, std::string frame) {
   PointCloud cloud_a{std::move(frame), cloud_b.points, cloud_b.invalid};

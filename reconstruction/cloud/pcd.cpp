@@ -246,11 +246,11 @@ std::string pcd_text(const PointCloud& cloud, bool ascii) {
   const bool normals = cloud.has_normals();
   std::string out =
       "# .PCD v0.7 - tankrig cloud: x y z and sigma in metres, intensity 0..1, column in pixels\n# frame " +
-      cloud.frame +
-      "\nVERSION 0.7\nFIELDS x y z intensity frame column sigma" + (normals ? " normal_x normal_y normal_z" : "") +
-      "\nSIZE 4 4 4 4 4 4 4" + (normals ? " 4 4 4" : "") + "\nTYPE F F F F I F F" + (normals ? " F F F" : "") +
-      "\nCOUNT 1 1 1 1 1 1 1" + (normals ? " 1 1 1" : "") + "\nWIDTH " +
-      count + "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " + count + "\nDATA " + (ascii ? "ascii" : "binary") + "\n";
+      cloud.frame + "\nVERSION 0.7\nFIELDS x y z intensity frame column sigma" +
+      (normals ? " normal_x normal_y normal_z" : "") + "\nSIZE 4 4 4 4 4 4 4" + (normals ? " 4 4 4" : "") +
+      "\nTYPE F F F F I F F" + (normals ? " F F F" : "") + "\nCOUNT 1 1 1 1 1 1 1" + (normals ? " 1 1 1" : "") +
+      "\nWIDTH " + count + "\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS " + count + "\nDATA " +
+      (ascii ? "ascii" : "binary") + "\n";
   for (const CloudPoint& point : cloud.points) append_point(out, point, ascii, normals);
   return out;
 }

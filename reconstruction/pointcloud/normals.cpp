@@ -22,8 +22,8 @@ PointCloud with_normals(const PointCloud& cloud, double radius_m, const Vector3d
     tree->radiusSearch((*points)[i], radius_m, neighbours, squared);
     Eigen::Vector4f plane;
     float curvature = 0;
-    if (neighbours.size() < kLeastNeighbours ||
-        !estimation.computePointNormal(*points, neighbours, plane, curvature) || !plane.head<3>().allFinite())
+    if (neighbours.size() < kLeastNeighbours || !estimation.computePointNormal(*points, neighbours, plane, curvature) ||
+        !plane.head<3>().allFinite())
       continue;
     pcl::flipNormalTowardsViewpoint((*points)[i], eye.x(), eye.y(), eye.z(), plane);
     out.points.push_back(cloud.points[i]);
