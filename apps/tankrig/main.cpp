@@ -6,6 +6,7 @@
 #include "apps/tankrig/arm_commands.hpp"
 #include "apps/tankrig/calibrate.hpp"
 #include "apps/tankrig/camera_commands.hpp"
+#include "apps/tankrig/cloud.hpp"
 #include "apps/tankrig/command_line.hpp"
 #include "apps/tankrig/commands.hpp"
 #include "apps/tankrig/doctor.hpp"
@@ -174,8 +175,8 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", TANKRIG_VERSION);
   app.footer("Example: tankrig scan            (the simulated tank, from sweep to report)");
   ChosenCommand chosen;
-  for (const auto add : {add_scan, add_reconstruct, add_evaluate, add_session, add_report, add_doctor, add_init,
-                         add_arm, add_camera, add_emulate, add_calibrate})
+  for (const auto add : {add_scan, add_reconstruct, add_evaluate, add_cloud, add_session, add_report, add_doctor,
+                         add_init, add_arm, add_camera, add_emulate, add_calibrate})
     add(app, chosen);
   try {
     app.parse(argc, argv);

@@ -84,7 +84,8 @@ MergedViews merge_views(const PointCloud* surface, const std::vector<TurnedView>
                         const MergeSettings& settings) {
   MergedViews merged;
   for (const TurnedView& view : views) {
-    if (!view.cloud.has_normals()) throw InputError(view.name + ": not every point has a normal, expected normals");
+    if (!surface && !view.cloud.has_normals())
+      throw InputError(view.name + ": not every point has a normal, expected normals");
     const PointCloud& target = surface ? *surface : merged.cloud;
     Placed placed;
     if (target.points.empty()) {

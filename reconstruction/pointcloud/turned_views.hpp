@@ -8,7 +8,7 @@
 
 namespace tankrig {
 
-/// One view of the object alone: no floor, and normals on the camera's side.
+/// One view of the object alone: no floor. With normals on the camera's side, if it is to be registered to other views.
 struct TurnedView {
   std::string name;  ///< for messages
   PointCloud cloud;

@@ -32,7 +32,7 @@ void expect_equal(const PointCloud& found, const PointCloud& expected) {
   ASSERT_EQ(found.points.size(), expected.points.size());
   for (std::size_t i = 0; i < found.points.size(); ++i) {
     const CloudPoint &a = found.points[i], &b = expected.points[i];
-    EXPECT_EQ(a.p, b.p);
+    EXPECT_EQ(a.p.cast<float>(), b.p.cast<float>());
     EXPECT_EQ(a.intensity, b.intensity);
     EXPECT_EQ(a.frame, b.frame);
     EXPECT_EQ(a.column, b.column);
