@@ -40,7 +40,7 @@ AlignedScore evaluate_aligned(const PointCloud& cloud, const ObjectSurface& obje
                                       {3 * thresholds.inlier_m, thresholds.inlier_m, 0.003});
   score.doubt = doubt(score.registration, kLeastShareOnObject);
   if (score.doubt.empty())
-    score.metrics = evaluate(transformed(score.registration.aMb, cloud, cloud.frame), object, thresholds);
+    score.metrics = evaluate(transformed(score.registration.aMb, above_ground, cloud.frame), object, thresholds);
   return score;
 }
 

@@ -20,7 +20,8 @@ struct AlignedScore {
 };
 
 /// Registers `cloud` to the object by its points that `unaligned` does not take for ground, partners being within three
-/// times the inlier threshold at first and within the threshold in the end, and scores it there.
+/// times the inlier threshold at first and within the threshold in the end, and scores these points there. The ground
+/// does not lie on the object: it must not count where the motion lifts it.
 /// Frames: `cloud` in o.
 AlignedScore evaluate_aligned(const PointCloud& cloud, const ObjectSurface& object, const MetricThresholds& thresholds,
                               const Metrics& unaligned);

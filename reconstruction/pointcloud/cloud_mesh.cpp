@@ -47,6 +47,7 @@ CloudMesh mesh_of(const Cloud& vertices, const std::vector<pcl::Vertices>& polyg
 }  // namespace
 
 CloudMesh poisson_mesh(const PointCloud& cloud, int depth, double trim_m) {
+  const QuietPcl quiet;
   const OrientedCloud::Ptr points = oriented(cloud);
   pcl::Poisson<pcl::PointNormal> poisson;
   poisson.setDepth(depth);
@@ -69,6 +70,7 @@ CloudMesh poisson_mesh(const PointCloud& cloud, int depth, double trim_m) {
 }
 
 CloudMesh greedy_mesh(const PointCloud& cloud, double edge_m) {
+  const QuietPcl quiet;
   const OrientedCloud::Ptr points = oriented(cloud);
   pcl::GreedyProjectionTriangulation<pcl::PointNormal> greedy;
   greedy.setSearchRadius(edge_m);

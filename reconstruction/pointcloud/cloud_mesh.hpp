@@ -18,7 +18,7 @@ struct CloudMesh {
   std::vector<std::array<std::uint32_t, 3>> triangles;
 };
 
-/// Poisson's surface (PCL's), smooth and closed; with `trim_m` above 0, without what is farther than that from every
+/// Poisson's surface (PCL's), smooth, with hardly a hole; with `trim_m` above 0, without what is farther than that from every
 /// point, because there it is guessed. `depth` is the octree's: each level halves the cells.
 /// Source: M. Kazhdan, M. Bolitho, H. Hoppe, Poisson surface reconstruction, 2006.
 /// Errors: InputError if a point has no normal.

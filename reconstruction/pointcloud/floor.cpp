@@ -56,6 +56,7 @@ std::optional<Vector3d> up_in(const std::string& frame) {
 }
 
 std::optional<Floor> find_floor(const PointCloud& cloud, const Vector3d& up, const FloorSettings& settings) {
+  const QuietPcl quiet;
   constexpr double kMostBelow = 0.02;
   constexpr double kFlat = 0.45;  // points spread evenly over the band, as on a wall it cuts, have 0.58
   PointCloud rest = cloud;

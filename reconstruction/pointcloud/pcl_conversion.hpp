@@ -1,6 +1,7 @@
 // The one conversion between our clouds and PCL's. Included only by what calls PCL: its headers compile slowly.
 #pragma once
 
+#include <pcl/console/print.h>
 #include <pcl/point_cloud.h>
 #include <pcl/point_types.h>
 #include <pcl/register_point_struct.h>
@@ -18,6 +19,18 @@ struct EIGEN_ALIGN16 PclPoint {
   std::int32_t frame = -1;
   float column = -1;
   float sigma = 0;
+};
+
+/// While it lives, PCL says nothing on the terminal: what its results say is enough.
+class QuietPcl {
+ public:
+  QuietPcl() { pcl::console::setVerbosityLevel(pcl::console::L_ALWAYS); }
+  ~QuietPcl() { pcl::console::setVerbosityLevel(before_); }
+  QuietPcl(const QuietPcl&) = delete;
+  QuietPcl& operator=(const QuietPcl&) = delete;
+
+ private:
+  pcl::console::VERBOSITY_LEVEL before_ = pcl::console::getVerbosityLevel();
 };
 
 /// The cloud as PCL's, with the fields that `Point` has; coordinates are rounded to single precision. Its frame goes

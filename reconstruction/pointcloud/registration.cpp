@@ -18,6 +18,7 @@ namespace tankrig {
 namespace {
 
 using SurfaceCloud = pcl::PointCloud<pcl::PointNormal>;
+constexpr std::size_t kLeastPairs = 6;
 constexpr double kNormalsAgree = std::numbers::sqrt2 / 2;  ///< cosine of the largest angle between partners' normals
 
 /// The surface, ready for many registrations. Everything is centred, because PCL rounds to single precision.
@@ -40,16 +41,85 @@ class Surface {
   pcl::search::KdTree<pcl::PointNormal>::Ptr tree_;
 };
 
+/// What pairs say of a small motion: their distances along the surface's normals, linear in the rotation about the pairs'
+/// centre, in units of their mean square radius, and in the translation.
+struct PairSums {
+  Vector3d centre = Vector3d::Zero();
+  double radius = 0;
+  Eigen::Matrix<double, 6, 6> information = Eigen::Matrix<double, 6, 6>::Zero();  ///< mean of J' J
+  Eigen::Matrix<double, 6, 1> pull = Eigen::Matrix<double, 6, 1>::Zero();         ///< mean of J' distance
+  double rms = 0;
+
+  PairSums(const std::vector<Vector3d>& moved, const std::vector<Vector3d>& partners,
+           const std::vector<Vector3d>& normals) {
+    const double count = static_cast<double>(moved.size());
+    for (const Vector3d& p : moved) centre += p / count;
+    for (const Vector3d& p : moved) radius += (p - centre).squaredNorm() / count;
+    radius = std::sqrt(radius);
+    for (std::size_t i = 0; i < moved.size(); ++i) {
+      const double distance = normals[i].dot(partners[i] - moved[i]);
+      Eigen::Matrix<double, 6, 1> j;
+      j << (moved[i] - centre).cross(normals[i]) / radius, normals[i];
+      information += j * j.transpose() / count;
+      pull += j * distance / count;
+      rms += distance * distance / count;
+    }
+    rms = std::sqrt(rms);
+  }
+};
+
+/// PCL's own point-to-plane step inverts a matrix that a plane or a sphere makes singular, and goes on with what is no
+/// number. This one leaves what is not held where it is.
+class DampedStep final
+    : public pcl::registration::TransformationEstimation<pcl::PointNormal, pcl::PointNormal, double> {
+  using Points = pcl::ConstCloudIterator<pcl::PointNormal>;
+
+ public:
+  void estimateRigidTransformation(const SurfaceCloud& b, const SurfaceCloud& a, Matrix4& aMb) const override {
+    solve(Points(b), Points(a), aMb);
+  }
+  void estimateRigidTransformation(const SurfaceCloud& b, const pcl::Indices& of_b, const SurfaceCloud& a,
+                                   Matrix4& aMb) const override {
+    solve(Points(b, of_b), Points(a), aMb);
+  }
+  void estimateRigidTransformation(const SurfaceCloud& b, const pcl::Indices& of_b, const SurfaceCloud& a,
+                                   const pcl::Indices& of_a, Matrix4& aMb) const override {
+    solve(Points(b, of_b), Points(a, of_a), aMb);
+  }
+  void estimateRigidTransformation(const SurfaceCloud& b, const SurfaceCloud& a, const pcl::Correspondences& pairs,
+                                   Matrix4& aMb) const override {
+    solve(Points(b, pairs, true), Points(a, pairs, false), aMb);
+  }
+
+ private:
+  static void solve(Points b, Points a, Matrix4& aMb) {
+    std::vector<Vector3d> moved, partners, normals;
+    for (; b.isValid() && a.isValid(); ++b, ++a) {
+      moved.push_back(b->getVector3fMap().cast<double>());
+      partners.push_back(a->getVector3fMap().cast<double>());
+      normals.push_back(a->getNormalVector3fMap().cast<double>());
+    }
+    const PairSums sums(moved, partners, normals);
+    constexpr double kDamping = 1e-3;
+    const Eigen::Matrix<double, 6, 6> damped = sums.information + kDamping * Eigen::Matrix<double, 6, 6>::Identity();
+    const Eigen::Matrix<double, 6, 1> motion = damped.ldlt().solve(sums.pull);
+    const Vector3d turn = motion.head<3>() / sums.radius, shift = motion.tail<3>();
+    const Eigen::AngleAxisd rotation(turn.norm(), turn.norm() > 0 ? turn.normalized() : Vector3d::UnitX());
+    aMb = (Eigen::Translation3d(sums.centre + shift) * rotation * Eigen::Translation3d(-sums.centre)).matrix();
+  }
+};
+
 Eigen::Matrix4d icp_step(const Surface& surface, const SurfaceCloud::Ptr& moved, bool normals, double reach,
                          const Eigen::Matrix4d& start) {
-  pcl::IterativeClosestPointWithNormals<pcl::PointNormal, pcl::PointNormal, double> icp;
+  pcl::IterativeClosestPoint<pcl::PointNormal, pcl::PointNormal, double> icp;
+  icp.setTransformationEstimation(std::make_shared<DampedStep>());
   icp.setInputTarget(surface.points());
   icp.setSearchMethodTarget(surface.tree(), true);
   icp.setInputSource(moved);
   icp.setMaxCorrespondenceDistance(reach);
-  icp.setMaximumIterations(60);
-  icp.setTransformationEpsilon(1e-13);
-  icp.setEuclideanFitnessEpsilon(1e-14);
+  icp.setMaximumIterations(30);
+  icp.setTransformationEpsilon(1e-12);
+  icp.setEuclideanFitnessEpsilon(1e-12);
   if (normals) {
     const auto rejector = std::make_shared<pcl::registration::CorrespondenceRejectorSurfaceNormal>();
     rejector->setThreshold(kNormalsAgree);
@@ -62,8 +132,7 @@ Eigen::Matrix4d icp_step(const Surface& surface, const SurfaceCloud::Ptr& moved,
 
 /// Fills in what the pairs say of the pose in registration.aMb, which is in the centred frame here.
 void judge_pairs(const Surface& surface, const SurfaceCloud& moved, bool normals, double reach, Registration& r) {
-  std::vector<Vector3d> places, directions;
-  double squares = 0;
+  std::vector<Vector3d> places, partners, directions;
   std::vector<int> nearest(1);
   std::vector<float> squared(1);
   for (const pcl::PointNormal& point : moved) {
@@ -74,29 +143,19 @@ void judge_pairs(const Surface& surface, const SurfaceCloud& moved, bool normals
     const pcl::PointNormal& partner = (*surface.points())[static_cast<std::size_t>(nearest[0])];
     const Vector3d n = partner.getNormalVector3fMap().cast<double>();
     if (normals && n.dot(r.aMb.linear() * point.getNormalVector3fMap().cast<double>()) < kNormalsAgree) continue;
-    const double distance = n.dot(p - partner.getVector3fMap().cast<double>());
-    squares += distance * distance;
     places.push_back(p);
+    partners.push_back(partner.getVector3fMap().cast<double>());
     directions.push_back(n);
   }
   r.pairs = places.size();
   r.share = static_cast<double>(r.pairs) / static_cast<double>(std::max<std::size_t>(moved.size(), 1));
   r.free = 6;
-  if (places.empty()) return;
-  const double count = static_cast<double>(r.pairs);
-  r.rms_m = std::sqrt(squares / count);
-  Vector3d centre = Vector3d::Zero();
-  for (const Vector3d& p : places) centre += p / count;
-  double radius_squared = 0;
-  for (const Vector3d& p : places) radius_squared += (p - centre).squaredNorm() / count;
-  Eigen::Matrix<double, 6, 6> information = Eigen::Matrix<double, 6, 6>::Zero();
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    Eigen::Matrix<double, 6, 1> j;
-    j << (places[i] - centre).cross(directions[i]) / std::sqrt(radius_squared), directions[i];
-    information += j * j.transpose() / count;
-  }
+  if (r.pairs < kLeastPairs) return;
+  const PairSums sums(places, partners, directions);
+  r.rms_m = sums.rms;
   const Eigen::Matrix<double, 6, 1> held =
-      Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 6, 6>>(information, Eigen::EigenvaluesOnly).eigenvalues();
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 6, 6>>(sums.information, Eigen::EigenvaluesOnly)
+          .eigenvalues();
   r.firmness = std::max(held[0], 0.0);
   r.free = static_cast<int>((held.array() < kLeastFirmness).count());
 }
@@ -105,6 +164,7 @@ void judge_pairs(const Surface& surface, const SurfaceCloud& moved, bool normals
 
 Registration register_cloud(const PointCloud& surface_a, const PointCloud& cloud_b, const Transform& aMb_start,
                             const RegistrationSettings& settings) {
+  const QuietPcl quiet;
   if (!surface_a.has_normals()) throw InputError("registration: the surface has no normals");
   const Surface surface(surface_a);
   const PointCloud thin = thinned(cloud_b, settings.spacing_m);
@@ -116,7 +176,6 @@ Registration register_cloud(const PointCloud& surface_a, const PointCloud& cloud
 
   Registration r;
   r.aMb = surface.to_centre() * aMb_start * mMb.inverse();
-  constexpr std::size_t kLeastPairs = 6;
   for (double reach = settings.first_reach_m;; reach = std::max(reach / 2, settings.reach_m)) {
     judge_pairs(surface, *moved, normals, reach, r);
     if (r.pairs < kLeastPairs) break;
