@@ -10,7 +10,7 @@ pkg_check_modules(YAML_CPP REQUIRED IMPORTED_TARGET yaml-cpp)
 find_package(embree 3 REQUIRED)
 pkg_check_modules(ASSIMP REQUIRED IMPORTED_TARGET assimp)
 
-# OpenCVConfig.cmake is only in libopencv-dev, which pulls four times what we use: find the modules by hand.
+# OpenCVConfig.cmake finds every module and what each stands on: find by hand those we use.
 find_path(OPENCV_INCLUDE_DIR opencv2/core.hpp PATH_SUFFIXES opencv4 REQUIRED)
 foreach(module core imgproc imgcodecs calib3d)
   find_library(OPENCV_${module}_LIBRARY opencv_${module} REQUIRED)

@@ -148,7 +148,11 @@ void judge_pairs(const Surface& surface, const SurfaceCloud& moved, bool normals
     directions.push_back(n);
   }
   r.pairs = places.size();
-  r.share = static_cast<double>(r.pairs) / static_cast<double>(std::max<std::size_t>(moved.size(), 1));
+  constexpr double kClose = 1.0 / 6;
+  std::size_t close = 0;
+  for (std::size_t i = 0; i < places.size(); ++i)
+    close += std::abs(directions[i].dot(partners[i] - places[i])) <= kClose * reach;
+  r.share = static_cast<double>(close) / static_cast<double>(std::max<std::size_t>(moved.size(), 1));
   r.free = 6;
   if (r.pairs < kLeastPairs) return;
   const PairSums sums(places, partners, directions);
@@ -191,8 +195,9 @@ Registration register_cloud(const PointCloud& surface_a, const PointCloud& cloud
 std::string doubt(const Registration& r, double least_share) {
   char text[200] = "";
   if (r.share < least_share)
-    std::snprintf(text, sizeof text, "too little overlap: %.0f %% of the points have a partner, expected %.0f %%",
-                  100 * r.share, 100 * least_share);
+    std::snprintf(text, sizeof text,
+                  "too little overlap: %.0f %% of the points lie on the other surface, expected %.0f %%", 100 * r.share,
+                  100 * least_share);
   else if (r.free > 0)
     std::snprintf(text, sizeof text,
                   "the shape leaves %d of the 6 freedoms open (firmness %.3f, expected %.2f): what overlaps slides or "

@@ -19,7 +19,7 @@ struct RegistrationSettings {
 struct Registration {
   Transform aMb = Transform::Identity();
   std::size_t pairs = 0;  ///< points of b, thinned, with a partner
-  double share = 0;       ///< of b's thinned points
+  double share = 0;       ///< of b's thinned points: those no farther than a sixth of the reach from a partner's plane
   double rms_m = 0;       ///< of the pairs' distances along a's normals
   /// How firmly the pairs hold the freest of the six freedoms: the smallest eigenvalue of the mean of J' J, where J is
   /// a pair's distance by the rotation about the pairs' centre, in units of their mean square radius, and by the
@@ -38,7 +38,7 @@ inline constexpr double kLeastFirmness = 0.02;
 Registration register_cloud(const PointCloud& surface_a, const PointCloud& cloud_b, const Transform& aMb_start,
                             const RegistrationSettings& settings = {});
 
-/// Why a registration is not to be believed; empty: it is. `least_share` of b's points must have found a partner.
+/// Why a registration is not to be believed; empty: it is. `least_share` is expected of its share.
 std::string doubt(const Registration& registration, double least_share);
 
 /// Angle of a transform's rotation [rad].

@@ -33,17 +33,20 @@ struct Placed {
   std::string doubt;
 };
 
-/// Tried at turns all around, coarsely; the best three different places are then registered as finely as any.
+/// Tried at turns all around, coarsely; the best of the different places found are then registered finely.
 Placed search(const PointCloud& surface, const PointCloud& cloud, const MergeSettings& settings) {
   const double size = size_of(surface);
   const Vector3d a = centre_of(surface), b = centre_of(cloud);
   const RegistrationSettings coarse{0.2 * size, 0.03 * size, 0.03 * size};
   const PointCloud thin_surface = thinned(surface, 0.015 * size);
-  const auto different = [&](const Registration& one, const Registration& other) {
-    return rotation_angle(one.aMb.inverse() * other.aMb) > kOtherTurn ||
-           (one.aMb * b - other.aMb * b).norm() > kOtherShift * size;
-  };
   const auto better = [](const Registration& one, const Registration& other) { return one.share > other.share; };
+  const auto add_if_different = [&](std::vector<Registration>& known, const Registration& r) {
+    const bool different = std::ranges::all_of(known, [&](const Registration& other) {
+      return rotation_angle(r.aMb.inverse() * other.aMb) > kOtherTurn ||
+             (r.aMb * b - other.aMb * b).norm() > kOtherShift * size;
+    });
+    if (different) known.push_back(r);
+  };
 
   std::vector<Registration> tried;
   for (int turn = 0; turn < kTurns; ++turn) {
@@ -52,13 +55,12 @@ Placed search(const PointCloud& surface, const PointCloud& cloud, const MergeSet
     tried.push_back(register_cloud(thin_surface, cloud, start, coarse));
   }
   std::ranges::stable_sort(tried, better);
-  std::vector<Registration> fine;
-  constexpr std::size_t kFine = 5;
-  for (const Registration& candidate : tried) {
-    if (fine.size() == kFine) break;
-    const Registration r = register_cloud(surface, cloud, candidate.aMb, settings.registration);
-    if (std::ranges::all_of(fine, [&](const Registration& known) { return different(known, r); })) fine.push_back(r);
-  }
+  std::vector<Registration> places, fine;
+  for (const Registration& candidate : tried) add_if_different(places, candidate);
+  constexpr std::size_t kMostPlaces = 4;
+  places.resize(std::min(places.size(), kMostPlaces));
+  for (const Registration& place : places)
+    add_if_different(fine, register_cloud(surface, cloud, place.aMb, settings.registration));
   std::ranges::stable_sort(fine, better);
 
   Placed best{fine.front(), doubt(fine.front(), settings.least_share)};
@@ -66,7 +68,8 @@ Placed search(const PointCloud& surface, const PointCloud& cloud, const MergeSet
   if (best.doubt.empty() && fine.size() > 1 && fine[1].share > kAlike * fine[0].share) {
     char text[200];
     std::snprintf(
-        text, sizeof text, "two places fit alike, %.0f degrees apart: %.0f %% and %.0f %% of the points have a partner",
+        text, sizeof text,
+        "two places fit alike, %.0f degrees apart: %.0f %% and %.0f %% of the points lie on the other surface",
         to_degrees(rotation_angle(fine[0].aMb.inverse() * fine[1].aMb)), 100 * fine[0].share, 100 * fine[1].share);
     best.doubt = text;
   }

@@ -17,8 +17,8 @@ struct TurnedView {
 
 struct MergeSettings {
   Vector3d up = Vector3d::UnitZ();  ///< what the object was turned about, nearly; in every view's frame
-  double least_share = 0.3;         ///< of a view's points must have a partner
-  RegistrationSettings registration{.first_reach_m = 0.024, .reach_m = 0.006};
+  double least_share = 0.3;         ///< of a view's points must lie on the other surface
+  RegistrationSettings registration{.first_reach_m = 0.024, .reach_m = 0.006, .spacing_m = 0.005};
 };
 
 struct MergedViews {

@@ -1,6 +1,7 @@
 // Convex prisms and what a camera sees of them: clouds whose truth is known in closed form.
 #pragma once
 
+#include <Eigen/LU>
 #include <cmath>
 #include <random>
 #include <vector>
@@ -19,12 +20,17 @@ struct Prism {
 
 /// Eight sides of which no two are alike: turned, it fits in one place only.
 inline Prism odd_prism() {
-  const double angle[] = {0, 38, 95, 130, 185, 240, 275, 325},
-               radius[] = {0.13, 0.10, 0.14, 0.12, 0.15, 0.10, 0.13, 0.11};
+  const double towards[] = {0, 40, 95, 135, 180, 230, 275, 315},
+               distance[] = {0.105, 0.120, 0.110, 0.128, 0.112, 0.122, 0.100, 0.118};
+  const auto normal = [&](int k) {
+    return Vector2d(std::cos(from_degrees(towards[k])), std::sin(from_degrees(towards[k])));
+  };
   Prism prism;
-  for (int k = 0; k < 8; ++k)
-    prism.outline.emplace_back(radius[k] * std::cos(from_degrees(angle[k])),
-                               radius[k] * std::sin(from_degrees(angle[k])));
+  for (int k = 0; k < 8; ++k) {
+    Eigen::Matrix2d sides;
+    sides << normal(k).transpose(), normal((k + 1) % 8).transpose();
+    prism.outline.emplace_back(sides.inverse() * Vector2d(distance[k], distance[(k + 1) % 8]));
+  }
   return prism;
 }
 

@@ -10,6 +10,7 @@
 
 #include "core/model_yaml.hpp"
 #include "reconstruction/cloud/cloud_io.hpp"
+#include "tests/pointcloud/seen_prism.hpp"
 #include "tests/program/program.hpp"
 
 namespace fs = std::filesystem;
@@ -193,24 +194,17 @@ double coverage(const std::string& cloud, const std::string& object, const std::
   return score.at("coverage").get<double>();
 }
 
-/// A prism of eight unequal sides, 160 mm high, its top at z = 0.
-std::string odd_prism() {
-  const double angle[] = {0, 38, 95, 130, 185, 240, 275, 325},
-               radius[] = {0.13, 0.10, 0.14, 0.12, 0.15, 0.10, 0.13, 0.11};
+/// As an OBJ file whose origin is where the box has it.
+std::string obj_of(const shapes::Prism& prism) {
+  const TriangleMesh mesh = shapes::mesh_of(prism);
   std::ostringstream obj;
-  for (const double z : {-0.16, 0.0})
-    for (int k = 0; k < 8; ++k) {
-      const double a = angle[k] * std::numbers::pi / 180;
-      obj << "v " << radius[k] * std::cos(a) << ' ' << radius[k] * std::sin(a) << ' ' << z << '\n';
-    }
-  obj << "f 9 10 11 12 13 14 15 16\nf 8 7 6 5 4 3 2 1\n";
-  for (int k = 0; k < 8; ++k)
-    obj << "f " << k + 1 << ' ' << (k + 1) % 8 + 1 << ' ' << (k + 1) % 8 + 9 << ' ' << k + 9 << '\n';
+  for (const Vector3d& v : mesh.vertices) obj << "v " << v.x() << ' ' << v.y() << ' ' << v.z() - prism.height << '\n';
+  for (const Eigen::Vector3i& t : mesh.triangles) obj << "f " << t[0] + 1 << ' ' << t[1] + 1 << ' ' << t[2] + 1 << '\n';
   return obj.str();
 }
 
 TEST(CloudMerge, TwoScansOfATurnedObjectCoverMoreThanOneCanSee) {
-  const std::string prism = odd_prism();
+  const std::string prism = obj_of(shapes::odd_prism());
   const std::string first = scanned(turned_rig("rig", 0, prism), "first"),
                     second = scanned(turned_rig("turned", 60, prism), "second"), out = in_scratch("whole.ply"),
                     object = (scratch_folder() / "rig/black_box.obj").string();
