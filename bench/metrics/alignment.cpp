@@ -56,6 +56,7 @@ nlohmann::json to_json(const Registration& r) {
           {"matrix", matrix},
           {"pairs", r.pairs},
           {"share", r.share},
+          {"fit", r.fit},
           {"rms_m", r.rms_m},
           {"firmness", r.firmness}};
 }

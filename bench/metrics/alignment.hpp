@@ -29,7 +29,7 @@ AlignedScore evaluate_aligned(const PointCloud& cloud, const ObjectSurface& obje
 /// The metrics' keys and `transform`; or, without a score, `refused` and `transform`.
 nlohmann::json to_json(const AlignedScore& score);
 
-/// translation_m, rotation_deg, matrix (4 rows: p_a = matrix * p_b), pairs, share, rms_m, firmness.
+/// translation_m, rotation_deg, matrix (4 rows: p_a = matrix * p_b), pairs, share, fit, rms_m, firmness.
 nlohmann::json to_json(const Registration& registration);
 
 }  // namespace tankrig

@@ -110,14 +110,14 @@ class DampedStep final
 };
 
 Eigen::Matrix4d icp_step(const Surface& surface, const SurfaceCloud::Ptr& moved, bool normals, double reach,
-                         const Eigen::Matrix4d& start) {
+                         int iterations, const Eigen::Matrix4d& start) {
   pcl::IterativeClosestPoint<pcl::PointNormal, pcl::PointNormal, double> icp;
   icp.setTransformationEstimation(std::make_shared<DampedStep>());
   icp.setInputTarget(surface.points());
   icp.setSearchMethodTarget(surface.tree(), true);
   icp.setInputSource(moved);
   icp.setMaxCorrespondenceDistance(reach);
-  icp.setMaximumIterations(30);
+  icp.setMaximumIterations(iterations);
   icp.setTransformationEpsilon(1e-12);
   icp.setEuclideanFitnessEpsilon(1e-12);
   if (normals) {
@@ -150,9 +150,14 @@ void judge_pairs(const Surface& surface, const SurfaceCloud& moved, bool normals
   r.pairs = places.size();
   constexpr double kClose = 1.0 / 6;
   std::size_t close = 0;
-  for (std::size_t i = 0; i < places.size(); ++i)
-    close += std::abs(directions[i].dot(partners[i] - places[i])) <= kClose * reach;
+  double fits = 0;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const double part = directions[i].dot(partners[i] - places[i]) / (kClose * reach);
+    close += std::abs(part) <= 1;
+    fits += std::max(0.0, 1 - part * part);
+  }
   r.share = static_cast<double>(close) / static_cast<double>(std::max<std::size_t>(moved.size(), 1));
+  r.fit = fits / static_cast<double>(std::max<std::size_t>(moved.size(), 1));
   r.free = 6;
   if (r.pairs < kLeastPairs) return;
   const PairSums sums(places, partners, directions);
@@ -183,7 +188,8 @@ Registration register_cloud(const PointCloud& surface_a, const PointCloud& cloud
   for (double reach = settings.first_reach_m;; reach = std::max(reach / 2, settings.reach_m)) {
     judge_pairs(surface, *moved, normals, reach, r);
     if (r.pairs < kLeastPairs) break;
-    r.aMb.matrix() = icp_step(surface, moved, normals, reach, r.aMb.matrix());
+    const int iterations = reach > settings.reach_m ? 10 : 30;
+    r.aMb.matrix() = icp_step(surface, moved, normals, reach, iterations, r.aMb.matrix());
     r.aMb.linear() = Eigen::Quaterniond(r.aMb.linear()).normalized().toRotationMatrix();
     if (reach <= settings.reach_m) break;
   }
@@ -200,7 +206,7 @@ std::string doubt(const Registration& r, double least_share) {
                   100 * least_share);
   else if (r.free > 0)
     std::snprintf(text, sizeof text,
-                  "the shape leaves %d of the 6 freedoms open (firmness %.3f, expected %.2f): what overlaps slides or "
+                  "the shape leaves %d of the 6 freedoms open (firmness %.4f, expected %.3f): what overlaps slides or "
                   "turns on itself",
                   r.free, r.firmness, kLeastFirmness);
   return text;

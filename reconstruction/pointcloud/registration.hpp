@@ -20,6 +20,7 @@ struct Registration {
   Transform aMb = Transform::Identity();
   std::size_t pairs = 0;  ///< points of b, thinned, with a partner
   double share = 0;       ///< of b's thinned points: those no farther than a sixth of the reach from a partner's plane
+  double fit = 0;         ///< 1: every one of b's points lies on the surface; 0: none does
   double rms_m = 0;       ///< of the pairs' distances along a's normals
   /// How firmly the pairs hold the freest of the six freedoms: the smallest eigenvalue of the mean of J' J, where J is
   /// a pair's distance by the rotation about the pairs' centre, in units of their mean square radius, and by the
@@ -28,8 +29,8 @@ struct Registration {
   int free = 0;  ///< freedoms whose eigenvalue is below kLeastFirmness
 };
 
-/// Noise in normals holds what nothing else does with its variance: 0.01 is 6 degrees.
-inline constexpr double kLeastFirmness = 0.02;
+/// Noise in normals holds what nothing else does with its variance: 0.005 is 4 degrees.
+inline constexpr double kLeastFirmness = 0.005;
 
 /// Moves b from `aMb_start` to where its points lie best on a's planes. `a` has normals; where b has them too, partners
 /// whose normals are more than 45 degrees apart do not count.

@@ -37,9 +37,9 @@ struct Placed {
 Placed search(const PointCloud& surface, const PointCloud& cloud, const MergeSettings& settings) {
   const double size = size_of(surface);
   const Vector3d a = centre_of(surface), b = centre_of(cloud);
-  const RegistrationSettings coarse{0.2 * size, 0.03 * size, 0.03 * size};
+  const RegistrationSettings coarse{0.16 * size, 0.04 * size, 0.04 * size};
   const PointCloud thin_surface = thinned(surface, 0.015 * size);
-  const auto better = [](const Registration& one, const Registration& other) { return one.share > other.share; };
+  const auto better = [](const Registration& one, const Registration& other) { return one.fit > other.fit; };
   const auto add_if_different = [&](std::vector<Registration>& known, const Registration& r) {
     const bool different = std::ranges::all_of(known, [&](const Registration& other) {
       return rotation_angle(r.aMb.inverse() * other.aMb) > kOtherTurn ||
@@ -65,7 +65,7 @@ Placed search(const PointCloud& surface, const PointCloud& cloud, const MergeSet
 
   Placed best{fine.front(), doubt(fine.front(), settings.least_share)};
   constexpr double kAlike = 0.85;
-  if (best.doubt.empty() && fine.size() > 1 && fine[1].share > kAlike * fine[0].share) {
+  if (best.doubt.empty() && fine.size() > 1 && fine[1].fit > kAlike * fine[0].fit) {
     char text[200];
     std::snprintf(
         text, sizeof text,

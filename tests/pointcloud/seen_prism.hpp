@@ -18,10 +18,10 @@ struct Prism {
   double height = 0.16;
 };
 
-/// Eight sides of which no two are alike: turned, it fits in one place only.
+/// Eight sides of which no two are alike, longer along x: turned, it fits in one place only.
 inline Prism odd_prism() {
-  const double towards[] = {0, 40, 95, 135, 180, 230, 275, 315},
-               distance[] = {0.105, 0.120, 0.110, 0.128, 0.112, 0.122, 0.100, 0.118};
+  const double towards[] = {0, 25, 85, 125, 180, 210, 275, 310},
+               distance[] = {0.112, 0.118, 0.114, 0.120, 0.111, 0.117, 0.113, 0.119};
   const auto normal = [&](int k) {
     return Vector2d(std::cos(from_degrees(towards[k])), std::sin(from_degrees(towards[k])));
   };
@@ -31,6 +31,7 @@ inline Prism odd_prism() {
     sides << normal(k).transpose(), normal((k + 1) % 8).transpose();
     prism.outline.emplace_back(sides.inverse() * Vector2d(distance[k], distance[(k + 1) % 8]));
   }
+  for (Vector2d& corner : prism.outline) corner.x() *= 1.4;
   return prism;
 }
 
@@ -62,7 +63,7 @@ inline TriangleMesh mesh_of(const Prism& prism) {
   return mesh;
 }
 
-/// What a camera at `eye_o` sees of `mesh`, convex, at no more than 75 degrees: points 2 mm apart with Gaussian noise
+/// What a camera at `eye_o` sees of `mesh`, convex, at no more than 75 degrees: points 3 mm apart with Gaussian noise
 /// of `sigma_m` along the normals, which are there too, off by as much as noise of 3 degrees makes them.
 inline PointCloud seen(const TriangleMesh& mesh, const Vector3d& eye_o, double sigma_m, unsigned seed) {
   std::mt19937 random(seed);
@@ -73,7 +74,7 @@ inline PointCloud seen(const TriangleMesh& mesh, const Vector3d& eye_o, double s
     const Vector3d &a = mesh.vertices[mesh.triangles[i][0]], ab = mesh.vertices[mesh.triangles[i][1]] - a,
                    ac = mesh.vertices[mesh.triangles[i][2]] - a;
     const Vector3d n = ab.cross(ac).normalized();
-    const int count = static_cast<int>(triangle_area(mesh, i) / 4e-6);
+    const int count = static_cast<int>(triangle_area(mesh, i) / 9e-6);
     for (int k = 0; k < count; ++k) {
       double u = uniform(random), v = uniform(random);
       if (u + v > 1) u = 1 - u, v = 1 - v;
