@@ -16,7 +16,7 @@ install(CODE "
 install(FILES ${manual} DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT program)
 install(FILES ${completion} DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME tankrig COMPONENT program)
 
-set(libraries core session cloud stripe stereo metrics report time_offset pipeline)
+set(libraries core session cloud pointcloud stripe stereo metrics report time_offset pipeline)
 list(TRANSFORM libraries PREPEND tankrig_ OUTPUT_VARIABLE targets)
 install(TARGETS ${targets} EXPORT tankrigTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
 foreach(library ${libraries})

@@ -8,6 +8,7 @@ namespace tankrig::app {
 void add_scan(CLI::App& app, ChosenCommand& chosen);
 void add_reconstruct(CLI::App& app, ChosenCommand& chosen);
 void add_evaluate(CLI::App& app, ChosenCommand& chosen);
+void add_cloud(CLI::App& app, ChosenCommand& chosen);
 void add_session(CLI::App& app, ChosenCommand& chosen);
 void add_report(CLI::App& app, ChosenCommand& chosen);
 void add_doctor(CLI::App& app, ChosenCommand& chosen);

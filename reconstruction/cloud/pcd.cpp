@@ -238,21 +238,23 @@ PointCloud read_pcd(const std::filesystem::path& file, std::string_view text) {
 }
 
 std::string pcd_text(const PointCloud& cloud, bool ascii) {
+  const bool normals = cloud.has_normals();
   std::string out = fmt::format(
       "# .PCD v0.7 - tankrig cloud: x y z and sigma in metres, intensity 0..1, column in pixels\n"
       "# frame {0}\n"
       "VERSION 0.7\n"
-      "FIELDS x y z intensity frame column sigma\n"
-      "SIZE 4 4 4 4 4 4 4\n"
-      "TYPE F F F F I F F\n"
-      "COUNT 1 1 1 1 1 1 1\n"
+      "FIELDS x y z intensity frame column sigma{3}\n"
+      "SIZE 4 4 4 4 4 4 4{4}\n"
+      "TYPE F F F F I F F{5}\n"
+      "COUNT 1 1 1 1 1 1 1{6}\n"
       "WIDTH {1}\n"
       "HEIGHT 1\n"
       "VIEWPOINT 0 0 0 1 0 0 0\n"
       "POINTS {1}\n"
       "DATA {2}\n",
-      cloud.frame, cloud.points.size(), ascii ? "ascii" : "binary");
-  for (const CloudPoint& point : cloud.points) append_point(out, point, ascii);
+      cloud.frame, cloud.points.size(), ascii ? "ascii" : "binary", normals ? " normal_x normal_y normal_z" : "",
+      normals ? " 4 4 4" : "", normals ? " F F F" : "", normals ? " 1 1 1" : "");
+  for (const CloudPoint& point : cloud.points) append_point(out, point, ascii, normals);
   return out;
 }
 

@@ -218,6 +218,7 @@ PointCloud read_ply(const std::filesystem::path& file, std::string_view text) {
 }
 
 std::string ply_text(const PointCloud& cloud, bool ascii) {
+  const bool normals = cloud.has_normals();
   std::string out = fmt::format(
       "ply\n"
       "format {} 1.0\n"
@@ -231,9 +232,11 @@ std::string ply_text(const PointCloud& cloud, bool ascii) {
       "property int frame\n"
       "property float column\n"
       "property float sigma\n"
+      "{}"
       "end_header\n",
-      ascii ? "ascii" : "binary_little_endian", cloud.frame, cloud.points.size());
-  for (const CloudPoint& point : cloud.points) append_point(out, point, ascii);
+      ascii ? "ascii" : "binary_little_endian", cloud.frame, cloud.points.size(),
+      normals ? "property float nx\nproperty float ny\nproperty float nz\n" : "");
+  for (const CloudPoint& point : cloud.points) append_point(out, point, ascii, normals);
   return out;
 }
 

@@ -65,7 +65,7 @@ double decode(const char* bytes, Scalar type, bool big_endian) {
 }
 
 Target target_of(std::string_view property) {
-  static constexpr std::array<std::pair<std::string_view, Target>, 8> kTargets{
+  static constexpr std::array<std::pair<std::string_view, Target>, 14> kTargets{
       {{"x", Target::kX},
        {"y", Target::kY},
        {"z", Target::kZ},
@@ -73,7 +73,13 @@ Target target_of(std::string_view property) {
        {"scalar_intensity", Target::kIntensity},
        {"frame", Target::kFrame},
        {"column", Target::kColumn},
-       {"sigma", Target::kSigma}}};
+       {"sigma", Target::kSigma},
+       {"nx", Target::kNx},
+       {"ny", Target::kNy},
+       {"nz", Target::kNz},
+       {"normal_x", Target::kNx},
+       {"normal_y", Target::kNy},
+       {"normal_z", Target::kNz}}};
   for (const auto& [name, target] : kTargets)
     if (name == property) return target;
   return Target::kNone;
@@ -105,10 +111,20 @@ void PointCollector::set(Target target, Scalar type, double value) {
     case Target::kSigma:
       point_.sigma = static_cast<float>(value);
       break;
+    case Target::kNx:
+    case Target::kNy:
+    case Target::kNz:
+      point_.normal[static_cast<int>(target) - static_cast<int>(Target::kNx)] = static_cast<float>(value);
+      break;
   }
 }
 
 void PointCollector::end() {
+  const float length = point_.normal.norm();
+  if (!std::isfinite(length) || length == 0)
+    point_.normal.setZero();
+  else if (std::abs(length - 1) > 1e-5f)
+    point_.normal /= length;
   if (point_.p.allFinite())
     cloud_.points.push_back(point_);
   else
@@ -173,22 +189,22 @@ void fail_truncated(const std::filesystem::path& file, std::size_t found, std::s
   throw InputError(file, fmt::format("data ends early: found {} points, expected {}", found, expected));
 }
 
-void append_float(std::string& out, float value) { out.append(reinterpret_cast<const char*>(&value), sizeof(value)); }
-
-void append_int32(std::string& out, std::int32_t value) {
-  out.append(reinterpret_cast<const char*>(&value), sizeof(value));
-}
-
-void append_point(std::string& out, const CloudPoint& point, bool ascii) {
+void append_point(std::string& out, const CloudPoint& point, bool ascii, bool with_normal) {
   const Eigen::Vector3f p = point.p.cast<float>();
   if (ascii) {
-    fmt::format_to(std::back_inserter(out), "{} {} {} {} {} {} {}\n", p.x(), p.y(), p.z(), point.intensity, point.frame,
+    fmt::format_to(std::back_inserter(out), "{} {} {} {} {} {} {}", p.x(), p.y(), p.z(), point.intensity, point.frame,
                    point.column, point.sigma);
+    if (with_normal)
+      fmt::format_to(std::back_inserter(out), " {} {} {}", point.normal.x(), point.normal.y(), point.normal.z());
+    out += '\n';
     return;
   }
-  for (const float value : {p.x(), p.y(), p.z(), point.intensity}) append_float(out, value);
-  append_int32(out, point.frame);
-  for (const float value : {point.column, point.sigma}) append_float(out, value);
+  const auto append = [&out](const auto& value) { out.append(reinterpret_cast<const char*>(&value), sizeof(value)); };
+  for (const float value : {p.x(), p.y(), p.z(), point.intensity}) append(value);
+  append(point.frame);
+  for (const float value : {point.column, point.sigma}) append(value);
+  if (with_normal)
+    for (const float value : point.normal) append(value);
 }
 
 }  // namespace tankrig::cloud_file

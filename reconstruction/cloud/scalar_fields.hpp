@@ -22,7 +22,7 @@ double full_scale(Scalar type);
 double decode(const char* bytes, Scalar type, bool big_endian);
 
 /// Where a named property goes in a CloudPoint.
-enum class Target : std::uint8_t { kNone, kX, kY, kZ, kIntensity, kFrame, kColumn, kSigma };
+enum class Target : std::uint8_t { kNone, kX, kY, kZ, kIntensity, kFrame, kColumn, kSigma, kNx, kNy, kNz };
 Target target_of(std::string_view property);
 /// 'x' of kX, and so on to 'z'.
 constexpr char axis_name(Target axis) {
@@ -73,10 +73,8 @@ std::optional<std::string> frame_comment(std::string_view comment);
 /// "found N points, expected M".
 [[noreturn]] void fail_truncated(const std::filesystem::path& file, std::size_t found, std::size_t expected);
 
-void append_float(std::string& out, float value);
-void append_int32(std::string& out, std::int32_t value);
-/// x y z intensity frame column sigma: 28 bytes, little endian, or one line of text.
-void append_point(std::string& out, const CloudPoint& point, bool ascii);
+/// x y z intensity frame column sigma, then the normal if asked for: 28 or 40 bytes, little endian, or one line of text.
+void append_point(std::string& out, const CloudPoint& point, bool ascii, bool with_normal);
 
 // One pair per format; `text` is the whole file.
 PointCloud read_ply(const std::filesystem::path& file, std::string_view text);

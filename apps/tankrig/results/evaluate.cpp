@@ -6,6 +6,7 @@
 #include "apps/tankrig/commands.hpp"
 #include "apps/tankrig/results/summary.hpp"
 #include "apps/tankrig/session/open_session.hpp"
+#include "bench/metrics/alignment.hpp"
 #include "bench/metrics/metrics_json.hpp"
 #include "bench/metrics/verdict_cloud.hpp"
 #include "core/config_node.hpp"
@@ -75,13 +76,14 @@ int evaluate(const EvaluateOptions& options) {
     if (!options.verdict.empty()) write_verdict_cloud(options.verdict, cloud, metrics.verdicts);
     result = to_json(metrics);
     scored = metrics.object_points > 0;
+    if (scored) result["aligned"] = to_json(evaluate_aligned(cloud, object, thresholds, metrics));
   }
   if (options.json) {
     print_json(result);
   } else if (options.definition == "uwsim") {
     std::printf("%s", uwsim_table(result).c_str());
   } else {
-    std::printf("%s", score_table({{"cloud", result}}).c_str());
+    std::printf("%s", aligned_table(result).c_str());
   }
   return scored ? kOk : no_score(given, options);
 }

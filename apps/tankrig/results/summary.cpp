@@ -38,6 +38,22 @@ std::string score_table(const std::vector<std::pair<std::string, nlohmann::json>
   return table + reasons;
 }
 
+std::string registration_line(const nlohmann::json& r) {
+  const nlohmann::json& t = r.at("translation_m");
+  return fmt::format("moved by ({}, {}, {}) mm, turned by {} deg; {} pairs ({} %), rms {}", cell(t[0], 1e3, "{:.2f}"),
+                     cell(t[1], 1e3, "{:.2f}"), cell(t[2], 1e3, "{:.2f}"), cell(r.at("rotation_deg"), 1, "{:.3f}"),
+                     r.at("pairs").dump(), cell(r.at("share"), 100, "{:.0f}"), cell(r.at("rms_m"), 1e3, "{:.2f} mm"));
+}
+
+std::string aligned_table(const nlohmann::json& score) {
+  if (!score.contains("aligned")) return score_table({{"cloud", score}});
+  const nlohmann::json& aligned = score.at("aligned");
+  if (aligned.contains("refused"))
+    return score_table({{"cloud", score}}) + "not aligned: " + aligned.at("refused").get<std::string>() + "\n";
+  return score_table({{"cloud", score}, {"cloud aligned", aligned}}) +
+         "aligned: " + registration_line(aligned.at("transform")) + "\n";
+}
+
 std::string sync_line(const Statistics& sync) {
   std::string ms, mm, sigma;
   for (const Statistic& s : sync) {
