@@ -73,7 +73,7 @@ int report(const ReportOptions& options);
 struct InitOptions {
   std::filesystem::path directory;
   std::string from = "tank-sim";
-  bool keys = false;  ///< print the keys of `scan` and make nothing
+  bool keys = false;  ///< print the keys of rig files and make nothing
 };
 int init(const InitOptions& options);
 

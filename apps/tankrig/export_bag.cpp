@@ -64,7 +64,7 @@ class BagContent {
   void add_fixed_frames() {
     std::vector<BagTransform> fixed;
     if (scan_)
-      for (const SessionCamera& camera : session_.info.cameras) fixed.push_back({"b", camera.name, camera.bMc});
+      for (const CalibratedCamera& camera : session_.info.cameras) fixed.push_back({"b", camera.name, camera.bMc});
     if (session_.info.object) fixed.push_back({"b", "o", session_.info.object->bMo});
     if (!fixed.empty())
       add(clock_.at(first()), [fixed](BagFile& bag, std::int64_t at) { bag.transforms(at, fixed, true); });
@@ -90,7 +90,7 @@ class BagContent {
       else
         bag.compressed_image(topic + "/image_raw/compressed", at, frame.camera, "png",
                              read_whole_file(session_.path / frame.file));
-      for (const SessionCamera& camera : session_.info.cameras)
+      for (const CalibratedCamera& camera : session_.info.cameras)
         if (camera.name == frame.camera)
           bag.camera_info(topic + "/camera_info", at, frame.camera, camera.model, rectified_.at(camera.name));
     });

@@ -137,7 +137,7 @@ void add_init(CLI::App& app, ChosenCommand& chosen) {
   c->footer("Example: tankrig init my-rig && tankrig scan --rig my-rig/rig.yaml");
   auto* what = c->add_option_group("what");
   what->add_option("directory", o.directory, "Folder to make");
-  what->add_flag("--keys", o.keys, "Print every key of a rig file's scan section: default, range, meaning");
+  what->add_flag("--keys", o.keys, "Print every key of a rig file: default, range, meaning");
   what->require_option(1);
   c->add_option("--from", o.from, "Rig to start from")->capture_default_str();
 }

@@ -45,7 +45,7 @@ std::vector<std::string> calibration_errors(const RigConfig& rig, const sim::Tan
   const Transform bMw = world.wMb().inverse();
   std::vector<std::string> out;
   for (const RigCamera& camera : rig.cameras)
-    for (const sim::SceneCamera& truth : world.cameras()) {
+    for (const sim::CameraSpec& truth : world.cameras()) {
       if (truth.name != camera.name) continue;
       if (const auto d = pose_difference(camera.bMc, bMw * truth.wMc))
         out.push_back("camera " + camera.name + " stands " + *d + meant);
@@ -71,7 +71,7 @@ std::vector<std::string> calibration_errors(const RigConfig& rig, const sim::Tan
   return out;
 }
 
-const sim::SceneCamera& scene_camera(const RigConfig& rig, const RigCamera& camera, const sim::TankWorld& world) {
+const sim::CameraSpec& scene_camera(const RigConfig& rig, const RigCamera& camera, const sim::TankWorld& world) {
   const auto& known = world.cameras();
   const auto seen = std::find_if(known.begin(), known.end(), [&](const auto& c) { return c.name == camera.name; });
   if (seen == known.end())

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "rig/config/rig_config.hpp"
+#include "sim_backends/world/scene.hpp"
 #include "sim_backends/world/tank_world.hpp"
 
 namespace tankrig::app {
@@ -15,7 +16,7 @@ std::vector<std::string> calibration_errors(const RigConfig& rig, const sim::Tan
 
 /// The scene's camera behind one of the rig's.
 /// Errors: InputError if there is none, or of another size.
-const sim::SceneCamera& scene_camera(const RigConfig& rig, const RigCamera& camera, const sim::TankWorld& world);
+const sim::CameraSpec& scene_camera(const RigConfig& rig, const RigCamera& camera, const sim::TankWorld& world);
 
 /// What of the scene is not simulated, and where the rig file contradicts it.
 std::vector<std::string> scene_warnings(const RigConfig& rig, const sim::TankWorld& world);

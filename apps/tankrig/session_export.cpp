@@ -103,7 +103,7 @@ class Export {
 
   void camera_info() {
     const auto rectified = rectifications(session_);
-    for (const SessionCamera& camera : session_.info.cameras) {
+    for (const CalibratedCamera& camera : session_.info.cameras) {
       write_camera_file(target("camera_info/" + camera.name + ".yaml"), camera.model, camera.name,
                         rectified.at(camera.name));
       write_opencv_camera_file(target("camera_info/" + camera.name + ".opencv.yml"), camera.model, camera.name);
@@ -140,9 +140,9 @@ class Export {
 
 std::map<std::string, Rectification> rectifications(const Session& session) {
   std::map<std::string, Rectification> out;
-  for (const SessionCamera& camera : session.info.cameras) out[camera.name] = rectification_of(camera.model);
-  const SessionCamera* left = session.find_camera(CameraRole::kLeft);
-  const SessionCamera* right = session.find_camera(CameraRole::kRight);
+  for (const CalibratedCamera& camera : session.info.cameras) out[camera.name] = rectification_of(camera.model);
+  const CalibratedCamera* left = session.find_camera(CameraRole::kLeft);
+  const CalibratedCamera* right = session.find_camera(CameraRole::kRight);
   if (left && right) {
     const Rectifier pair({left->model, right->model, right->bMc.inverse() * left->bMc});
     out[left->name] = pair.left_rectification();

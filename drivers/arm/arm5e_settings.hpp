@@ -6,6 +6,7 @@
 #include <string>
 
 #include "core/config_node.hpp"
+#include "core/enum_names.hpp"
 #include "drivers/arm/can_arm_link.hpp"
 #include "drivers/arm/encoder_track.hpp"
 #include "drivers/arm/homing_settings.hpp"
@@ -16,6 +17,8 @@
 namespace tankrig {
 
 enum class ArmCarrier : std::uint8_t { kCan, kSerial };
+template <>
+inline constexpr std::array kNames<ArmCarrier>{"can", "serial"};
 
 /// Source of the defaults: docs/reference/arm5e.md.
 struct Arm5eSettings {
@@ -57,10 +60,12 @@ CarrierLoad carrier_load(const Arm5eSettings& settings);
 /// Errors: InputError when the load is above 70 %, naming rate, load and the largest rate allowed.
 void check_carrier_load(const Arm5eSettings& settings);
 
-/// Reads everything but `driver`; the caller finishes the section. Paths that begin with "runtime/" lie in `runtime`.
+/// The caller finishes the section. Paths that begin with "runtime/" lie in `runtime`.
 /// `carrier`: "can" or "serial" instead of the section's own; empty: its own.
 /// Errors: InputError with line.
 Arm5eSettings arm5e_settings_from(const ConfigNode& arm, const std::filesystem::path& runtime,
                                   const std::string& carrier = {});
+/// Its keys, as rows of a Markdown table.
+std::string arm5e_rows(const std::string& place);
 
 }  // namespace tankrig

@@ -4,12 +4,15 @@
 #include <array>
 
 #include "core/arm_model.hpp"
+#include "core/enum_names.hpp"
 #include "core/time.hpp"
 
 namespace tankrig {
 
 /// kNone: the axis has no stop to find; where it stands is taken for its rest angle.
 enum class HomeDirection : std::uint8_t { kNegative, kPositive, kNone };
+template <>
+inline constexpr std::array kNames<HomeDirection>{"negative", "positive", "none"};
 
 /// Directions are of the actuator: negative makes ticks fewer. Source: the laboratory's public start-up file homes
 /// slew, shoulder and elbow at speed 1500, negative, until the arm takes 1 A, with 5 s between axes; the wrist is not

@@ -52,7 +52,7 @@ std::vector<std::pair<std::string, std::string>> session_summary(const Session& 
   if (info.lux_before) add("lux before", rounded(*info.lux_before, 1, "lx"));
   if (info.lux_after) add("lux after", rounded(*info.lux_after, 1, "lx"));
   if (info.simulated_s > 0) add("length", rounded(info.simulated_s, 2, "s"));
-  for (const SessionCamera& camera : info.cameras)
+  for (const CalibratedCamera& camera : info.cameras)
     add("camera " + camera.name, std::string(to_string(camera.role)) + ", " + std::to_string(camera.model.width) +
                                      " x " + std::to_string(camera.model.height) + " px, " +
                                      frames_of(session, camera.name));

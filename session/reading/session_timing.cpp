@@ -3,29 +3,39 @@
 #include <array>
 #include <cstdio>
 
-#include "core/text_files.hpp"
+#include "core/settings_table.hpp"
 
 namespace tankrig {
 namespace {
 
 struct Named {
-  const char* key;    // in session.yaml
   const char* words;  // on the screen
   TimingQuantity SessionTiming::*quantity;
 };
-constexpr std::array<Named, 3> kQuantities{{{"wake_up_us", "wake-up latency", &SessionTiming::wake_up},
-                                            {"execution_us", "execution time", &SessionTiming::execution},
-                                            {"period_us", "period", &SessionTiming::period}}};
-constexpr ConfigNode::Range kMicroseconds{0, 1e12};
+constexpr std::array<Named, 3> kQuantities{{{"wake-up latency", &SessionTiming::wake_up},
+                                            {"execution time", &SessionTiming::execution},
+                                            {"period", &SessionTiming::period}}};
+
+constexpr ConfigRange kMicroseconds{0, 1e12};
+const Setting<TimingQuantity> kQuantityRows[] = {
+    {"p50", &TimingQuantity::p50, kMicroseconds, "", Need::kRequired},
+    {"p99", &TimingQuantity::p99, kMicroseconds, "", Need::kRequired},
+    {"p99_9", &TimingQuantity::p999, kMicroseconds, "", Need::kRequired},
+    {"max", &TimingQuantity::max, kMicroseconds, "", Need::kRequired},
+};
+constexpr SettingsTable<TimingQuantity> kQuantity{kQuantityRows};
+
+const Setting<SessionTiming> kTimingRows[] = {
+    {"cycle_hz", &SessionTiming::cycle_hz, ConfigRange(0, 1e6), "", Need::kRequired},
+    {"cycles", &SessionTiming::cycles, "", Need::kRequired},
+    {"overruns", &SessionTiming::overruns, "", Need::kRequired},
+    {"missed_cycles", &SessionTiming::missed_cycles, "", Need::kRequired},
+    {"wake_up_us", &SessionTiming::wake_up, kQuantity, Need::kRequired, YAML::Flow},
+    {"execution_us", &SessionTiming::execution, kQuantity, Need::kRequired, YAML::Flow},
+    {"period_us", &SessionTiming::period, kQuantity, Need::kRequired, YAML::Flow},
+};
 
 double microseconds(Duration d) { return static_cast<double>(d.count()) * 1e-3; }
-
-std::uint64_t read_count(const ConfigNode& node, const char* key) {
-  const std::string text = node.text(key);
-  std::uint64_t value = 0;
-  if (!parse_number(text, value)) node.fail(key, "found '" + text + "', expected a whole number of at least 0");
-  return value;
-}
 
 TimingQuantity quantity_of(const Histogram& h) {
   return {microseconds(h.quantile(0.5)), microseconds(h.quantile(0.99)), microseconds(h.quantile(0.999)),
@@ -42,6 +52,8 @@ std::string counted(const SessionTiming& t) {
 
 }  // namespace
 
+constinit const SettingsTable<SessionTiming> kSessionTimingKeys{kTimingRows};
+
 SessionTiming session_timing(const CycleTimes& times, double cycle_hz) {
   return {cycle_hz,
           times.cycles,
@@ -50,32 +62,6 @@ SessionTiming session_timing(const CycleTimes& times, double cycle_hz) {
           quantity_of(times.wake_up),
           quantity_of(times.execution),
           quantity_of(times.period)};
-}
-
-std::string timing_yaml(const SessionTiming& t) {
-  std::string out = "timing:\n  cycle_hz: " + exact_text(t.cycle_hz) + "\n  cycles: " + std::to_string(t.cycles) +
-                    "\n  overruns: " + std::to_string(t.overruns) +
-                    "\n  missed_cycles: " + std::to_string(t.missed_cycles) + "\n";
-  for (const Named& named : kQuantities) {
-    const TimingQuantity& q = t.*named.quantity;
-    out += std::string("  ") + named.key + ": {p50: " + exact_text(q.p50) + ", p99: " + exact_text(q.p99) +
-           ", p99_9: " + exact_text(q.p999) + ", max: " + exact_text(q.max) + "}\n";
-  }
-  return out;
-}
-
-SessionTiming read_timing(const ConfigNode& node) {
-  SessionTiming t;
-  t.cycle_hz = node.number("cycle_hz", {0, 1e6});
-  t.cycles = read_count(node, "cycles");
-  t.overruns = read_count(node, "overruns");
-  t.missed_cycles = read_count(node, "missed_cycles");
-  for (const Named& named : kQuantities) {
-    const ConfigNode child = node.child(named.key);
-    const auto number = [&](const char* key) { return child.number(key, kMicroseconds); };
-    t.*named.quantity = {number("p50"), number("p99"), number("p99_9"), number("max")};
-  }
-  return t;
 }
 
 std::string timing_csv(const CycleTimes& times) {

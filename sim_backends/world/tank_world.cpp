@@ -67,7 +67,6 @@ struct TankWorld::Impl {
   LaserSheet sheet;
   ParticleField particles;
   std::vector<std::unique_ptr<CameraStation>> stations;
-  std::vector<SceneCamera> cameras;
 
   Impl(Scene s, const WorldOptions& options)
       : scene(apply(std::move(s), options)),
@@ -75,10 +74,7 @@ struct TankWorld::Impl {
         radiometry(scene, geometry),
         sheet(scene.laser, radiometry.laser_attenuation()),
         particles(scene, options.seed) {
-    for (const CameraSpec& c : scene.cameras) {
-      stations.push_back(std::make_unique<CameraStation>(c, options.seed));
-      cameras.push_back({c.name, c.model, c.wMc, c.channels, c.rate_hz, c.exposure_s});
-    }
+    for (const CameraSpec& c : scene.cameras) stations.push_back(std::make_unique<CameraStation>(c, options.seed));
   }
 
   const CameraStation& station(const std::string& name) const {
@@ -155,7 +151,7 @@ TankWorld TankWorld::from_scene(Scene scene, const WorldOptions& options) {
 }
 
 const std::vector<std::string>& TankWorld::warnings() const { return impl_->scene.warnings; }
-const std::vector<SceneCamera>& TankWorld::cameras() const { return impl_->cameras; }
+const std::vector<CameraSpec>& TankWorld::cameras() const { return impl_->scene.cameras; }
 const ArmModel& TankWorld::arm() const { return impl_->scene.arm.model; }
 Transform TankWorld::wMb() const { return impl_->scene.arm.wMb; }
 Transform TankWorld::eMl() const { return impl_->scene.laser.eMl; }

@@ -17,6 +17,7 @@
 
 namespace tankrig::sim {
 
+struct CameraSpec;
 struct Scene;
 
 /// What a run changes of the scene file without editing it.
@@ -26,15 +27,6 @@ struct WorldOptions {
   std::optional<std::string> sensor;  ///< "gaussian" | "emva1288"
   std::optional<double> particles_per_m3;
   std::uint64_t seed = 1;
-};
-
-struct SceneCamera {
-  std::string name;
-  CameraModel model;
-  Transform wMc = Transform::Identity();
-  int channels = 3;
-  double rate_hz = 25;
-  double exposure_s = 0.01;
 };
 
 /// A scene file made visible. Everything is const after load: one world serves many threads.
@@ -51,7 +43,7 @@ class TankWorld {
   TankWorld& operator=(TankWorld&&) noexcept;
 
   const std::vector<std::string>& warnings() const;
-  const std::vector<SceneCamera>& cameras() const;
+  const std::vector<CameraSpec>& cameras() const;
   const ArmModel& arm() const;
   Transform wMb() const;
   Transform wMo() const;  ///< the object's mesh frame in the tank
