@@ -4,6 +4,7 @@
 #include <array>
 #include <string>
 
+#include "core/enum_names.hpp"
 #include "core/frames.hpp"
 
 namespace tankrig {
@@ -11,6 +12,8 @@ namespace tankrig {
 inline constexpr int kJoints = 5;
 enum Joint : int { kSlew, kShoulder, kElbow, kJawRotate, kJawOpening };
 inline constexpr std::array<const char*, kJoints> kJointNames{"slew", "shoulder", "elbow", "jaw_rotate", "jaw_opening"};
+template <>
+inline constexpr auto kNames<Joint> = kJointNames;
 
 /// One value per joint, in the order of `Joint`: rad, rad/s, or what the name says.
 using JointVector = Eigen::Matrix<double, kJoints, 1>;

@@ -151,7 +151,7 @@ ConfigNode ConfigNode::over(const ConfigNode& base) const {
 
 const std::filesystem::path& ConfigNode::file() const { return node_->file; }
 
-std::string ConfigNode::yaml() const { return YAML::Dump(node_->yaml) + "\n"; }
+void ConfigNode::write(YAML::Emitter& out) const { out << node_->yaml; }
 
 void ConfigNode::fail(std::string_view key, const std::string& message) const {
   throw InputError(node_->file_of(key), line_of_key(node_->yaml, std::string(key)),
@@ -171,10 +171,6 @@ double ConfigNode::number(std::string_view key, Range range) const {
 
 double ConfigNode::number_or(std::string_view key, double fallback, Range range) const {
   return has(key) ? number(key, range) : fallback;
-}
-
-Duration ConfigNode::milliseconds_or(std::string_view key, Duration fallback, Range range) const {
-  return has(key) ? from_seconds(1e-3 * number(key, range)) : fallback;
 }
 
 int ConfigNode::integer(std::string_view key, Range range) const {

@@ -10,9 +10,16 @@
 #include <vector>
 
 #include "core/frames.hpp"
-#include "core/time.hpp"
+
+namespace YAML {
+class Emitter;
+}
 
 namespace tankrig {
+
+/// Of the keys of a mapping: core/settings_table.hpp.
+template <class S>
+struct SettingsTable;
 
 /// Bounds of a number, both included.
 struct ConfigRange {
@@ -38,8 +45,6 @@ class ConfigNode {
   bool has(std::string_view key) const;
   double number(std::string_view key, Range range = {}) const;
   double number_or(std::string_view key, double fallback, Range range = {}) const;
-  /// A number of milliseconds; `range` in milliseconds too.
-  Duration milliseconds_or(std::string_view key, Duration fallback, Range range) const;
   int integer(std::string_view key, Range range = {}) const;
   int integer_or(std::string_view key, int fallback, Range range = {}) const;
   bool flag(std::string_view key) const;
@@ -74,8 +79,8 @@ class ConfigNode {
 
   const std::filesystem::path& file() const;
 
-  /// This mapping as YAML text, block style, scalars as they were written.
-  std::string yaml() const;
+  /// This mapping as a value, block style, scalars as they were written.
+  void write(YAML::Emitter& out) const;
 
  private:
   struct Node;

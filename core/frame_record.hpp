@@ -6,6 +6,7 @@
 #include <string>
 
 #include "core/arm_model.hpp"
+#include "core/enum_names.hpp"
 #include "core/frames.hpp"
 #include "core/time.hpp"
 
@@ -13,6 +14,8 @@ namespace tankrig {
 
 /// Where in the scan a frame was taken. Dark blocks have the laser off and the arm at rest.
 enum class Phase : std::uint8_t { kMove, kDarkBefore, kSweep, kDarkAfter };
+template <>
+inline constexpr std::array kNames<Phase>{"move", "dark_before", "sweep", "dark_after"};
 const char* to_string(Phase phase);
 
 /// One frame as recorded (a line of frames.csv).
@@ -34,6 +37,8 @@ struct FrameRecord {
 };
 
 enum class CameraRole : std::uint8_t { kMono, kLeft, kRight };
+template <>
+inline constexpr std::array kNames<CameraRole>{"mono", "left", "right"};
 const char* to_string(CameraRole role);
 
 }  // namespace tankrig

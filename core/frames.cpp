@@ -39,4 +39,6 @@ Eigen::Vector4d quaternion_xyzw(const Transform& aMb) {
   return q.coeffs();
 }
 
+Transform as_stored(const Transform& aMb) { return make_transform(aMb.translation(), quaternion_xyzw(aMb)); }
+
 }  // namespace tankrig

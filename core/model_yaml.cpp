@@ -1,158 +1,170 @@
 #include "core/model_yaml.hpp"
 
 #include <cmath>
-#include <initializer_list>
 
 #include "core/camera_ranges.hpp"
-#include "core/text_files.hpp"
+#include "core/settings_table.hpp"
+#include "core/shown_text.hpp"
 
 namespace tankrig {
 namespace {
 
-template <class Values>
-std::string list(const Values& values) {
-  std::string out = "[";
-  for (const double v : values) out += (out.size() > 1 ? ", " : "") + exact_text(v);
-  return out + "]";
-}
+constexpr ConfigRange kAngle{-7, 7}, kLength{-10, 10}, kSide{1e-12, 10}, kPixels{1, 100'000};
+constexpr double kShortestNormal = 1e-6, kUnitLength = 1e-14;
 
-struct Field {
-  const char* name;
-  double value;
+const Setting<CameraModel> kCamera[] = {
+    {"width_px", &CameraModel::width, kPixels, "of the picture", Need::kRequired},
+    {"height_px", &CameraModel::height, kPixels, "of the picture", Need::kRequired},
+    {"fx_px", &CameraModel::fx, kFocalRange, "focal length along x", Need::kRequired},
+    {"fy_px", &CameraModel::fy, kFocalRange, "focal length along y", Need::kRequired},
+    {"cx_px", &CameraModel::cx, kPrincipalPointRange, "principal point; the top-left pixel's centre is (0, 0)",
+     Need::kRequired},
+    {"cy_px", &CameraModel::cy, kPrincipalPointRange, "principal point", Need::kRequired},
+    {"k1", &CameraModel::k1, kRadialRange, "radial distortion, Brown-Conrady in OpenCV's order"},
+    {"k2", &CameraModel::k2, kRadialRange, "radial distortion"},
+    {"p1", &CameraModel::p1, kTangentialRange, "tangential distortion"},
+    {"p2", &CameraModel::p2, kTangentialRange, "tangential distortion"},
+    {"k3", &CameraModel::k3, kRadialRange, "radial distortion"},
 };
 
-std::string mapping(std::initializer_list<Field> fields) {
-  std::string out = "{";
-  for (const Field& f : fields) out += (out.size() > 1 ? ", " : "") + std::string(f.name) + ": " + exact_text(f.value);
-  return out + "}";
+void check_camera(const ConfigNode& node, const CameraModel& camera) {
+  if (!camera.invertible()) node.fail("k1", kFoldsOver);
 }
 
-std::string yaml_of(const Actuator& a) {
-  if (a.d == 0) return mapping({{"rad_per_tick", a.rad_per_tick}});
-  return mapping({{"d_m", a.d},
-                  {"r_m", a.r},
-                  {"l_min_m", a.l_min},
-                  {"m_per_tick", a.m_per_tick},
-                  {"alpha0_rad", a.alpha0},
-                  {"q0_rad", a.q0},
-                  {"sign", static_cast<double>(a.sign)}});
+const Setting<DhLink> kLinkRows[] = {
+    {"a_m", &DhLink::a, kLength, "Denavit-Hartenberg (standard): Rz(q + theta0) Tz(d) Tx(a) Rx(alpha); four links",
+     Need::kRequired},
+    {"alpha_rad", &DhLink::alpha, kAngle, "likewise", Need::kRequired},
+    {"d_m", &DhLink::d, kLength, "likewise", Need::kRequired},
+    {"theta0_rad", &DhLink::theta0, kAngle, "likewise", Need::kRequired},
+};
+constexpr SettingsTable<DhLink> kLink{kLinkRows};
+
+const Setting<Actuator> kLinearRows[] = {
+    {"d_m", &Actuator::d, kSide, "linear actuator: fixed side of its triangle ([arm5e.md](arm5e.md))", Need::kRequired},
+    {"r_m", &Actuator::r, kSide, "the other fixed side", Need::kRequired},
+    {"l_min_m", &Actuator::l_min, kSide, "the actuator's length at tick 0", Need::kRequired},
+    {"m_per_tick", &Actuator::m_per_tick, {1e-12, 1}, "its growth", Need::kRequired},
+    {"alpha0_rad", &Actuator::alpha0, kAngle, "the triangle's angle at q0_rad", Need::kRequired},
+    {"q0_rad", &Actuator::q0, kAngle, "joint angle at alpha0_rad", Need::kRequired},
+    {"sign", &Actuator::sign, ConfigRange(-1, 1), "1, or -1 where the joint's angle falls as the actuator grows",
+     Need::kRequired},
+};
+void check_linear(const ConfigNode& node, const Actuator& actuator) {
+  if (actuator.sign == 0) node.fail("sign", "found '0', expected 1 or -1");
+}
+constexpr SettingsTable<Actuator> kLinear{kLinearRows, check_linear};
+
+const Setting<Actuator> kRotaryRows[] = {
+    {"rad_per_tick", &Actuator::rad_per_tick, "rotary actuator: instead of all of these", Need::kRequired},
+};
+void check_rotary(const ConfigNode& node, const Actuator& actuator) {
+  if (actuator.rad_per_tick == 0) node.fail("rad_per_tick", "found 0, expected another number");
+}
+constexpr SettingsTable<Actuator> kRotary{kRotaryRows, check_rotary};
+
+void read_links(const ConfigNode& node, const char* key, ArmModel& arm) {
+  const std::vector<ConfigNode> links = node.items(key);
+  if (links.size() != arm.dh.size())
+    node.fail(key, "found " + std::to_string(links.size()) + " links, expected " + std::to_string(arm.dh.size()));
+  for (std::size_t i = 0; i < links.size(); ++i) read_settings(links[i], kLink, arm.dh[i]);
+}
+void write_links(YAML::Emitter& out, const ArmModel& arm) {
+  out << YAML::BeginSeq;
+  for (const DhLink& link : arm.dh) write_mapping(out, kLink, link, YAML::Flow);
+  out << YAML::EndSeq;
 }
 
-constexpr double kTiny = 1e-12;
-
-Actuator read_actuator(const ConfigNode& node) {
-  Actuator a;
-  if (node.has("rad_per_tick")) {
-    a.rad_per_tick = node.number("rad_per_tick");
-    if (a.rad_per_tick == 0) node.fail("rad_per_tick", "found 0, expected another number");
-    return a;
+void read_limits(const ConfigNode& node, const char* key, ArmModel& arm) {
+  const ConfigNode limits = node.child(key);
+  for (std::size_t j = 0; j < kJoints; ++j) {
+    const std::vector<double> range = limits.numbers(kJointNames[j], 2);
+    if (!(range[0] < range[1]))
+      limits.fail(kJointNames[j], "found a range that is empty, expected [lower, upper] with lower < upper");
+    arm.limits[j] = {range[0], range[1]};
   }
-  a.d = node.number("d_m", {kTiny, 10});
-  a.r = node.number("r_m", {kTiny, 10});
-  a.l_min = node.number("l_min_m", {kTiny, 10});
-  a.m_per_tick = node.number("m_per_tick", {kTiny, 1});
-  a.alpha0 = node.number("alpha0_rad", {-7, 7});
-  a.q0 = node.number("q0_rad", {-7, 7});
-  a.sign = node.integer("sign", {-1, 1});
-  if (a.sign == 0) node.fail("sign", "found '0', expected 1 or -1");
-  return a;
 }
+void write_limits(YAML::Emitter& out, const ArmModel& arm) {
+  out << YAML::BeginMap;
+  for (std::size_t j = 0; j < kJoints; ++j) {
+    out << YAML::Key << kJointNames[j] << YAML::Value;
+    emit_list(out, std::array{arm.limits[j].lower, arm.limits[j].upper});
+  }
+  out << YAML::EndMap;
+}
+
+void read_actuators(const ConfigNode& node, const char* key, ArmModel& arm) {
+  const ConfigNode actuators = node.child(key);
+  for (std::size_t j = 0; j < kJoints; ++j) {
+    const ConfigNode actuator = actuators.child(kJointNames[j]);
+    arm.actuators[j] = {};
+    read_settings(actuator, actuator.has("rad_per_tick") ? kRotary : kLinear, arm.actuators[j]);
+  }
+}
+void write_actuators(YAML::Emitter& out, const ArmModel& arm) {
+  out << YAML::BeginMap;
+  for (std::size_t j = 0; j < kJoints; ++j) {
+    out << YAML::Key << kJointNames[j] << YAML::Value;
+    write_mapping(out, arm.actuators[j].d == 0 ? kRotary : kLinear, arm.actuators[j], YAML::Flow);
+  }
+  out << YAML::EndMap;
+}
+
+const Setting<ArmModel> kArm[] = {
+    {"dh",
+     {read_links, write_links, "", [](const std::string& place) { return settings_rows(place + "[]", kLink); }},
+     "",
+     Need::kRequired},
+    {"limits_rad", {read_limits, write_limits, "[lower, upper] by joint name"}, "the joints' angles", Need::kRequired},
+    {"actuators",
+     {read_actuators, write_actuators, "",
+      [](const std::string& place) {
+        return settings_rows(place + ".JOINT", kLinear) + settings_rows(place + ".JOINT", kRotary);
+      }},
+     "",
+     Need::kRequired},
+};
 
 }  // namespace
 
-std::string yaml_of(const Vector3d& v) { return list(v); }
-std::string yaml_of(const JointVector& q) { return list(q); }
+constinit const SettingsTable<CameraModel> kCameraModelKeys{kCamera, check_camera};
+constinit const SettingsTable<ArmModel> kArmModelKeys{kArm};
 
-std::string yaml_of(const Transform& aMb) {
-  return "{translation_m: " + list(Vector3d(aMb.translation())) + ", quaternion_xyzw: " + list(quaternion_xyzw(aMb)) +
-         "}";
+void emit_text(YAML::Emitter& out, const std::string& text) {
+  if (shown_text(text, text.size()) == text) out << YAML::DoubleQuoted;
+  out << text;
 }
 
-std::string yaml_of(const Plane& plane) {
-  return "{normal: " + list(plane.normal) + ", offset_m: " + exact_text(plane.offset) + "}";
+void emit(YAML::Emitter& out, const Transform& aMb) {
+  out << YAML::Flow << YAML::BeginMap << YAML::Key << "translation_m" << YAML::Value;
+  emit_list(out, Vector3d(aMb.translation()));
+  out << YAML::Key << "quaternion_xyzw" << YAML::Value;
+  emit_list(out, quaternion_xyzw(aMb));
+  out << YAML::EndMap;
 }
 
-std::string yaml_of(const CameraModel& c) {
-  return mapping({{"width_px", static_cast<double>(c.width)},
-                  {"height_px", static_cast<double>(c.height)},
-                  {"fx_px", c.fx},
-                  {"fy_px", c.fy},
-                  {"cx_px", c.cx},
-                  {"cy_px", c.cy},
-                  {"k1", c.k1},
-                  {"k2", c.k2},
-                  {"p1", c.p1},
-                  {"p2", c.p2},
-                  {"k3", c.k3}});
+void emit(YAML::Emitter& out, const Plane& plane) {
+  out << YAML::Flow << YAML::BeginMap << YAML::Key << "normal" << YAML::Value;
+  emit_list(out, plane.normal);
+  out << YAML::Key << "offset_m" << YAML::Value << exact_text(plane.offset) << YAML::EndMap;
 }
 
-std::string yaml_of(const ArmModel& arm, int indent) {
-  const std::string margin(static_cast<std::size_t>(indent), ' ');
-  std::string out = margin + "dh:\n";
-  for (const DhLink& link : arm.dh)
-    out += margin + "  - " +
-           mapping({{"a_m", link.a}, {"alpha_rad", link.alpha}, {"d_m", link.d}, {"theta0_rad", link.theta0}}) + "\n";
-  out += margin + "limits_rad:\n";
-  for (int i = 0; i < kJoints; ++i)
-    out += margin + "  " + kJointNames[i] + ": " + list(std::array{arm.limits[i].lower, arm.limits[i].upper}) + "\n";
-  out += margin + "actuators:\n";
-  for (int i = 0; i < kJoints; ++i) out += margin + "  " + kJointNames[i] + ": " + yaml_of(arm.actuators[i]) + "\n";
-  return out;
-}
+void emit(YAML::Emitter& out, const CameraModel& camera) { write_mapping(out, kCameraModelKeys, camera, YAML::Flow); }
+
+void emit(YAML::Emitter& out, const ArmModel& arm) { write_mapping(out, kArmModelKeys, arm); }
 
 Vector3d read_vector(const ConfigNode& node, std::string_view key) {
   const std::vector<double> v = node.numbers(key, 3);
   return {v[0], v[1], v[2]};
 }
 
-JointVector read_joints(const ConfigNode& node, std::string_view key) {
-  const std::vector<double> v = node.numbers(key, kJoints);
-  return Eigen::Map<const JointVector>(v.data());
-}
-
 Plane read_plane(const ConfigNode& node) {
   Plane plane{read_vector(node, "normal"), node.number("offset_m")};
   const double length = plane.normal.norm();
-  if (!(length > 1e-6)) node.fail("normal", "found length 0, expected a direction");
+  if (!(length > kShortestNormal)) node.fail("normal", "found length 0, expected a direction");
   // A normal that is already of length one to the last digits is kept as it is: it reads back exactly.
-  if (std::abs(length - 1) > 1e-14) plane.normal /= length;
+  if (std::abs(length - 1) > kUnitLength) plane.normal /= length;
   return plane;
-}
-
-CameraModel read_camera_model(const ConfigNode& node) {
-  CameraModel c;
-  c.width = node.integer("width_px", {1, 100000});
-  c.height = node.integer("height_px", {1, 100000});
-  c.fx = node.number("fx_px", kFocalRange);
-  c.fy = node.number("fy_px", kFocalRange);
-  c.cx = node.number("cx_px", kPrincipalPointRange);
-  c.cy = node.number("cy_px", kPrincipalPointRange);
-  c.k1 = node.number_or("k1", 0, kRadialRange);
-  c.k2 = node.number_or("k2", 0, kRadialRange);
-  c.p1 = node.number_or("p1", 0, kTangentialRange);
-  c.p2 = node.number_or("p2", 0, kTangentialRange);
-  c.k3 = node.number_or("k3", 0, kRadialRange);
-  if (!c.invertible()) node.fail("k1", kFoldsOver);
-  return c;
-}
-
-ArmModel read_arm_model(const ConfigNode& node) {
-  ArmModel arm;
-  const std::vector<ConfigNode> links = node.items("dh");
-  if (links.size() != arm.dh.size())
-    node.fail("dh", "found " + std::to_string(links.size()) + " links, expected " + std::to_string(arm.dh.size()));
-  for (std::size_t i = 0; i < links.size(); ++i)
-    arm.dh[i] = {links[i].number("a_m", {-10, 10}), links[i].number("alpha_rad", {-7, 7}),
-                 links[i].number("d_m", {-10, 10}), links[i].number("theta0_rad", {-7, 7})};
-  const ConfigNode limits = node.child("limits_rad"), actuators = node.child("actuators");
-  for (int i = 0; i < kJoints; ++i) {
-    const std::vector<double> range = limits.numbers(kJointNames[i], 2);
-    if (!(range[0] < range[1]))
-      limits.fail(kJointNames[i], "found a range that is empty, expected [lower, upper] with lower < upper");
-    arm.limits[i] = {range[0], range[1]};
-    arm.actuators[i] = read_actuator(actuators.child(kJointNames[i]));
-  }
-  return arm;
 }
 
 }  // namespace tankrig

@@ -1,31 +1,51 @@
-// The rig's models as YAML, the same in rig files and in sessions: arm, camera, pose, plane.
+// The rig's models as YAML, the same in rig files and in sessions: pose, plane, camera, arm.
 #pragma once
+
+#include <yaml-cpp/emitter.h>
+#include <yaml-cpp/emittermanip.h>
 
 #include <string>
 
 #include "core/arm_model.hpp"
 #include "core/camera_model.hpp"
 #include "core/config_node.hpp"
+#include "core/text_files.hpp"
 
 namespace tankrig {
 
-/// "{translation_m: [x, y, z], quaternion_xyzw: [x, y, z, w]}"
-std::string yaml_of(const Transform& aMb);
-/// "{normal: [x, y, z], offset_m: d}"
-std::string yaml_of(const Plane& plane);
-/// "[x, y, z]"
-std::string yaml_of(const Vector3d& v);
-std::string yaml_of(const JointVector& q);
-/// "{width_px: ..., height_px: ..., fx_px: ..., ..., k3: ...}"
-std::string yaml_of(const CameraModel& camera);
-/// Lines dh, limits_rad and actuators, each indented by `indent` blanks.
-std::string yaml_of(const ArmModel& arm, int indent);
+/// In double quotes; a text that is no UTF-8, such as an old file's name, without them where it can: its bytes stay.
+void emit_text(YAML::Emitter& out, const std::string& text);
 
-/// Errors: InputError with file and line, from all of them. A normal is scaled to length one.
+/// "[x, y, z]"
+template <class Numbers>
+void emit_list(YAML::Emitter& out, const Numbers& numbers) {
+  out << YAML::Flow << YAML::BeginSeq;
+  for (const double number : numbers) out << exact_text(number);
+  out << YAML::EndSeq;
+}
+template <class Numbers>
+void emit(YAML::Emitter& out, const Numbers& numbers) {
+  emit_list(out, numbers);
+}
+/// "{translation_m: [x, y, z], quaternion_xyzw: [x, y, z, w]}"
+void emit(YAML::Emitter& out, const Transform& aMb);
+/// "{normal: [x, y, z], offset_m: d}"
+void emit(YAML::Emitter& out, const Plane& plane);
+void emit(YAML::Emitter& out, const CameraModel& camera);
+void emit(YAML::Emitter& out, const ArmModel& arm);
+
+template <class Value>
+std::string yaml_of(const Value& value) {
+  YAML::Emitter out;
+  emit(out, value);
+  return out.c_str();
+}
+
+extern const SettingsTable<CameraModel> kCameraModelKeys;
+extern const SettingsTable<ArmModel> kArmModelKeys;
+
+/// Errors: InputError with file and line, from both. A normal is scaled to length one.
 Vector3d read_vector(const ConfigNode& node, std::string_view key);
-JointVector read_joints(const ConfigNode& node, std::string_view key);
 Plane read_plane(const ConfigNode& node);
-CameraModel read_camera_model(const ConfigNode& node);
-ArmModel read_arm_model(const ConfigNode& node);
 
 }  // namespace tankrig

@@ -10,8 +10,6 @@ bool is_file_name(std::string_view name);
 
 /// Whether it can be a camera's: also the field of a CSV table and a ROS topic.
 bool is_camera_name(std::string_view name);
-inline constexpr const char* kCameraNameExpected =
-    "expected a name that can be a folder's, without blanks, commas, quotes, slashes or a dot at its front";
 
 /// Whether `file` is a picture's of `camera`: frames/CAMERA/..., without "." and "..".
 bool is_picture_name(std::string_view file, std::string_view camera);

@@ -2,43 +2,50 @@
 
 #include <filesystem>
 
+#include "core/settings_table.hpp"
 #include "session/reading/session_rig_file.hpp"
 
 namespace tankrig {
 namespace {
 
-/// Reads one sub-section of `reconstruction` with its own reader.
-template <class Parameters, class Reader>
-void read_section(const std::optional<ConfigNode>& reconstruction, const char* name, Parameters& out, Reader reader) {
-  if (!reconstruction) return;
-  if (const auto node = reconstruction->optional_child(name)) out = reader(*node);
+using Parameters = PipelineParameters;
+const Setting<Parameters> kMethodRows[] = {
+    {"laser", &Parameters::laser, kStripeKeys},
+    {"laser_paper", &Parameters::laser_paper, kPaperStripeKeys},
+    {"stereo", &Parameters::stereo, kStereoKeys},
+    {"stereo_paper", &Parameters::stereo_paper, kPaperStereoKeys},
+};
+constexpr SettingsTable<Parameters> kMethodKeys{kMethodRows};
+
+const Setting<WorkspaceBox> kWorkspaceRows[] = {
+    {"min_m", &WorkspaceBox::min, "corner of what clouds are cut to, in the arm's base; points outside are counted",
+     Need::kRequired},
+    {"max_m", &WorkspaceBox::max, "the opposite corner", Need::kRequired},
+};
+void check_workspace(const ConfigNode& node, const WorkspaceBox& box) {
+  if (!(box.min.array() < box.max.array()).all()) node.fail("max_m", "expected every number above its one in min_m");
+}
+constexpr SettingsTable<WorkspaceBox> kWorkspace{kWorkspaceRows, check_workspace};
+
+void read_workspace(const ConfigNode& node, const char* key, Parameters& p) {
+  p.workspace = settings_from(node.child(key), kWorkspace);
 }
 
-WorkspaceBox workspace_from(const ConfigNode& node) {
-  const std::vector<double> low = node.numbers("min_m", 3), high = node.numbers("max_m", 3);
-  const WorkspaceBox box{{low[0], low[1], low[2]}, {high[0], high[1], high[2]}};
-  if (!(box.min.array() < box.max.array()).all()) node.fail("max_m", "expected every number above its one in min_m");
-  return box;
-}
+const Setting<Parameters> kPipelineRows[] = {
+    {"workspace",
+     {read_workspace, nullptr, "", [](const std::string& place) { return settings_rows(place, kWorkspace); }}},
+    {"reconstruction", kMethodKeys},
+    {"evaluation", &Parameters::thresholds, kMetricKeys},
+};
+constexpr SettingsTable<Parameters> kPipeline{kPipelineRows};
 
 }  // namespace
 
 PipelineParameters pipeline_parameters(const ConfigNode& rig_file) {
   PipelineParameters out;
-  const auto reconstruction = rig_file.optional_child("reconstruction");
-  read_section(reconstruction, "laser", out.laser, stripe_parameters_from);
-  read_section(reconstruction, "laser_paper", out.laser_paper, paper_stripe_parameters_from);
-  read_section(reconstruction, "stereo", out.stereo, stereo_parameters_from);
-  read_section(reconstruction, "stereo_paper", out.stereo_paper, paper_stereo_parameters_from);
-  if (reconstruction) reconstruction->finish();
-  if (const auto node = rig_file.optional_child("workspace")) {
-    out.workspace = workspace_from(*node);
-    node->finish();
-  }
-  if (const auto node = rig_file.optional_child("evaluation")) {
-    out.thresholds = metric_thresholds_from(*node);
-    node->finish();
-  }
+  read_settings(rig_file, kPipeline, out);
+  for (const Setting<Parameters>& setting : kPipeline.rows)
+    if (const auto section = rig_file.optional_child(setting.name)) section->finish();
   return out;
 }
 
@@ -46,5 +53,7 @@ PipelineParameters pipeline_parameters(const Session& session) {
   if (session.info.kind == "import" && !std::filesystem::exists(session.path / "rig.yaml")) return {};
   return pipeline_parameters(session_rig_file(session.path));
 }
+
+std::string pipeline_key_rows() { return settings_rows("", kPipeline); }
 
 }  // namespace tankrig

@@ -25,6 +25,9 @@ struct PipelineParameters {
 /// Errors: InputError with file and line; sections that are not there keep their defaults.
 PipelineParameters pipeline_parameters(const ConfigNode& rig_file);
 
+/// Every key of these sections with its default, range and meaning, as rows of a Markdown table.
+std::string pipeline_key_rows();
+
 /// Of the rig.yaml inside the session; defaults for an imported session, which has none.
 PipelineParameters pipeline_parameters(const Session& session);
 

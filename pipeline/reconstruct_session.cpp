@@ -33,7 +33,7 @@ std::vector<cv::Mat> images_of(const Session& session, const std::vector<const F
 
 void reconstruct_laser(const Session& session, const PipelineParameters& parameters, const ProgressCallback& progress,
                        Reconstruction& reconstruction) {
-  const SessionCamera& camera = session.camera(CameraRole::kMono);
+  const CalibratedCamera& camera = session.camera(CameraRole::kMono);
   const bool scan = session.info.kind == "scan";
   std::vector<StripeFrame> frames;
   for (const FrameRecord* record : frames_of(session, camera, [](const FrameRecord& f) { return f.laser_on; }))
@@ -69,8 +69,8 @@ void reconstruct_laser(const Session& session, const PipelineParameters& paramet
 
 /// Left and right frames with the laser off. What they show is at rest, so cameras that run free may be half a period
 /// of 25 frames/s apart. At most `count` pairs; `single` becomes the number of frames without a partner.
-std::vector<StereoPair> stereo_pairs(const Session& session, const SessionCamera& left, const SessionCamera& right,
-                                     std::size_t count, std::size_t& single) {
+std::vector<StereoPair> stereo_pairs(const Session& session, const CalibratedCamera& left,
+                                     const CalibratedCamera& right, std::size_t count, std::size_t& single) {
   const auto lefts = frames_of(session, left, dark), rights = frames_of(session, right, dark);
   TriggerPairing<FrameRecord> pairing({.tolerance = std::chrono::milliseconds(20)});
   for (const FrameRecord* l : lefts) pairing.add_left(*l);
@@ -87,8 +87,8 @@ std::vector<StereoPair> stereo_pairs(const Session& session, const SessionCamera
 
 void reconstruct_stereo(const Session& session, const PipelineParameters& parameters, const ProgressCallback& progress,
                         Reconstruction& reconstruction) {
-  const SessionCamera& left = session.camera(CameraRole::kLeft);
-  const SessionCamera& right = session.camera(CameraRole::kRight);
+  const CalibratedCamera& left = session.camera(CameraRole::kLeft);
+  const CalibratedCamera& right = session.camera(CameraRole::kRight);
   tell(progress, "reconstruct: " + reconstruction.method, 0);
   const std::size_t wanted = reconstruction.method == "stereo" ? session.frames.size() : 1;
   std::size_t single = 0;
@@ -124,7 +124,7 @@ void reconstruct_stereo(const Session& session, const PipelineParameters& parame
 
 }  // namespace
 
-std::vector<const FrameRecord*> frames_of(const Session& session, const SessionCamera& camera,
+std::vector<const FrameRecord*> frames_of(const Session& session, const CalibratedCamera& camera,
                                           bool (*wanted)(const FrameRecord&)) {
   std::vector<const FrameRecord*> out;
   for (const FrameRecord& frame : session.frames)

@@ -34,7 +34,7 @@ struct Reconstruction {
 };
 
 /// Frames of one camera, in file order.
-std::vector<const FrameRecord*> frames_of(const Session& session, const SessionCamera& camera,
+std::vector<const FrameRecord*> frames_of(const Session& session, const CalibratedCamera& camera,
                                           bool (*wanted)(const FrameRecord&));
 
 /// Reconstructs; writes nothing.

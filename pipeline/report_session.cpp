@@ -90,7 +90,7 @@ void add_method_pictures(const Session& session, const ObjectSurface& object, co
   const PointCloud cloud = cloud_in_object(session, score.reconstruction);
   write_verdict_cloud(session.path / "clouds" / (score.method() + "_verdict.ply"), cloud, score.metrics.verdicts);
   const bool laser = by_laser(score.method());
-  const SessionCamera& camera = session.camera(laser ? CameraRole::kMono : CameraRole::kLeft);
+  const CalibratedCamera& camera = session.camera(laser ? CameraRole::kMono : CameraRole::kLeft);
   const Vector3d camera_o = (session.info.object->bMo.inverse() * camera.bMc).translation();
   for (const auto& [name, view] :
        {std::pair{"camera", view_from(camera_o, object.mesh())}, std::pair{"back", back_view()}}) {

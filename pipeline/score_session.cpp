@@ -9,7 +9,7 @@ namespace fs = std::filesystem;
 namespace tankrig {
 namespace {
 
-std::vector<LaserPass> laser_passes(const Session& session, const SessionCamera& camera, const Transform& oMb) {
+std::vector<LaserPass> laser_passes(const Session& session, const CalibratedCamera& camera, const Transform& oMb) {
   const SessionCalibration& c = session.info.calibration;
   std::vector<LaserPass> passes;
   int pass = -1;
@@ -30,7 +30,7 @@ Ceiling ceiling_of(const Session& session, const ObjectSurface& object, const st
   CeilingViews views;
   views.max_incidence = thresholds.max_incidence;
   if (by_laser(method)) {
-    const SessionCamera& camera = session.camera(CameraRole::kMono);
+    const CalibratedCamera& camera = session.camera(CameraRole::kMono);
     views.cameras.push_back({camera.model, oMb * camera.bMc});
     views.laser = laser_passes(session, camera, oMb);
     if (views.laser.empty()) views.laser.emplace_back();  // no light at all: nothing is reachable

@@ -81,25 +81,6 @@ std::optional<double> share(std::size_t part, std::size_t whole) {
 
 }  // namespace
 
-MetricThresholds metric_thresholds_from(const ConfigNode& evaluation) {
-  MetricThresholds t;
-  const ConfigRange length{1e-6, 10.0};
-  t.inlier_m = evaluation.number_or("inlier_m", t.inlier_m, length);
-  t.outlier_m = evaluation.number_or("outlier_m", t.outlier_m, {t.inlier_m, 10.0});
-  if (evaluation.has("coverage_m")) {
-    t.coverage_m = evaluation.numbers("coverage_m");
-    for (double m : t.coverage_m)
-      if (!(m >= length.lower && m <= length.upper))
-        evaluation.fail("coverage_m", fmt::format("found {:f}, expected lengths from 1e-6 to 10 m", m));
-  }
-  t.coverage_headline_m = evaluation.number_or("coverage_headline_m", t.coverage_headline_m, length);
-  t.ground_band_m = evaluation.number_or("ground_band_m", t.ground_band_m, {0.0, 10.0});
-  t.max_incidence = from_degrees(evaluation.number_or("max_incidence_deg", to_degrees(t.max_incidence), {0.0, 90.0}));
-  t.surface_samples = static_cast<std::size_t>(
-      evaluation.integer_or("surface_samples", static_cast<int>(t.surface_samples), {1000.0, 1e7}));
-  return t;
-}
-
 ObjectSurface::ObjectSurface(TriangleMesh mesh, std::size_t surface_samples)
     : mesh_(std::move(mesh)), distance_(mesh_), samples_(sample_surface(mesh_, surface_samples)) {}
 

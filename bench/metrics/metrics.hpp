@@ -26,10 +26,8 @@ struct MetricThresholds {
   std::size_t surface_samples = 200'000;    ///< patches of the surface, about
 };
 
-/// Reads inlier_m, outlier_m, coverage_m, coverage_headline_m, ground_band_m, max_incidence_deg, surface_samples; each
-/// has its default.
-/// Errors: InputError.
-MetricThresholds metric_thresholds_from(const ConfigNode& evaluation);
+/// The rig file's `evaluation`.
+extern const SettingsTable<MetricThresholds> kMetricKeys;
 
 /// The object prepared for scoring many clouds.
 class ObjectSurface {

@@ -14,7 +14,7 @@ namespace tankrig {
 namespace {
 
 enum Direction { kPlusX, kMinusX, kPlusY, kMinusY, kPlusZ, kMinusZ };
-constexpr std::array kNames{"+x", "-x", "+y", "-y", "+z (top)", "-z (bottom)"};
+constexpr std::array kSideNames{"+x", "-x", "+y", "-y", "+z (top)", "-z (bottom)"};
 
 /// Panel coordinates of a point: right and down on the sheet, so that the six sides meet at their common edges.
 struct Panel {
@@ -152,7 +152,7 @@ cv::Mat draw_coverage_map(const TriangleMesh& mesh, const std::vector<SurfaceSam
   for (std::size_t side = 0; side < 6; ++side) {
     const cv::Rect& rect = layout.rects[side];
     cv::rectangle(picture, rect, cv::Scalar::all(110), 1);
-    put_text(picture, kNames[side], {rect.x + 5, rect.y + 15}, kInk, 9);
+    put_text(picture, kSideNames[side], {rect.x + 5, rect.y + 15}, kInk, 9);
   }
   if (!title.empty()) put_text(picture, title, {kMargin, 22}, kInk, 12);
   std::vector<LegendEntry> legend{{kColours[kCovered], share_text("covered", shares[kCovered])}};

@@ -6,13 +6,12 @@
 #include <cmath>
 
 #include "core/input_error.hpp"
+#include "core/settings_table.hpp"
 #include "drivers/can/can_timing.hpp"
 #include "drivers/device_path.hpp"
 
 namespace tankrig {
 namespace {
-
-constexpr double kUsualCanRate = 100, kUsualSerialRate = 50;  // the laboratory's cycle is 50 Hz
 
 std::string overload(const Arm5eSettings& settings) {
   const CarrierLoad carrier = carrier_load(settings);
@@ -34,61 +33,145 @@ std::string slow_round(const Arm5eSettings& settings) {
       settings.exchange_rate_hz, round, round_s);
 }
 
-SerialSettings serial_from(const ConfigNode& node, const std::filesystem::path& runtime) {
-  SerialSettings serial;
-  serial.device = device_path(node.text("device"), runtime);
-  serial.baud = node.integer_or("baud", serial.baud, {1200, 4'000'000});
-  return serial;
+/// As a rig file has them: a rate for each carrier.
+struct ArmKeys : Arm5eSettings {
+  double can_rate_hz = 100, serial_rate_hz = 50;  ///< usual ones; the laboratory's cycle is 50 Hz
+};
+
+constexpr ConfigRange kRate{1, 1000}, kRaw12{0, kLargestSpeed}, kSpeedRange{0, 10};
+
+const Setting<ArmKeys> kArmCanRows[] = {
+    {"", &ArmKeys::can, kCanKeys},
+    {"exchange_rate_hz", &ArmKeys::can_rate_hz, kRate, "a request and its answer; at most 70 % of what the wire can"},
+    {"fast_joint", &ArmKeys::fast_joint, "in every exchange, the others in turn; none: all in all of them"},
+    {"ids", &ArmKeys::can_ids, kArmCanIdKeys},
+};
+constexpr SettingsTable<ArmKeys> kArmCan{kArmCanRows};
+
+const Setting<SerialSettings> kArmLineRows[] = {
+    {"device", &SerialSettings::device, "/dev/ttyUSB0, or runtime/NAME for an emulated one", Need::kRequired},
+    {"baud", &SerialSettings::baud, ConfigRange(1200, 4'000'000), "of the line"},
+};
+constexpr SettingsTable<SerialSettings> kArmLine{kArmLineRows};
+const Setting<ArmKeys> kArmSerialRows[] = {
+    {"", &ArmKeys::serial, kArmLine},
+    {"exchange_rate_hz", &ArmKeys::serial_rate_hz, kRate, "as above"},
+};
+constexpr SettingsTable<ArmKeys> kArmSerial{kArmSerialRows};
+
+template <PidGains PidSlot::*gains>
+Setting<PidSlot> gains_setting(const char* key) {
+  return {key,
+          {[](const ConfigNode& node, const char* at, PidSlot& pid) {
+             const auto values = read_value<std::array<std::uint8_t, 3>>(node, at, {0, 255});
+             pid.*gains = {values[0], values[1], values[2]};
+           },
+           [](YAML::Emitter& out, const PidSlot& pid) {
+             emit_list(out, std::array{(pid.*gains).p, (pid.*gains).i, (pid.*gains).d});
+           },
+           "three whole numbers, each 0 to 255"},
+          "gains P, I, D, sent once after power-up"};
+}
+const Setting<PidSlot> kPidRows[] = {gains_setting<&PidSlot::position>("position"),
+                                     gains_setting<&PidSlot::speed>("speed")};
+constexpr SettingsTable<PidSlot> kPid{kPidRows};
+
+const Setting<EncoderTrackSettings> kEncoderRows[] = {
+    {"jump_ticks", &EncoderTrackSettings::jump_ticks, ConfigRange(10, 32'000),
+     "a reading this near to where the last speed takes the encoder is believed"},
+    {"persists_samples", &EncoderTrackSettings::persists_samples, ConfigRange(2, 1000),
+     "a reading that is not believed is, once so many in a row agree with it"},
+};
+constexpr SettingsTable<EncoderTrackSettings> kEncoder{kEncoderRows};
+
+void read_directions(const ConfigNode& node, const char* key, HomingSettings& homing) {
+  const ConfigNode joints = node.child(key);
+  for (std::size_t j = 0; j < kJoints; ++j)
+    if (joints.has(kJointNames[j])) homing.direction[j] = read_value<HomeDirection>(joints, kJointNames[j], {});
+}
+void write_directions(YAML::Emitter& out, const HomingSettings& homing) {
+  out << YAML::Flow << YAML::BeginMap;
+  for (std::size_t j = 0; j < kJoints; ++j) out << kJointNames[j] << name_of(homing.direction[j]);
+  out << YAML::EndMap;
+}
+void read_rest_angles(const ConfigNode& node, const char* key, HomingSettings& homing) {
+  const ConfigNode joints = node.child(key);
+  for (std::size_t j = 0; j < kJoints; ++j)
+    homing.rest_angle[j] = joints.number_or(kJointNames[j], homing.rest_angle[j], {-7, 7});
 }
 
-PidGains gains_from(const ConfigNode& node, std::string_view key, PidGains gains) {
-  if (!node.has(key)) return gains;
-  const auto values = node.numbers(key, 3);
-  for (const double v : values)
-    if (v < 0 || v > 255 || v != std::floor(v))
-      node.fail(key, fmt::format("found {:f}, expected whole numbers 0 .. 255", v));
-  return {static_cast<std::uint8_t>(values[0]), static_cast<std::uint8_t>(values[1]),
-          static_cast<std::uint8_t>(values[2])};
+const Setting<HomingSettings> kHomingRows[] = {
+    {"speed_ticks_per_s", &HomingSettings::speed_ticks_per_s, ConfigRange(50, kLargestSpeed), "into the stop"},
+    {"stop_current_a", &HomingSettings::stop_current_a, ConfigRange(0.05, 20),
+     "of the whole arm: an axis that stands above it is at its stop"},
+    {"pause_s", &HomingSettings::pause, ConfigRange(0.05, 60), "between axes"},
+    {"longest_s", &HomingSettings::longest, ConfigRange(0.1, 600), "for one axis"},
+    {"direction",
+     {read_directions, write_directions, "negative, positive or none by joint name"},
+     "of the actuator's ticks; none: the axis has no stop"},
+    {"rest_angle_rad",
+     {read_rest_angles, nullptr, "-7 to 7 by joint name"},
+     "of an axis without a stop, where it stands; left out: 0"},
+};
+constexpr SettingsTable<HomingSettings> kHoming{kHomingRows};
+
+void read_zero_file(const ConfigNode& node, const char* key, ArmKeys& arm) {
+  const std::string file = node.text(key);
+  arm.zero_file = file.starts_with("runtime/") ? std::filesystem::path(file) : node.path(key);
+}
+void read_scaling(const ConfigNode& node, const char* key, ArmKeys& arm) {
+  arm.scaling = node.choice(key, {"laboratory", "micro"}) == "micro" ? micro_scaling() : laboratory_scaling();
 }
 
-void read_homing(const ConfigNode& node, HomingSettings& homing) {
-  homing.speed_ticks_per_s = node.integer_or("speed_ticks_per_s", homing.speed_ticks_per_s, {50, kLargestSpeed});
-  homing.stop_current_a = node.number_or("stop_current_a", homing.stop_current_a, {0.05, 20});
-  homing.pause = from_seconds(node.number_or("pause_s", seconds(homing.pause), {0.05, 60}));
-  homing.longest = from_seconds(node.number_or("longest_s", seconds(homing.longest), {0.1, 600}));
-  if (const auto directions = node.optional_child("direction"))
-    for (std::size_t j = 0; j < kJoints; ++j) {
-      if (!directions->has(kJointNames[j])) continue;
-      const std::string text = directions->choice(kJointNames[j], {"negative", "positive", "none"});
-      homing.direction[j] = text == "negative"   ? HomeDirection::kNegative
-                            : text == "positive" ? HomeDirection::kPositive
-                                                 : HomeDirection::kNone;
-    }
-  if (const auto angles = node.optional_child("rest_angle_rad"))
-    for (std::size_t j = 0; j < kJoints; ++j)
-      homing.rest_angle[j] = angles->number_or(kJointNames[j], homing.rest_angle[j], {-7, 7});
-}
+const Setting<VelocityShaping> kShapingRows[] = {
+    {"creep_rad_s", &VelocityShaping::creep, ConfigRange(0, 1), "slower set-points are rest"},
+    {"dead_zone_rad_s", &VelocityShaping::dead_zone, kSpeedRange, "slower ones are raised to this"},
+    {"max_ticks_per_s", &VelocityShaping::max_ticks_per_s, ConfigRange(1, kLargestSpeed),
+     "all axes are slowed together"},
+};
+constexpr SettingsTable<VelocityShaping> kShaping{kShapingRows};
 
-void read_limits(const ConfigNode& arm, Arm5eSettings& s) {
-  const auto raw12 = [&](const char* key, std::uint16_t fallback) {
-    return static_cast<std::uint16_t>(arm.integer_or(key, fallback, {0, kLargestSpeed}));
-  };
-  s.speed_limit = raw12("speed_limit_raw", s.speed_limit);
-  s.current_limit = raw12("current_limit_raw", s.current_limit);
-  s.jaw_current_limit = raw12("jaw_current_limit_raw", s.jaw_current_limit);
-  s.over_current.amperes = arm.number_or("over_current_a", s.over_current.amperes, {0.1, 50});
-  s.over_current.duration = from_seconds(arm.number_or("over_current_s", seconds(s.over_current.duration), {0, 60}));
-  s.water_ingress_raw = arm.integer_or("water_ingress_raw", s.water_ingress_raw, {1, 256});
-  s.posture_margin = arm.number_or("posture_margin_rad", s.posture_margin, {0, 1});
-}
+const Setting<OverCurrentLimit> kOverCurrentRows[] = {
+    {"over_current_a", &OverCurrentLimit::amperes, ConfigRange(0.1, 50), "of the whole arm: above it for"},
+    {"over_current_s", &OverCurrentLimit::duration, ConfigRange(0, 60), "so long, the arm is stopped"},
+};
+constexpr SettingsTable<OverCurrentLimit> kOverCurrent{kOverCurrentRows};
 
-void read_shaping(const ConfigNode& arm, VelocityShaping& shaping) {
-  shaping.creep = arm.number_or("creep_rad_s", shaping.creep, {0, 1});
-  shaping.max_ticks_per_s = arm.number_or("max_ticks_per_s", shaping.max_ticks_per_s, {1, kLargestSpeed});
-  if (!arm.has("dead_zone_rad_s")) return;
-  const auto values = arm.numbers("dead_zone_rad_s", kJoints);
-  for (int j = 0; j < kJoints; ++j) shaping.dead_zone[j] = values[static_cast<std::size_t>(j)];
-}
+const Setting<ArmKeys> kArmKeyRows[] = {
+    {"driver",
+     {[](const ConfigNode& node, const char* key, ArmKeys&) { static_cast<void>(node.choice(key, {"arm5e"})); },
+      nullptr, "arm5e"},
+     "the only one"},
+    {"carrier", &ArmKeys::carrier, "both sections may stand here; `--carrier` chooses for one run", Need::kRequired},
+    {"can", kArmCan},
+    {"serial", kArmSerial},
+    {"zero_file",
+     {read_zero_file, nullptr, "a file, or runtime/NAME"},
+     "written by every command that moves the arm; none: not homed at start"},
+    {"encoder_latency_ms", &ArmKeys::encoder_latency, ConfigRange(0, 500),
+     "from reading the encoders to the answer's first bit"},
+    {"reply_timeout_ms", &ArmKeys::reply_timeout, ConfigRange(1, 1000), "beyond the wire's own time"},
+    {"silence_timeout_ms", &ArmKeys::silence_timeout, ConfigRange(10, 10'000), "without an answer: `arm: silent`"},
+    {"watchdog_ms", &ArmKeys::watchdog, ConfigRange(20, 10'000),
+     "without a set-point the driver stops the arm, even if the cycle hangs; must exceed the laser's "
+     "caller_timeout_ms"},
+    {"", &ArmKeys::shaping, kShaping},
+    {"speed_limit_raw", &ArmKeys::speed_limit, kRaw12, "sent with every demand"},
+    {"current_limit_raw", &ArmKeys::current_limit, kRaw12, "likewise"},
+    {"jaw_current_limit_raw", &ArmKeys::jaw_current_limit, kRaw12, "of the jaw's opening"},
+    {"", &ArmKeys::over_current, kOverCurrent},
+    {"water_ingress_raw", &ArmKeys::water_ingress_raw, ConfigRange(1, 256), "at or above it, likewise"},
+    {"posture_margin_rad", &ArmKeys::posture_margin, ConfigRange(0, 1),
+     "a homed arm farther outside its limits has lost its zero"},
+    {"pid", &ArmKeys::pid, kPid},
+    {"encoder", &ArmKeys::encoder, kEncoder},
+    {"joint_current", &ArmKeys::tail, "what the disputed bytes of a sensor slot are"},
+    {"scaling",
+     {read_scaling, [](YAML::Emitter& out, const ArmKeys&) { out << "laboratory"; }, "laboratory, micro"},
+     "raw counts to units"},
+    {"homing", &ArmKeys::homing, kHoming},
+};
+constexpr SettingsTable<ArmKeys> kArmKeys{kArmKeyRows};
 
 }  // namespace
 
@@ -117,60 +200,25 @@ void check_carrier_load(const Arm5eSettings& settings) {
 
 Arm5eSettings arm5e_settings_from(const ConfigNode& arm, const std::filesystem::path& runtime,
                                   const std::string& carrier) {
-  Arm5eSettings s;
-  const std::string own = arm.choice("carrier", {"can", "serial"});
-  const std::string name = carrier.empty() ? own : carrier;
-  s.carrier = name == "can" ? ArmCarrier::kCan : ArmCarrier::kSerial;
-  const auto can = arm.optional_child("can");
-  const auto serial = arm.optional_child("serial");
-  const auto& chosen = s.carrier == ArmCarrier::kCan ? can : serial;
-  if (!chosen) arm.fail("carrier", "found no section " + name + ":, expected one for the carrier " + name);
-  const auto rate = [&](const std::optional<ConfigNode>& section, double usual) {
-    const double hz = section ? section->number_or("exchange_rate_hz", usual, {1, 1000}) : usual;
-    if (&section == &chosen) s.exchange_rate_hz = hz;
-  };
-  rate(can, kUsualCanRate);
-  rate(serial, kUsualSerialRate);
-  if (can) {
-    s.can = can_settings_from(*can, runtime);
-    if (const auto ids = can->optional_child("ids")) s.can_ids = arm_can_ids_from(*ids);
-    if (can->has("fast_joint")) {
-      const std::string joint = can->choice("fast_joint", {kJointNames.begin(), kJointNames.end()});
-      s.fast_joint = static_cast<Joint>(std::find(kJointNames.begin(), kJointNames.end(), joint) - kJointNames.begin());
-    }
-  }
-  if (serial) s.serial = serial_from(*serial, runtime);
+  ArmKeys s;
+  read_settings(arm, kArmKeys, s);
+  if (!carrier.empty()) s.carrier = carrier == "can" ? ArmCarrier::kCan : ArmCarrier::kSerial;
+  const auto can = arm.optional_child("can"), chosen = arm.optional_child(name_of(s.carrier));
+  if (!chosen)
+    arm.fail("carrier", std::string("found no section ") + name_of(s.carrier) + ":, expected one for the carrier " +
+                            name_of(s.carrier));
+  s.exchange_rate_hz = s.carrier == ArmCarrier::kCan ? s.can_rate_hz : s.serial_rate_hz;
+  if (can) s.can = can_settings_from(*can, runtime);
   s.can.filters = s.can_ids.arm_filters();
-  const std::string text = overload(s);
-  if (!text.empty()) chosen->fail(chosen->has("exchange_rate_hz") ? "exchange_rate_hz" : chosen->keys().front(), text);
-
-  s.encoder_latency = arm.milliseconds_or("encoder_latency_ms", s.encoder_latency, {0, 500});
-  s.reply_timeout = arm.milliseconds_or("reply_timeout_ms", s.reply_timeout, {1, 1000});
-  s.silence_timeout = arm.milliseconds_or("silence_timeout_ms", s.silence_timeout, {10, 10'000});
+  s.serial.device = device_path(s.serial.device, runtime);
+  s.zero_file = device_path(s.zero_file.string(), runtime);
+  if (const std::string text = overload(s); !text.empty())
+    chosen->fail(chosen->has("exchange_rate_hz") ? "exchange_rate_hz" : chosen->keys().front(), text);
   if (const std::string late = slow_round(s); !late.empty())
     chosen->fail(chosen->has("exchange_rate_hz") ? "exchange_rate_hz" : "fast_joint", late);
-  s.watchdog = arm.milliseconds_or("watchdog_ms", s.watchdog, {20, 10'000});
-  if (arm.has("zero_file")) {
-    const std::string file = arm.text("zero_file");
-    s.zero_file =
-        file.starts_with("runtime/") ? std::filesystem::path(device_path(file, runtime)) : arm.path("zero_file");
-  }
-  read_shaping(arm, s.shaping);
-  read_limits(arm, s);
-  if (const auto pid = arm.optional_child("pid")) {
-    s.pid.position = gains_from(*pid, "position", s.pid.position);
-    s.pid.speed = gains_from(*pid, "speed", s.pid.speed);
-  }
-  if (const auto encoder = arm.optional_child("encoder")) {
-    s.encoder.jump_ticks = encoder->integer_or("jump_ticks", s.encoder.jump_ticks, {10, 32'000});
-    s.encoder.persists_samples = encoder->integer_or("persists_samples", s.encoder.persists_samples, {2, 1000});
-  }
-  if (arm.has("joint_current"))
-    s.tail = arm.choice("joint_current", {"master", "le16"}) == "le16" ? TailMeaning::kLe16 : TailMeaning::kMaster;
-  if (arm.has("scaling"))
-    s.scaling = arm.choice("scaling", {"laboratory", "micro"}) == "micro" ? micro_scaling() : laboratory_scaling();
-  if (const auto homing = arm.optional_child("homing")) read_homing(*homing, s.homing);
   return s;
 }
+
+std::string arm5e_rows(const std::string& place) { return settings_rows(place, kArmKeys); }
 
 }  // namespace tankrig

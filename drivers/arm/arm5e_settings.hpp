@@ -6,6 +6,7 @@
 #include <string>
 
 #include "core/config_node.hpp"
+#include "core/enum_names.hpp"
 #include "drivers/arm/can_arm_link.hpp"
 #include "drivers/arm/encoder_track.hpp"
 #include "drivers/arm/over_current.hpp"
@@ -15,9 +16,13 @@
 namespace tankrig {
 
 enum class ArmCarrier : std::uint8_t { kCan, kSerial };
+template <>
+inline constexpr std::array kNames<ArmCarrier>{"can", "serial"};
 
 /// kNone: the axis has no stop to find; where it stands is taken for its rest angle.
 enum class HomeDirection : std::uint8_t { kNegative, kPositive, kNone };
+template <>
+inline constexpr std::array kNames<HomeDirection>{"negative", "positive", "none"};
 
 /// Directions are of the actuator: negative makes ticks fewer. Source: the laboratory's public start-up file homes
 /// slew, shoulder and elbow at speed 1500, negative, until the arm takes 1 A, with 5 s between axes; the wrist is not
@@ -71,10 +76,12 @@ CarrierLoad carrier_load(const Arm5eSettings& settings);
 /// Errors: InputError when the load is above 70 %, naming rate, load and the largest rate allowed.
 void check_carrier_load(const Arm5eSettings& settings);
 
-/// Reads everything but `driver`; the caller finishes the section. Paths that begin with "runtime/" lie in `runtime`.
+/// The caller finishes the section. Paths that begin with "runtime/" lie in `runtime`.
 /// `carrier`: "can" or "serial" instead of the section's own; empty: its own.
 /// Errors: InputError with line.
 Arm5eSettings arm5e_settings_from(const ConfigNode& arm, const std::filesystem::path& runtime,
                                   const std::string& carrier = {});
+/// Its keys, as rows of a Markdown table.
+std::string arm5e_rows(const std::string& place);
 
 }  // namespace tankrig

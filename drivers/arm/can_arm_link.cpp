@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <set>
 
+#include "core/settings_table.hpp"
 #include "core/shown_text.hpp"
 #include "drivers/can/can_timing.hpp"
 
@@ -39,39 +40,76 @@ std::vector<CanFilter> ArmCanIds::host_filters() const {
   return filters;
 }
 
-ArmCanIds arm_can_ids_from(const ConfigNode& node) {
-  ArmCanIds ids;
+namespace {
+
+std::uint16_t read_can_id(const ConfigNode& node, const char* key, const std::string& text) {
+  char* end = nullptr;
+  const unsigned long id = std::strtoul(text.c_str(), &end, 0);
+  if (text.empty() || *end != 0 || id > 0x7FF)
+    node.fail(key, "found " + shown_text(text) + ", expected an identifier of 11 bits: 0 .. 0x7FF");
+  return static_cast<std::uint16_t>(id);
+}
+
+std::string can_id_text(std::uint16_t id) {
+  char text[8];
+  std::snprintf(text, sizeof text, "0x%03X", id);
+  return text;
+}
+
+using JointIds = std::array<std::uint16_t, kJoints>;
+template <JointIds ArmCanIds::*ids>
+Setting<ArmCanIds> ids_setting(const char* key, const char* meaning) {
+  return {key,
+          {[](const ConfigNode& node, const char* at, ArmCanIds& all) {
+             const auto values = node.texts(at);
+             if (values.size() != kJoints)
+               node.fail(at,
+                         "found " + std::to_string(values.size()) + " identifiers, expected one for each of 5 joints");
+             for (std::size_t j = 0; j < kJoints; ++j) (all.*ids)[j] = read_can_id(node, at, values[j]);
+           },
+           [](YAML::Emitter& out, const ArmCanIds& all) {
+             out << YAML::Flow << YAML::BeginSeq;
+             for (const std::uint16_t id : all.*ids) out << can_id_text(id);
+             out << YAML::EndSeq;
+           },
+           "five of 0 to 0x7FF"},
+          meaning};
+}
+
+const Setting<ArmCanIds> kArmCanIdRows[] = {
+    ids_setting<&ArmCanIds::demand>("demand", "host to arm: demands, in the order of the joints"),
+    ids_setting<&ArmCanIds::pid>("pid", "host to arm: PID gains"),
+    ids_setting<&ArmCanIds::sensors>("sensors", "arm to host"),
+    ids_setting<&ArmCanIds::pid_answer>("pid_answer", "arm to host: PID gains as sent"),
+    ids_setting<&ArmCanIds::demand_echo>("demand_echo", "arm to host"),
+    {"master",
+     {[](const ConfigNode& node, const char* key, ArmCanIds& ids) {
+        ids.master = read_can_id(node, key, node.text(key));
+      },
+      [](YAML::Emitter& out, const ArmCanIds& ids) { out << can_id_text(ids.master); }, "0 to 0x7FF"},
+     "arm to host: temperature, voltage, current"},
+};
+
+void check_ids(const ConfigNode& node, const ArmCanIds& ids) {
   std::set<std::uint16_t> seen;
   const auto unique = [&](const char* key, std::uint16_t id) {
     if (!seen.insert(id).second)
       node.fail(node.has(key) ? key : node.keys().front(),
-                fmt::format("found 0x{:03X} twice, expected every identifier once", id));
+                fmt::format("found {} twice, expected every identifier once", can_id_text(id)));
   };
-  const auto id_from = [&](const char* key, const std::string& text) {
-    char* end = nullptr;
-    const unsigned long id = std::strtoul(text.c_str(), &end, 0);
-    if (text.empty() || *end != 0 || id > 0x7FF)
-      node.fail(key, "found " + shown_text(text) + ", expected an identifier of 11 bits: 0 .. 0x7FF");
-    return static_cast<std::uint16_t>(id);
-  };
-  const auto read = [&](const char* key, std::array<std::uint16_t, kJoints>& into) {
-    if (node.has(key)) {
-      const auto values = node.texts(key);
-      if (values.size() != kJoints)
-        node.fail(key, fmt::format("found {} identifiers, expected one for each of 5 joints", values.size()));
-      for (std::size_t j = 0; j < kJoints; ++j) into[j] = id_from(key, values[j]);
-    }
-    for (const std::uint16_t id : into) unique(key, id);
-  };
-  read("demand", ids.demand);
-  read("pid", ids.pid);
-  read("sensors", ids.sensors);
-  read("pid_answer", ids.pid_answer);
-  read("demand_echo", ids.demand_echo);
-  if (node.has("master")) ids.master = id_from("master", node.text("master"));
+  const std::pair<const char*, const JointIds*> each[] = {{"demand", &ids.demand},
+                                                          {"pid", &ids.pid},
+                                                          {"sensors", &ids.sensors},
+                                                          {"pid_answer", &ids.pid_answer},
+                                                          {"demand_echo", &ids.demand_echo}};
+  for (const auto& [key, of_joints] : each)
+    for (const std::uint16_t id : *of_joints) unique(key, id);
   unique("master", ids.master);
-  return ids;
 }
+
+}  // namespace
+
+constinit const SettingsTable<ArmCanIds> kArmCanIdKeys{kArmCanIdRows, check_ids};
 
 int can_exchange_bits(bool fast) noexcept {
   return fast ? kFastSlots * worst_frame_bits(8) : 2 * kJoints * worst_frame_bits(8) + worst_frame_bits(kMasterLength);

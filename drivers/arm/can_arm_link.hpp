@@ -27,10 +27,8 @@ struct ArmCanIds {
   std::vector<CanFilter> host_filters() const;
 };
 
-/// Reads `demand`, `pid`, `sensors`, `pid_answer`, `demand_echo` (five numbers each, in the order of `Joint`) and
-/// `master`.
-/// Errors: InputError with line, also when an identifier stands twice.
-ArmCanIds arm_can_ids_from(const ConfigNode& node);
+/// `can: ids:` of the arm in the rig file.
+extern const SettingsTable<ArmCanIds> kArmCanIdKeys;
 
 /// The last byte of a demand frame. 0: the arm waits for all five and answers with everything (the whole exchange).
 /// With kActAtOnce it acts on this one at once and answers with the sensor slots of the joints in the five lowest bits,

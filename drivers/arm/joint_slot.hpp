@@ -4,6 +4,8 @@
 #include <array>
 #include <cstdint>
 
+#include "core/enum_names.hpp"
+
 namespace tankrig {
 
 /// Bytes 1..8 of a serial channel slot, or the payload of one CAN frame. The slot's kind (its byte 0) travels beside.
@@ -63,6 +65,8 @@ enum class TailMeaning : std::uint8_t {
   kMaster,  ///< nothing of use: current is known of the whole arm only
   kLe16,    ///< the joint's motor current, little-endian (source A), scaled as the master's
 };
+template <>
+inline constexpr std::array kNames<TailMeaning>{"master", "le16"};
 
 /// A demand whose low byte is 0x0A is never sent; the next larger one is (source A).
 constexpr std::uint16_t sendable(std::uint16_t demand) noexcept {

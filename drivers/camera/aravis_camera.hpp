@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
+#include "core/config_node.hpp"
+#include "core/enum_names.hpp"
 #include "drivers/camera/camera.hpp"
 
 namespace tankrig {
-
-class ConfigNode;
 
 struct AravisSettings {
   CameraInfo info;  ///< name for messages, picture size, 1 or 3 channels, and the rate it runs at unless triggered
@@ -41,11 +41,15 @@ struct AravisSettings {
   int stall_periods = 10;                             ///< without a frame (and 0.5 s at least), free-running: an error
 };
 
-/// `node` is the camera's part of a rig file, `info` what its camera model says. Keys: address | serial,
-/// discovery_timeout_s, offset_x_px, offset_y_px, pixel_format, exposure_us, gain_db | gain_raw, trigger (off |
-/// software | LineN), packet_size_bytes, packet_resend, socket (auto | datagram | packet), buffers, stamp_at
-/// (exposure_start | exposure_end | frame_start: the start of the transfer), chunk_stamps, readout_us,
-/// transfer_delay_us, transfer_delay_sigma_us, clock_interval_s, timestamp_latch, stall_periods.
+template <>
+inline constexpr std::array kNames<AravisSettings::Socket>{"auto", "datagram", "packet"};
+template <>
+inline constexpr std::array kNames<AravisSettings::StampAt>{"exposure_start", "exposure_end", "frame_start"};
+
+/// A camera of the rig file's `devices`, with `driver: aravis`.
+extern const SettingsTable<AravisSettings> kAravisKeys;
+
+/// `node` is the camera's part of a rig file, `info` what its camera model says.
 /// Errors: InputError with file and line. The caller finishes the node.
 AravisSettings aravis_settings_from(const ConfigNode& node, const CameraInfo& info);
 

@@ -1,64 +1,74 @@
 // A GigE Vision camera in the rig file.
-#include <map>
-
-#include "core/config_node.hpp"
+#include "core/settings_table.hpp"
 #include "drivers/camera/aravis_camera.hpp"
 #include "drivers/camera/aravis_pixels.hpp"
 
 namespace tankrig {
 namespace {
 
-Duration microseconds_of(double us) { return from_seconds(us * 1e-6); }
+constexpr ConfigRange kOffset{0, 65535}, kMicroseconds{0, 1e6};
+constexpr const char* kPixelNames = "Mono8, Mono16, RGB8, BGR8, BayerRG8, BayerGB8, BayerGR8, BayerBG8";
+
+void read_pixel_format(const ConfigNode& node, const char* key, AravisSettings& s) {
+  s.pixel_format = node.text(key);
+  if (!s.pixel_format.empty() && !aravis_pixels(s.pixel_format))
+    node.fail(key, "found " + s.pixel_format + ", expected one of " + kPixelNames);
+}
+void read_trigger(const ConfigNode& node, const char* key, AravisSettings& s) {
+  s.trigger = node.text(key);
+  if (s.trigger != "off" && s.trigger != "software" && !s.trigger.starts_with("Line"))
+    node.fail(key, "found " + s.trigger + ", expected off, software, or a line of the camera such as Line1");
+}
+void write_trigger(YAML::Emitter& out, const AravisSettings& s) { out << s.trigger; }
+
+using Aravis = AravisSettings;
+const Setting<Aravis> kAravisRows[] = {
+    {"address", &Aravis::address, "network address, found in milliseconds; this or `serial` is needed"},
+    {"serial", &Aravis::serial, "serial number, found in about a second"},
+    {"discovery_timeout_s", &Aravis::discovery_timeout, ConfigRange(0.1, 60), "longest search"},
+    {"offset_x_px", &Aravis::offset_x, kOffset, "of the picture on the sensor"},
+    {"offset_y_px", &Aravis::offset_y, kOffset, "likewise"},
+    {"pixel_format", {read_pixel_format, nullptr, kPixelNames}, "none: Mono8 of one channel, RGB8 of three"},
+    {"exposure_us", &Aravis::exposure_us, ConfigRange(1, 1e7), "automatics stay off"},
+    {"gain_db", &Aravis::gain_db, ConfigRange(-60, 60), "none: the camera's"},
+    {"gain_raw", &Aravis::gain_raw, ConfigRange(0, 1 << 20), "instead, of cameras that have no gain in decibel"},
+    {"trigger",
+     {read_trigger, write_trigger, "off, software, or a line such as Line1 (rising edge)"},
+     "off: free-running at the rig camera's `rate_hz`"},
+    {"packet_size_bytes", &Aravis::packet_size, ConfigRange(0, 65000),
+     "0: the largest that gets through; at least 576; 9000 where the network carries jumbo frames"},
+    {"packet_resend", &Aravis::packet_resend, "lost packets are asked for again"},
+    {"socket", &Aravis::socket,
+     "packet: needs CAP_NET_RAW, 5 ms later; auto: datagram where the receive buffer may hold two frames, else packet, "
+     "else an error with the `sysctl net.core.rmem_max` to set"},
+    {"buffers", &Aravis::buffers, ConfigRange(2, 256), "frames that may wait for their reader"},
+    {"stamp_at", &Aravis::stamp_at, "what the device stamps; frame_start: `readout_us` after the end of the exposure"},
+    {"chunk_stamps", &Aravis::chunk_stamps, "the stamp is the chunk Timestamp instead of the leader's"},
+    {"readout_us", &Aravis::readout, kMicroseconds, "from the end of the exposure to the start of the transfer"},
+    {"transfer_delay_us", &Aravis::transfer_delay, kMicroseconds,
+     "without the latch: stamps are earliest arrivals less this"},
+    {"transfer_delay_sigma_us", &Aravis::transfer_delay_sigma, kMicroseconds, "its one sigma"},
+    {"clock_interval_s", &Aravis::clock_interval, ConfigRange(0.05, 60), "between readings of the device's clock"},
+    {"timestamp_latch", &Aravis::use_latch, "false: never ask the device's clock"},
+    {"stall_periods", &Aravis::stall_periods, ConfigRange(2, 10000),
+     "without a frame for so many periods (0.5 s at least) a free-running camera is stalled"},
+};
+
+void check_aravis(const ConfigNode& node, const Aravis& s) {
+  if (s.address.empty() && s.serial.empty()) node.fail("address", "found neither address nor serial, expected one");
+  if (s.gain_db && s.gain_raw) node.fail("gain_raw", "found gain_db and gain_raw, expected one");
+  if (s.packet_size > 0 && s.packet_size < 576)
+    node.fail("packet_size_bytes", "expected 0 (automatic) or 576 .. 65000");
+}
 
 }  // namespace
 
+constinit const SettingsTable<AravisSettings> kAravisKeys{kAravisRows, check_aravis};
+
 AravisSettings aravis_settings_from(const ConfigNode& node, const CameraInfo& info) {
-  using Settings = AravisSettings;
-  Settings s;
+  AravisSettings s;
   s.info = info;
-  s.address = node.text_or("address", "");
-  s.serial = node.text_or("serial", "");
-  if (s.address.empty() && s.serial.empty()) node.fail("address", "found neither address nor serial, expected one");
-  s.discovery_timeout = from_seconds(node.number_or("discovery_timeout_s", 5, {0.1, 60}));
-  s.offset_x = node.integer_or("offset_x_px", 0, {0, 65535});
-  s.offset_y = node.integer_or("offset_y_px", 0, {0, 65535});
-  s.pixel_format = node.text_or("pixel_format", "");
-  if (!s.pixel_format.empty() && !aravis_pixels(s.pixel_format))
-    node.fail("pixel_format",
-              "found " + s.pixel_format +
-                  ", expected one of Mono8, Mono16, RGB8, BGR8, BayerRG8, BayerGB8, BayerGR8, BayerBG8");
-  s.exposure_us = node.number_or("exposure_us", s.exposure_us, {1, 1e7});
-  if (node.has("gain_db")) s.gain_db = node.number("gain_db", {-60, 60});
-  if (node.has("gain_raw")) s.gain_raw = node.integer("gain_raw", {0, 1 << 20});
-  if (s.gain_db && s.gain_raw) node.fail("gain_raw", "found gain_db and gain_raw, expected one");
-  s.trigger = node.text_or("trigger", "off");
-  if (s.trigger != "off" && s.trigger != "software" && !s.trigger.starts_with("Line"))
-    node.fail("trigger", "found " + s.trigger + ", expected off, software, or a line of the camera such as Line1");
-  s.packet_size = node.integer_or("packet_size_bytes", 0, {0, 65000});
-  if (s.packet_size > 0 && s.packet_size < 576)
-    node.fail("packet_size_bytes", "expected 0 (automatic) or 576 .. 65000");
-  s.packet_resend = node.flag_or("packet_resend", true);
-  if (node.has("socket")) {
-    static const std::map<std::string, Settings::Socket> kinds = {{"auto", Settings::Socket::kAuto},
-                                                                  {"datagram", Settings::Socket::kDatagram},
-                                                                  {"packet", Settings::Socket::kPacket}};
-    s.socket = kinds.at(node.choice("socket", {"auto", "datagram", "packet"}));
-  }
-  s.buffers = node.integer_or("buffers", s.buffers, {2, 256});
-  if (node.has("stamp_at")) {
-    static const std::map<std::string, Settings::StampAt> moments = {
-        {"exposure_start", Settings::StampAt::kExposureStart},
-        {"exposure_end", Settings::StampAt::kExposureEnd},
-        {"frame_start", Settings::StampAt::kTransferStart}};
-    s.stamp_at = moments.at(node.choice("stamp_at", {"exposure_start", "exposure_end", "frame_start"}));
-  }
-  s.chunk_stamps = node.flag_or("chunk_stamps", false);
-  s.readout = microseconds_of(node.number_or("readout_us", 0, {0, 1e6}));
-  s.transfer_delay = microseconds_of(node.number_or("transfer_delay_us", 200, {0, 1e6}));
-  s.transfer_delay_sigma = microseconds_of(node.number_or("transfer_delay_sigma_us", 500, {0, 1e6}));
-  s.clock_interval = from_seconds(node.number_or("clock_interval_s", 1, {0.05, 60}));
-  s.use_latch = node.flag_or("timestamp_latch", true);
-  s.stall_periods = node.integer_or("stall_periods", s.stall_periods, {2, 10000});
+  read_settings(node, kAravisKeys, s);
   return s;
 }
 

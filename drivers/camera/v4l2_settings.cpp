@@ -1,47 +1,82 @@
 #include "drivers/camera/v4l2_settings.hpp"
 
+#include "core/settings_table.hpp"
+
 namespace tankrig {
 namespace {
 
-constexpr int kLargestSide_px = 1 << 14;
+constexpr ConfigRange kSide_px{1, 1 << 14}, kUpToASecond{0, 1}, kWait{0.01, 60};
 
-std::optional<Duration> optional_seconds(const ConfigNode& node, std::string_view key, ConfigRange range) {
-  if (!node.has(key)) return std::nullopt;
-  return from_seconds(node.number(key, range));
-}
-
-std::string choice_or(const ConfigNode& node, std::string_view key, const std::vector<std::string>& allowed) {
-  return node.has(key) ? node.choice(key, allowed) : allowed.front();
-}
-
-std::vector<PixelFormat> formats_from(const ConfigNode& node) {
+void read_formats(const ConfigNode& node, const char* key, V4l2CameraSettings& s) {
   std::vector<std::string> allowed{"auto"};
   for (const PixelFormat format : kPixelFormats) allowed.emplace_back(to_string(format));
-  const std::string name = choice_or(node, "pixel_format", allowed);
-  if (name == "auto") return {};
-  return {*pixel_format_from(name)};
+  const std::string name = node.choice(key, allowed);
+  if (name != "auto") s.formats = {*pixel_format_from(name)};
+}
+void write_formats(YAML::Emitter& out, const V4l2CameraSettings& s) {
+  out << (s.formats.empty() ? "auto" : to_string(s.formats.front()));
+}
+void read_field_order(const ConfigNode& node, const char* key, V4l2CameraSettings& s) {
+  s.field_order = node.choice(key, {"any", "none", "interlaced", "interlaced-tb", "interlaced-bt", "seq-tb", "seq-bt",
+                                    "alternate", "top", "bottom"});
+}
+void write_field_order(YAML::Emitter& out, const V4l2CameraSettings& s) { out << s.field_order; }
+void read_standard(const ConfigNode& node, const char* key, V4l2CameraSettings& s) {
+  s.standard = node.choice(key, {"PAL", "NTSC", "SECAM"});
+}
+void read_controls(const ConfigNode& node, const char* key, V4l2CameraSettings& s) {
+  const ConfigNode controls = node.child(key);
+  for (const std::string& name : controls.keys()) s.controls.push_back({name, controls.integer(name)});
 }
 
-FieldUse field_use_from(const ConfigNode& node) {
-  const std::string name = choice_or(node, "fields", {"weave", "first", "second", "both"});
-  if (name == "first") return FieldUse::kFirst;
-  if (name == "second") return FieldUse::kSecond;
-  return name == "both" ? FieldUse::kBoth : FieldUse::kWeave;
-}
+using V4l2 = V4l2CameraSettings;
+const Setting<V4l2> kV4l2Rows[] = {
+    {"device", &V4l2::device, "/dev/video0, or a name of /dev/v4l/by-id, which survives another port", Need::kRequired},
+    {"width_px", &V4l2::width, kSide_px, "0: as the device stands; a scan takes it from the rig's camera"},
+    {"height_px", &V4l2::height, kSide_px, "likewise; a size that the device does not give is an error"},
+    {"rate_hz", &V4l2::rate_hz, ConfigRange(0.1, 1000), "likewise; a rate that it does not give is a warning"},
+    {"pixel_format",
+     {read_formats, write_formats, "auto, GREY, Y16, YUYV, UYVY, BGR24, RGB24, RGGB, GRBG, GBRG, BGGR, MJPEG"},
+     "auto: the first offered at the asked size and rate. One channel: GREY Y16 YUYV UYVY Bayer BGR24 RGB24 MJPEG; "
+     "three: BGR24 RGB24 Bayer YUYV UYVY MJPEG GREY Y16"},
+    {"field_order",
+     {read_field_order, write_field_order,
+      "any, none, interlaced, interlaced-tb, interlaced-bt, seq-tb, seq-bt, alternate, top, bottom"},
+     "asked of the device"},
+    {"fields", &V4l2::fields, "what becomes of an interlaced camera's two fields ([v4l2.md](v4l2.md))"},
+    {"input", &V4l2::input, ConfigRange(0, 31), "of a frame grabber; none: as the device stands"},
+    {"standard", {read_standard, nullptr, "PAL, NTSC, SECAM"}, "likewise"},
+    {"controls",
+     {read_controls, nullptr, "whole numbers by name"},
+     "names of `v4l2-ctl -L` (those before kernel 5.17 too: `exposure_auto`, now `auto_exposure`) or ids "
+     "(`0x009a0902`)"},
+    {"keep_automatics", &V4l2::keep_automatics,
+     "false: automatic exposure, gain, white balance, focus, hue, brightness are switched off; exposure may not change "
+     "the rate"},
+    {"exposure_s",
+     &V4l2::exposure,
+     {1e-6, 10},
+     "none: the exposure control; absent there too, half a period is assumed; sigma and a warning say so"},
+    {"readout_s", &V4l2::readout, kUpToASecond, "from the end of the exposure to the driver's end-of-frame stamp"},
+    {"rolling_shutter", &V4l2::rolling_shutter,
+     "rows are exposed one after the other over `readout_s`; the stamp is the middle row's"},
+    {"stamp_clock", &V4l2::stamp_clock,
+     "monotonic vouches for a driver that declares no clock (v4l2loopback); arrival uses no driver's stamp"},
+    {"stamp_point", &V4l2::stamp_point, "end or start, against the driver's word"},
+    {"stamp_sigma_s", &V4l2::stamp_sigma, kUpToASecond, "of a driver's stamp: interrupt latency"},
+    {"buffers", &V4l2::buffers, ConfigRange(2, 32), "pictures that wait in the kernel"},
+    {"timeout_s", &V4l2::timeout, kWait, "without a picture: stalled"},
+    {"retry_s", &V4l2::retry, kWait, "between two looks for a lost camera"},
+};
 
-StampClock stamp_clock_from(const ConfigNode& node) {
-  const std::string name = choice_or(node, "stamp_clock", {"declared", "monotonic", "arrival"});
-  if (name == "monotonic") return StampClock::kMonotonic;
-  return name == "arrival" ? StampClock::kArrival : StampClock::kDeclared;
-}
-
-StampPoint stamp_point_from(const ConfigNode& node) {
-  const std::string name = choice_or(node, "stamp_point", {"declared", "end", "start"});
-  if (name == "end") return StampPoint::kEnd;
-  return name == "start" ? StampPoint::kStart : StampPoint::kDeclared;
+void check_v4l2(const ConfigNode& node, const V4l2& s) {
+  if ((s.width == 0) != (s.height == 0))
+    node.fail(s.width == 0 ? "height_px" : "width_px", "expected width_px and height_px together");
 }
 
 }  // namespace
+
+constinit const SettingsTable<V4l2CameraSettings> kV4l2Keys{kV4l2Rows, check_v4l2};
 
 std::vector<PixelFormat> preferred_formats(int channels) {
   using enum PixelFormat;
@@ -54,32 +89,7 @@ V4l2CameraSettings v4l2_settings_from(const ConfigNode& node, const std::string&
   V4l2CameraSettings settings;
   settings.name = name;
   settings.channels = channels;
-  settings.device = node.text("device");
-  settings.width = node.integer_or("width_px", 0, {1, kLargestSide_px});
-  settings.height = node.integer_or("height_px", 0, {1, kLargestSide_px});
-  if ((settings.width == 0) != (settings.height == 0))
-    node.fail(settings.width == 0 ? "height_px" : "width_px", "expected width_px and height_px together");
-  settings.rate_hz = node.number_or("rate_hz", 0, {0.1, 1000});
-  settings.formats = formats_from(node);
-  settings.field_order = choice_or(node, "field_order",
-                                   {"any", "none", "interlaced", "interlaced-tb", "interlaced-bt", "seq-tb", "seq-bt",
-                                    "alternate", "top", "bottom"});
-  settings.fields = field_use_from(node);
-  if (node.has("input")) settings.input = node.integer("input", {0, 31});
-  if (node.has("standard")) settings.standard = node.choice("standard", {"PAL", "NTSC", "SECAM"});
-  if (const auto controls = node.optional_child("controls"))
-    for (const std::string& key : controls->keys())
-      settings.controls.push_back({key, controls->integer(key, {-2147483648.0, 2147483647.0})});
-  settings.keep_automatics = node.flag_or("keep_automatics", false);
-  settings.exposure = optional_seconds(node, "exposure_s", {1e-6, 10});
-  settings.readout = optional_seconds(node, "readout_s", {0, 1}).value_or(settings.readout);
-  settings.rolling_shutter = node.flag_or("rolling_shutter", false);
-  settings.stamp_clock = stamp_clock_from(node);
-  settings.stamp_point = stamp_point_from(node);
-  settings.stamp_sigma = optional_seconds(node, "stamp_sigma_s", {0, 1}).value_or(settings.stamp_sigma);
-  settings.buffers = node.integer_or("buffers", settings.buffers, {2, 32});
-  settings.timeout = optional_seconds(node, "timeout_s", {0.01, 60}).value_or(settings.timeout);
-  settings.retry = optional_seconds(node, "retry_s", {0.01, 60}).value_or(settings.retry);
+  read_settings(node, kV4l2Keys, settings);
   return settings;
 }
 

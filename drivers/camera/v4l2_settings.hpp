@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/config_node.hpp"
+#include "core/enum_names.hpp"
 #include "core/time.hpp"
 #include "drivers/camera/pixel_format.hpp"
 
@@ -19,6 +20,8 @@ enum class FieldUse : std::uint8_t {
   kSecond,  ///< the newer field alone
   kBoth,    ///< each field a picture of its own, twice the frame rate
 };
+template <>
+inline constexpr std::array kNames<FieldUse>{"weave", "first", "second", "both"};
 
 /// Which clock a buffer's stamp is on.
 enum class StampClock : std::uint8_t {
@@ -26,9 +29,13 @@ enum class StampClock : std::uint8_t {
   kMonotonic,  ///< CLOCK_MONOTONIC, though the driver does not declare it
   kArrival,    ///< never the driver's: the time of arrival
 };
+template <>
+inline constexpr std::array kNames<StampClock>{"declared", "monotonic", "arrival"};
 
 /// Which moment of the frame a buffer's stamp is.
 enum class StampPoint : std::uint8_t { kDeclared, kEnd, kStart };
+template <>
+inline constexpr std::array kNames<StampPoint>{"declared", "end", "start"};
 
 struct V4l2Control {
   std::string name;  ///< as v4l2-ctl writes it, or an id, e.g. 0x009a0902
@@ -63,7 +70,10 @@ struct V4l2CameraSettings {
 /// Uncompressed and without loss of resolution first.
 std::vector<PixelFormat> preferred_formats(int channels);
 
-/// `name` and `channels` are the rig camera's; keys: docs/reference/v4l2.md.
+/// A camera of the rig file's `devices`, with `driver: v4l2`.
+extern const SettingsTable<V4l2CameraSettings> kV4l2Keys;
+
+/// `name` and `channels` are the rig camera's.
 /// Errors: InputError with file and line; the caller finishes the node.
 V4l2CameraSettings v4l2_settings_from(const ConfigNode& node, const std::string& name, int channels);
 

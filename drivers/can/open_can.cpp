@@ -1,20 +1,34 @@
 #include "drivers/can/open_can.hpp"
 
+#include "core/settings_table.hpp"
 #include "drivers/can/can_socket.hpp"
 #include "drivers/device_path.hpp"
 
 namespace tankrig {
 
+namespace {
+
+const Setting<CanSettings> kCanRows[] = {
+    {"interface", &CanSettings::interface, "can0, or unix:PATH of a bus that spans processes ([can.md](can.md))",
+     Need::kRequired},
+    {"bitrate_bit_s", &CanSettings::bitrate, ConfigRange(10'000, 1'000'000),
+     "a controller that runs at another is refused"},
+    {"receive_buffer_bytes", &CanSettings::receive_buffer_bytes, ConfigRange(4096, 1 << 28), "of the socket"},
+    {"reopen_period_s", &CanSettings::reopen_period, ConfigRange(0.001, 60),
+     "how often to look for an interface that went away"},
+};
+
+}  // namespace
+
+constinit const SettingsTable<CanSettings> kCanKeys{kCanRows};
+
 CanSettings can_settings_from(const ConfigNode& node, const std::filesystem::path& runtime) {
   constexpr std::string_view kHub = "unix:";
   CanSettings s;
-  s.interface = node.text("interface");
+  read_settings(node, kCanKeys, s);
   if (s.interface.starts_with(kHub))
     s.interface = std::string(kHub) + device_path(s.interface.substr(kHub.size()), runtime);
-  s.bitrate = node.integer_or("bitrate_bit_s", s.bitrate, {10'000, 1'000'000});
   s.check_bitrate = true;
-  s.receive_buffer_bytes = node.integer_or("receive_buffer_bytes", s.receive_buffer_bytes, {4096, 1 << 28});
-  s.reopen_period = from_seconds(node.number_or("reopen_period_s", seconds(s.reopen_period), {0.001, 60}));
   return s;
 }
 

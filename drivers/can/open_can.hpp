@@ -29,8 +29,9 @@ struct CanSettings {
   bool check_bitrate = false;  ///< refuse a controller that runs at another; from a rig file: yes
 };
 
-/// Reads `interface`, `bitrate_bit_s` and, where given, `receive_buffer_bytes`, `reopen_period_s`. "unix:runtime/NAME"
-/// lies in `runtime`. The filters are the device's, not the file's.
+extern const SettingsTable<CanSettings> kCanKeys;
+
+/// "unix:runtime/NAME" lies in `runtime`. The filters are the device's, not the file's.
 CanSettings can_settings_from(const ConfigNode& node, const std::filesystem::path& runtime);
 
 /// Errors: InputError that says what to do: no such interface, down, another bit rate, listening only, no CAN in this

@@ -10,6 +10,7 @@
 
 #include "core/clock.hpp"
 #include "core/config_node.hpp"
+#include "core/enum_names.hpp"
 #include "core/heartbeat.hpp"
 #include "core/suspend_watch.hpp"
 #include "drivers/laser/laser.hpp"
@@ -19,7 +20,12 @@
 
 namespace tankrig {
 
+enum class InterlockSight : std::uint8_t { kRead, kWired };
+template <>
+inline constexpr std::array kNames<InterlockSight>{"read", "wired"};
+
 struct RelayLaserSettings {
+  InterlockSight interlock = InterlockSight::kRead;  ///< whether this program sees the interlock's loop
   SerialSettings serial{.device = "", .baud = 9600};
   RelayProtocol protocol{};
   Duration warm_up = std::chrono::seconds{1};             ///< from supply to light
@@ -33,12 +39,10 @@ struct RelayLaserSettings {
   Duration opening_timeout = std::chrono::seconds{3};
 };
 
-/// Reads `on_byte`, `off_byte`, `status_query`.
-/// Errors: InputError, also if two are the same.
-RelayProtocol relay_protocol_from(const ConfigNode& laser);
+/// The rig file's `devices: laser:`.
+extern const SettingsTable<RelayLaserSettings> kRelayKeys;
 
-/// Reads `device`, `baud`, `on_byte`, `off_byte`, `status_query`, `warm_up_s`, `refresh_ms`, `query_period_ms`,
-/// `answer_timeout_ms`, `attempts`, `caller_timeout_ms`, `opening_timeout_s`.
+/// `device` in `runtime` where it begins with "runtime/".
 /// Errors: InputError.
 RelayLaserSettings relay_laser_settings_from(const ConfigNode& laser, const std::filesystem::path& runtime);
 

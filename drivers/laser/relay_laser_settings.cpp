@@ -1,33 +1,64 @@
 // The laser relay in the rig file.
 #include <fmt/format.h>
 
+#include "core/settings_table.hpp"
 #include "drivers/device_path.hpp"
 #include "drivers/laser/relay_laser.hpp"
 
 namespace tankrig {
-RelayProtocol relay_protocol_from(const ConfigNode& laser) {
-  RelayProtocol p;
-  p.on_byte = static_cast<std::uint8_t>(laser.integer_or("on_byte", p.on_byte, {0, 255}));
-  p.off_byte = static_cast<std::uint8_t>(laser.integer_or("off_byte", p.off_byte, {0, 255}));
-  if (laser.has("status_query")) p.status_query = static_cast<std::uint8_t>(laser.integer("status_query", {0, 255}));
-  if (p.on_byte == p.off_byte) laser.fail("off_byte", "is the same as on_byte, expected two different bytes");
+namespace {
+
+constexpr ConfigRange kByte{0, 255};
+
+const Setting<RelayProtocol> kRelayProtocolRows[] = {
+    {"on_byte", &RelayProtocol::on_byte, kByte, "switches on, and is echoed; the laboratory's power box"},
+    {"off_byte", &RelayProtocol::off_byte, kByte, "switches off, and is echoed"},
+    {"status_query", &RelayProtocol::status_query, kByte,
+     "answered by what the contacts do; none: the box has no read-back"},
+};
+void check_bytes(const ConfigNode& node, const RelayProtocol& p) {
+  if (p.on_byte == p.off_byte) node.fail("off_byte", "is the same as on_byte, expected two different bytes");
   if (p.status_query == p.on_byte || p.status_query == p.off_byte)
-    laser.fail("status_query", "is the same as on_byte or off_byte, expected a byte of its own");
-  return p;
+    node.fail("status_query", "is the same as on_byte or off_byte, expected a byte of its own");
 }
+constexpr SettingsTable<RelayProtocol> kRelayProtocol{kRelayProtocolRows, check_bytes};
+
+const Setting<SerialSettings> kRelayLineRows[] = {
+    {"device", &SerialSettings::device, "its serial line, or runtime/NAME for an emulated one", Need::kRequired},
+    {"baud", &SerialSettings::baud, ConfigRange(50, 4e6), "of the line"},
+};
+constexpr SettingsTable<SerialSettings> kRelayLine{kRelayLineRows};
+
+using Relay = RelayLaserSettings;
+const Setting<Relay> kRelayRows[] = {
+    {"driver",
+     {[](const ConfigNode& node, const char* key, Relay&) { static_cast<void>(node.choice(key, {"relay"})); }, nullptr,
+      "relay"},
+     "the only one"},
+    {"interlock", &Relay::interlock,
+     "read: from the relay's status, needs `status_query`; wired: the program does not see the loop"},
+    {"", &Relay::serial, kRelayLine},
+    {"", &Relay::protocol, kRelayProtocol},
+    {"warm_up_s", &Relay::warm_up, ConfigRange(0, 600), "from supply to light"},
+    {"refresh_ms", &Relay::refresh, ConfigRange(0, 10000),
+     "the command is sent again so often, for a relay with a watchdog; 0: once"},
+    {"query_period_ms", &Relay::query_period, ConfigRange(5, 10000), "with a status query: contacts are read so often"},
+    {"answer_timeout_ms", &Relay::answer_timeout, ConfigRange(5, 5000), "longest wait for an answer"},
+    {"attempts", &Relay::attempts, ConfigRange(1, 10), "so many failed answers in a row: off, until it is set again"},
+    {"caller_timeout_ms", &Relay::caller_timeout, ConfigRange(1, 60000),
+     "on, and the executive has not asked for so long: off; must be below the arm's watchdog_ms"},
+    {"opening_timeout_s", &Relay::opening_timeout, ConfigRange(0.05, 60),
+     "for a board that restarts when its line is opened"},
+};
+
+}  // namespace
+
+constinit const SettingsTable<RelayLaserSettings> kRelayKeys{kRelayRows};
 
 RelayLaserSettings relay_laser_settings_from(const ConfigNode& laser, const std::filesystem::path& runtime) {
   RelayLaserSettings s;
-  s.serial.device = device_path(laser.text("device"), runtime);
-  s.serial.baud = laser.integer_or("baud", s.serial.baud, {50, 4e6});
-  s.protocol = relay_protocol_from(laser);
-  s.warm_up = from_seconds(laser.number_or("warm_up_s", seconds(s.warm_up), {0, 600}));
-  s.refresh = laser.milliseconds_or("refresh_ms", s.refresh, {0, 10000});
-  s.query_period = laser.milliseconds_or("query_period_ms", s.query_period, {5, 10000});
-  s.answer_timeout = laser.milliseconds_or("answer_timeout_ms", s.answer_timeout, {5, 5000});
-  s.attempts = laser.integer_or("attempts", s.attempts, {1, 10});
-  s.caller_timeout = laser.milliseconds_or("caller_timeout_ms", s.caller_timeout, {1, 60000});
-  s.opening_timeout = from_seconds(laser.number_or("opening_timeout_s", seconds(s.opening_timeout), {0.05, 60}));
+  read_settings(laser, kRelayKeys, s);
+  s.serial.device = device_path(s.serial.device, runtime);
   return s;
 }
 

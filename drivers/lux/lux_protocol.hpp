@@ -5,10 +5,13 @@
 
 #include "core/clock.hpp"
 #include "core/result.hpp"
+#include "core/enum_names.hpp"
 
 namespace tankrig {
 
 enum class LuxUnit : std::uint8_t { kLux, kFootCandle };
+template <>
+inline constexpr std::array kNames<LuxUnit>{"lux", "foot_candle"};
 
 /// A lumen on a square foot: 1 / 0.3048^2.
 constexpr double kLuxPerFootCandle = 1 / (0.3048 * 0.3048);

@@ -13,10 +13,11 @@ namespace tankrig {
 
 using LuxMeterSettings = std::variant<Pce174Settings, T10aSettings>;
 
-/// Reads `driver: pce174 | t10a`, `device`, `reply_timeout_ms`, and for t10a `head`, `colour_correction`, `unit: lux |
-/// foot_candle`.
+/// The rig file's `devices: lux_meter:`.
 /// Errors: InputError.
 LuxMeterSettings lux_meter_settings_from(const ConfigNode& lux_meter, const std::filesystem::path& runtime);
+/// Its keys, as rows of a Markdown table.
+std::string lux_meter_rows(const std::string& place);
 
 /// Errors: InputError.
 std::unique_ptr<LuxMeter> open_lux_meter(const LuxMeterSettings& settings);

@@ -7,24 +7,6 @@
 
 namespace tankrig {
 
-PaperStereoParameters paper_stereo_parameters_from(const ConfigNode& node) {
-  PaperStereoParameters p;
-  p.prefilter_size = node.integer_or("prefilter_size", p.prefilter_size, {5, 255});
-  p.prefilter_cap = node.integer_or("prefilter_cap", p.prefilter_cap, {1, 63});
-  p.correlation_window_size = node.integer_or("correlation_window_size", p.correlation_window_size, {5, 255});
-  p.min_disparity = node.integer_or("min_disparity", p.min_disparity, {-128, 128});
-  p.disparity_range = node.integer_or("disparity_range", p.disparity_range, {16, 256});
-  p.uniqueness_ratio = node.integer_or("uniqueness_ratio", p.uniqueness_ratio, {0, 100});
-  p.texture_threshold = node.integer_or("texture_threshold", p.texture_threshold, {0, 10000});
-  p.speckle_size = node.integer_or("speckle_size", p.speckle_size, {0, 1000});
-  p.speckle_range = node.integer_or("speckle_range", p.speckle_range, {0, 31});
-  if (p.prefilter_size % 2 == 0) node.fail("prefilter_size", "expected an odd number");
-  if (p.correlation_window_size % 2 == 0) node.fail("correlation_window_size", "expected an odd number");
-  if (p.disparity_range % 16 != 0) node.fail("disparity_range", "expected a multiple of 16");
-  node.finish();
-  return p;
-}
-
 StereoResult reconstruct_paper(const StereoPair& pair, const StereoCalibration& calibration,
                                const PaperStereoParameters& parameters) {
   const Rectifier rectifier(calibration);

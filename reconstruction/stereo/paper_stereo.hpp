@@ -20,8 +20,8 @@ struct PaperStereoParameters {
   int speckle_range = 4;             ///< [px]
 };
 
-/// Reads `stereo_paper:` of the rig file; every key is optional.
-PaperStereoParameters paper_stereo_parameters_from(const ConfigNode& node);
+/// The rig file's `reconstruction: stereo_paper:`.
+extern const SettingsTable<PaperStereoParameters> kPaperStereoKeys;
 
 /// Every pixel with a valid positive disparity becomes a point; sigma stays 0 (the method has none).
 /// Errors: InputError on images that do not fit the calibration.

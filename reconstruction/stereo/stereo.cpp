@@ -164,26 +164,6 @@ void drop_islands(const cv::Mat1f& disparity, cv::Mat1b& verdict, int min_region
 
 }  // namespace
 
-StereoParameters stereo_parameters_from(const ConfigNode& node) {
-  StereoParameters p;
-  p.min_depth_m = node.number_or("min_depth_m", p.min_depth_m, {0.05, 20});
-  p.max_depth_m = node.number_or("max_depth_m", p.max_depth_m, {0.05, 100});
-  p.match_window_px = node.integer_or("match_window_px", p.match_window_px, {1, 21});
-  p.uniqueness_percent = node.integer_or("uniqueness_percent", p.uniqueness_percent, {0, 100});
-  p.left_right_px = node.number_or("left_right_px", p.left_right_px, {0, 10});
-  p.texture_to_noise = node.number_or("texture_to_noise", p.texture_to_noise, {1, 1000});
-  p.max_sigma_px = node.number_or("max_sigma_px", p.max_sigma_px, {0.001, 10});
-  p.min_correlation = node.number_or("min_correlation", p.min_correlation, {0, 1});
-  p.min_support = node.number_or("min_support", p.min_support, {0, 1});
-  p.window_radius_px = node.integer_or("window_radius_px", p.window_radius_px, {2, 15});
-  p.edge_jump_px = node.number_or("edge_jump_px", p.edge_jump_px, {0.1, 100});
-  p.min_region_px = node.integer_or("min_region_px", p.min_region_px, {0, 100000});
-  if (p.max_depth_m <= p.min_depth_m) node.fail("max_depth_m", "expected more than min_depth_m");
-  if (p.match_window_px % 2 == 0) node.fail("match_window_px", "expected an odd number");
-  node.finish();
-  return p;
-}
-
 StereoResult reconstruct(const std::vector<StereoPair>& pairs, const StereoCalibration& calibration,
                          const StereoParameters& p) {
   if (pairs.empty()) throw InputError("stereo: no image pairs, expected at least one");

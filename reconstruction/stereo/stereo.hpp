@@ -24,8 +24,8 @@ struct StereoParameters {
   int min_region_px = 200;        ///< smaller islands of points are dropped
 };
 
-/// Reads `stereo:` of the rig file; every key is optional, keys are the members' names.
-StereoParameters stereo_parameters_from(const ConfigNode& node);
+/// The rig file's `reconstruction: stereo:`.
+extern const SettingsTable<StereoParameters> kStereoKeys;
 
 /// One cloud of a scene at rest from any number of pairs (the dark blocks of a scan). Every point has a sigma along its
 /// viewing ray; its `frame` is the first pair's, its `column` that of the raw left image.

@@ -28,8 +28,7 @@ struct PaperStripeParameters {
 /// Errors: InputError for another type.
 StripeDetection detect_paper(const cv::Mat& image, const PaperStripeParameters& parameters);
 
-/// Keys of the rig file's `reconstruction: laser_paper:`; what is not there keeps the value of its `preset` (real |
-/// simulation).
-PaperStripeParameters paper_stripe_parameters_from(const ConfigNode& node);
+/// The rig file's `reconstruction: laser_paper:`.
+extern const SettingsTable<PaperStripeParameters> kPaperStripeKeys;
 
 }  // namespace tankrig

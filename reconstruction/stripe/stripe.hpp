@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "core/enum_names.hpp"
+
 namespace tankrig {
 
 /// Which way the stripe lies in the image.
@@ -14,6 +16,8 @@ enum class StripeOrientation : std::uint8_t {
   kColumns,  ///< it crosses the columns: one point per column, searched along the column (the paper's)
   kRows,     ///< it crosses the rows: one point per row
 };
+template <>
+inline constexpr std::array kNames<StripeOrientation>{"auto", "columns", "rows"};
 
 const char* to_string(StripeOrientation orientation);
 

@@ -46,7 +46,7 @@ struct OrientationVote {
 };
 OrientationVote find_orientation(const cv::Mat& image, const cv::Mat& background);
 
-/// Keys of the rig file's `reconstruction: laser:`, named as the members; what is not there keeps its default.
-StripeParameters stripe_parameters_from(const ConfigNode& node);
+/// The rig file's `reconstruction: laser:`.
+extern const SettingsTable<StripeParameters> kStripeKeys;
 
 }  // namespace tankrig

@@ -1,6 +1,5 @@
 #include "rig/config/obstacles_section.hpp"
 
-#include "core/settings_table.hpp"
 #include "core/shown_text.hpp"
 
 namespace tankrig {
@@ -26,23 +25,11 @@ std::string read_name(const ConfigNode& node) {
   return shown_text(name);
 }
 
-void write(YAML::Emitter& out, const Vector3d& v) {
-  out << YAML::Flow << YAML::BeginSeq << exact_text(v.x()) << exact_text(v.y()) << exact_text(v.z()) << YAML::EndSeq;
-}
-
-void write(YAML::Emitter& out, const Transform& aMb) {
-  out << YAML::Flow << YAML::BeginMap << YAML::Key << "translation_m" << YAML::Value;
-  write(out, Vector3d(aMb.translation()));
-  out << YAML::Key << "quaternion_xyzw" << YAML::Value << YAML::BeginSeq;
-  for (const double q : quaternion_xyzw(aMb)) out << exact_text(q);
-  out << YAML::EndSeq << YAML::EndMap;
-}
-
 void write_keys(YAML::Emitter& out, const Capsule& c, char frame) {
   out << YAML::Key << std::string("from_") + frame + "_m" << YAML::Value;
-  write(out, c.a);
+  emit_list(out, c.a);
   out << YAML::Key << std::string("to_") + frame + "_m" << YAML::Value;
-  write(out, c.b);
+  emit_list(out, c.b);
   out << YAML::Key << "radius_m" << YAML::Value << exact_text(c.radius);
 }
 
@@ -54,10 +41,7 @@ void write_name(YAML::Emitter& out, const std::string& name) {
 void begin_list(YAML::Emitter& out, bool empty) { out << (empty ? YAML::Flow : YAML::Block) << YAML::BeginSeq; }
 
 void read_tank(const ConfigNode& node, const char* key, Obstacles& o) { o.tank_size = read_size(node, key); }
-void write_tank(YAML::Emitter& out, const Obstacles& o) { write(out, o.tank_size); }
-
-void read_wMb(const ConfigNode& node, const char* key, Obstacles& o) { o.wMb = node.transform(key); }
-void write_wMb(YAML::Emitter& out, const Obstacles& o) { write(out, o.wMb); }
+void write_tank(YAML::Emitter& out, const Obstacles& o) { emit_list(out, o.tank_size); }
 
 void read_base(const ConfigNode& node, const char* key, Obstacles& o) { o.base = read_capsule(node.child(key), 'b'); }
 void write_base(YAML::Emitter& out, const Obstacles& o) {
@@ -99,9 +83,9 @@ void write_fixed(YAML::Emitter& out, const Obstacles& o) {
     write_name(out, name);
     if (const Box* const box = std::get_if<Box>(&shape)) {
       out << YAML::Key << "bMbox" << YAML::Value;
-      write(out, box->xMbox);
+      emit(out, box->xMbox);
       out << YAML::Key << "size_m" << YAML::Value;
-      write(out, box->size);
+      emit_list(out, box->size);
     } else {
       write_keys(out, std::get<Capsule>(shape), 'b');
     }
@@ -110,57 +94,28 @@ void write_fixed(YAML::Emitter& out, const Obstacles& o) {
   out << YAML::EndSeq;
 }
 
-using Other = OtherValue<Obstacles>;
-const Setting<Obstacles> kObstacles[] = {
-    {"tank_size_m", Other{read_tank, write_tank, "three lengths"}, {}, "inside, along w's x and y, and height", true},
-    {"wMb", Other{read_wMb, write_wMb, "`translation_m, quaternion_xyzw`"}, {}, "where the arm's base is", true},
-    {"margin_m", &Obstacles::margin, {0, 1}, "a plan with less clearance is refused", true},
-    {"link_radius_m", &Obstacles::link_radius, kRadius, "of every link of the arm, about its DH link", true},
-    {"tool_length_m", &Obstacles::tool_length, {0, 2}, "how far the forearm reaches beyond e"},
+const Setting<Obstacles> kObstacleRows[] = {
+    {"tank_size_m",
+     {read_tank, write_tank, "three lengths"},
+     "inside, along w's x and y, and height",
+     Need::kRequired},
+    {"wMb", &Obstacles::wMb, "where the arm's base is", Need::kRequired},
+    {"margin_m", &Obstacles::margin, ConfigRange(0, 1), "a plan with less clearance is refused", Need::kRequired},
+    {"link_radius_m", &Obstacles::link_radius, kRadius, "of every link of the arm, about its DH link", Need::kRequired},
+    {"tool_length_m", &Obstacles::tool_length, ConfigRange(0, 2), "how far the forearm reaches beyond e"},
     {"base",
-     Other{read_base, write_base, "`from_b_m, to_b_m, radius_m`"},
-     {},
+     {read_base, write_base, "`from_b_m`, `to_b_m`, `radius_m`"},
      "the arm's foot, a capsule; the forearm and what it carries keep away from it"},
     {"carried",
-     Other{read_carried, write_carried, "list of `name` (or projector), `from_e_m, to_e_m, radius_m`"},
-     {},
+     {read_carried, write_carried, "list of `name` (or projector), `from_e_m`, `to_e_m`, `radius_m`"},
      "capsules rigid with the end effector"},
     {"fixed",
-     Other{read_fixed, write_fixed, "list of `name` and `from_b_m, to_b_m, radius_m` or `bMbox, size_m`"},
-     {},
+     {read_fixed, write_fixed, "list of `name` and `from_b_m`, `to_b_m`, `radius_m` or `bMbox`, `size_m`"},
      "capsules and boxes rigid with the base: the frame, mounts, lamps"},
 };
 
 }  // namespace
 
-void read_obstacles_section(const ConfigNode& node, Obstacles& obstacles) {
-  read_settings(node, std::span<const Setting<Obstacles>>(kObstacles), obstacles, true);
-  node.finish();
-}
-
-std::string obstacles_section_yaml(const Obstacles& obstacles) {
-  YAML::Emitter out;
-  out << YAML::BeginMap;
-  write_settings(out, std::span<const Setting<Obstacles>>(kObstacles), obstacles);
-  out << YAML::EndMap;
-  return std::string(out.c_str()) + "\n";
-}
-
-std::string obstacles_section_table() {
-  return "| key | default | expected | |\n|---|---|---|---|\n" +
-         settings_rows("obstacles", std::span<const Setting<Obstacles>>(kObstacles), Obstacles());
-}
-
-void read_camera_body(const ConfigNode& camera, Eigen::AlignedBox3d& body) {
-  const auto node = camera.optional_child("body");
-  if (!node) return;
-  body = {read_vector(*node, "min_m"), read_vector(*node, "max_m")};
-  if (!(body.sizes().minCoeff() > 0))
-    node->fail("max_m", "found a side that is not positive, expected more than min_m");
-}
-
-std::string camera_body_yaml(const Eigen::AlignedBox3d& body) {
-  return "{min_m: " + yaml_of(Vector3d(body.min())) + ", max_m: " + yaml_of(Vector3d(body.max())) + "}";
-}
+constinit const SettingsTable<Obstacles> kObstacleKeys{kObstacleRows};
 
 }  // namespace tankrig

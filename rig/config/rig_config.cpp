@@ -3,111 +3,123 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <set>
 
 #include "core/input_error.hpp"
-#include "core/model_yaml.hpp"
-#include "core/regular_file.hpp"
-#include "core/session_names.hpp"
+#include "core/settings_table.hpp"
 #include "core/shown_text.hpp"
-#include "rig/config/camera_timing.hpp"
+#include "rig/config/camera_section.hpp"
 #include "rig/config/obstacles_section.hpp"
 #include "rig/config/scan_section.hpp"
 
 namespace tankrig {
 namespace {
 
-constexpr std::array kOwnKeys{"base", "name",    "description", "backend", "scene",  "applied_preset", "arm",
-                              "scan", "presets", "cameras",     "laser",   "object", "obstacles"};
+const Setting<MotionLimits> kMotionLimitRows[] = {
+    {"angle_margin_rad", &MotionLimits::angle_margin, ConfigRange(0, 1), "kept by whole plans from every joint limit"},
+    {"max_velocity_rad_s", &MotionLimits::max_velocity, ConfigRange(0.01, 10), "of any joint of a plan"},
+    {"max_ticks_per_s", &MotionLimits::max_ticks_per_s, ConfigRange(1, 1e6),
+     "of any actuator of a plan; the laboratory's limit"},
+};
+constexpr SettingsTable<MotionLimits> kMotionLimits{kMotionLimitRows};
+
+const Setting<RigConfig> kArmRows[] = {
+    {"", &RigConfig::arm, kArmModelKeys},
+    {"motion_limits", &RigConfig::motion_limits, kMotionLimits},
+    {"backlash_ticks", &RigConfig::backlash_ticks, ConfigRange(0, 1e6),
+     "between every encoder and its link, from end to end; 0: not known ([motion.md](motion.md))"},
+};
+constexpr SettingsTable<RigConfig> kArm{kArmRows};
+
+void read_cameras(const ConfigNode& root, const char* key, RigConfig& rig) {
+  for (const ConfigNode& node : root.items(key)) rig.cameras.push_back(settings_from(node, kRigCameraKeys));
+  check_cameras(root, rig);
+}
+void write_cameras(YAML::Emitter& out, const RigConfig& rig) {
+  out << YAML::BeginSeq;
+  for (const RigCamera& camera : rig.cameras) write_mapping(out, kRigCameraKeys, camera);
+  out << YAML::EndSeq;
+}
+
+const Setting<RigLaser> kSheetRows[] = {
+    {"ePl", &RigLaser::ePl, "the sheet, rigid with the end effector; triangulation uses nothing else", Need::kRequired},
+    {"origin_e_m", &RigLaser::origin_e, "the projector's exit, on the sheet", Need::kRequired},
+    {"direction_e", &RigLaser::direction_e, "middle of the fan, in the sheet", Need::kRequired},
+    {"fan_rad", &RigLaser::fan, ConfigRange(0.001, 3.2), "full opening angle", Need::kRequired},
+};
+void check_sheet(const ConfigNode& node, const RigLaser& laser) {
+  constexpr double kOnTheSheet = 1e-3;
+  const double length = laser.direction_e.norm(), off = laser.ePl.distance(laser.origin_e);
+  if (!(length > 1e-6)) node.fail("direction_e", "found length 0, expected a direction");
+  if (std::abs(off) > kOnTheSheet)
+    node.fail("origin_e_m", "found a point " + std::to_string(off) + " m off the sheet ePl, expected one on it");
+  if (std::abs(laser.ePl.normal.dot(laser.direction_e)) > kOnTheSheet * length)
+    node.fail("direction_e", "found a direction out of the sheet ePl, expected one in it");
+}
+constexpr SettingsTable<RigLaser> kSheet{kSheetRows, check_sheet};
+
+const Setting<CaptureSettings> kLampRows[] = {
+    {"warm_up_s", &CaptureSettings::laser_warm_up, ConfigRange(0, 600), "from supply to light", Need::kRequired},
+    {"switches_per_frame", &CaptureSettings::laser_switches_per_frame,
+     "the laser can be switched between two frames; false for a relay"},
+};
+constexpr SettingsTable<CaptureSettings> kLamp{kLampRows};
+const Setting<ScanSettings> kLampOfScan[] = {{"", &ScanSettings::capture, kLamp}};
+constexpr SettingsTable<ScanSettings> kLampInScan{kLampOfScan};
+
+const Setting<RigConfig> kLaserRows[] = {
+    {"", &RigConfig::laser, kSheet},
+    {"", &RigConfig::scan, kLampInScan},
+};
+constexpr SettingsTable<RigConfig> kLaser{kLaserRows};
+
+const Setting<RigObject> kObjectRows[] = {
+    {"mesh", &RigObject::mesh, "any triangle mesh, in metres", Need::kRequired},
+    {"bMo", &RigObject::bMo, "the mesh's frame in the arm's base", Need::kRequired},
+};
+constexpr SettingsTable<RigObject> kObject{kObjectRows};
+
+void read_backend(const ConfigNode& root, const char* key, RigConfig& rig) {
+  rig.backend = root.choice(key, {"mock", "devices"});
+}
+void check_scene(const ConfigNode& root, const RigConfig& rig) {
+  if (rig.backend == "mock") static_cast<void>(root.text("scene"));  // must be there
+}
+
+/// But for `base` and `presets`, which are gone from a rig that was read.
+const Setting<RigConfig> kRigRows[] = {
+    {"name", &RigConfig::name, "for reports and sessions", Need::kRequired},
+    {"description", &RigConfig::description, "for people"},
+    {"backend",
+     {read_backend, [](YAML::Emitter& out, const RigConfig& rig) { out << rig.backend; }, "mock, devices"},
+     "mock: simulated in this process under a virtual clock; devices: drivers, in real time",
+     Need::kRequired},
+    {"scene", &RigConfig::scene, "what is simulated or emulated ([scene.md](scene.md)); required by backend mock",
+     Need::kSparse},
+    {"applied_preset", &RigConfig::preset, "in sessions only", Need::kSparse},
+    {"arm", kArm, Need::kRequired},
+    {"cameras",
+     {read_cameras, write_cameras, "",
+      [](const std::string& place) { return settings_rows(place + "[]", kRigCameraKeys); }},
+     "",
+     Need::kRequired},
+    {"laser", kLaser, Need::kRequired},
+    {"object", &RigConfig::object, kObject, Need::kRequired},
+    {"obstacles", &RigConfig::obstacles, kObstacleKeys, Need::kRequired},
+    {"scan", &RigConfig::scan, kScanKeys, Need::kRequired},
+};
+constexpr SettingsTable<RigConfig> kRig{kRigRows, check_scene};
 
 void refuse_unknown_keys(const ConfigNode& root) {
-  for (const std::string& key : root.keys()) {
-    const auto is_key = [&](const char* known) { return key == known; };
-    if (std::any_of(kOwnKeys.begin(), kOwnKeys.end(), is_key) ||
-        std::any_of(kForeignSections.begin(), kForeignSections.end(), is_key))
-      continue;
-    std::string known;
-    for (const char* k : kOwnKeys) known += std::string(k) + ", ";
-    for (const char* k : kForeignSections) known += std::string(k) + (k == kForeignSections.back() ? "" : ", ");
-    root.fail(key, "unknown key, expected one of: " + known);
-  }
-}
-
-void read_backlash(const ConfigNode& arm, std::array<double, kJoints>& ticks) {
-  if (!arm.has("backlash_ticks")) return;
-  const auto values = arm.numbers("backlash_ticks", kJoints);
-  if (*std::min_element(values.begin(), values.end()) < 0)
-    arm.fail("backlash_ticks", "found a negative number, expected five of 0 or more");
-  std::copy(values.begin(), values.end(), ticks.begin());
-}
-
-void read_arm(const ConfigNode& node, RigConfig& rig) {
-  rig.arm = read_arm_model(node);
-  rig.scan.limits.angles = rig.arm.limits;
-  if (const auto limits = node.optional_child("motion_limits")) {
-    MotionLimits& m = rig.motion_limits;
-    m.angle_margin = limits->number_or("angle_margin_rad", m.angle_margin, {0, 1});
-    m.max_velocity = limits->number_or("max_velocity_rad_s", m.max_velocity, {0.01, 10});
-    m.max_ticks_per_s = limits->number_or("max_ticks_per_s", m.max_ticks_per_s, {1, 1e6});
-  }
-  read_backlash(node, rig.backlash_ticks);
-  node.finish();
-}
-
-RigCamera read_camera(const ConfigNode& node) {
-  RigCamera camera;
-  camera.name = node.text("name");
-  if (!is_camera_name(camera.name))
-    node.fail("name", "found '" + shown_text(camera.name) + "', " + kCameraNameExpected);
-  const std::string role = node.choice("role", {"mono", "left", "right"});
-  camera.role = role == "mono" ? CameraRole::kMono : role == "left" ? CameraRole::kLeft : CameraRole::kRight;
-  camera.model = read_camera_model(node.child("model"));
-  camera.bMc = node.transform("bMc");
-  read_camera_body(node, camera.body);
-  const std::string record = node.choice("record", {"all", "dark", "sweep"});
-  camera.record = record == "all" ? RecordWhen::kAll : record == "dark" ? RecordWhen::kDark : RecordWhen::kSweep;
-  camera.rate_hz = node.number("rate_hz", {0.1, 1000});
-  read_camera_timing(node, camera);
-  node.finish();
-  return camera;
-}
-
-void read_cameras(const ConfigNode& root, RigConfig& rig) {
-  std::set<std::string> names;
-  std::set<CameraRole> roles;
-  for (const ConfigNode& node : root.items("cameras")) {
-    rig.cameras.push_back(read_camera(node));
-    const RigCamera& camera = rig.cameras.back();
-    if (!names.insert(camera.name).second)
-      node.fail("name", "found '" + shown_text(camera.name) + "' for the second time, expected another name");
-    if (!roles.insert(camera.role).second)
-      node.fail("role",
-                std::string("found '") + to_string(camera.role) + "' for the second time, expected one camera a role");
-  }
-  const RigCamera* mono = rig.find_camera(CameraRole::kMono);
-  if (!mono || mono->record == RecordWhen::kDark)
-    root.fail("cameras", "found no mono camera that records the sweep, expected one");
-  if (roles.contains(CameraRole::kLeft) != roles.contains(CameraRole::kRight))
-    root.fail("cameras", "found one eye of a stereo pair, expected left and right, or neither");
-  rig.scan.capture.frame_period = 1.0 / mono->rate_hz;
-}
-
-void read_laser(const ConfigNode& node, RigConfig& rig) {
-  RigLaser& laser = rig.laser;
-  laser.ePl = read_plane(node.child("ePl"));
-  laser.origin_e = read_vector(node, "origin_e_m");
-  laser.direction_e = read_vector(node, "direction_e");
-  if (!(laser.direction_e.norm() > 1e-6)) node.fail("direction_e", "found length 0, expected a direction");
-  if (std::abs(laser.direction_e.norm() - 1) > 1e-14) laser.direction_e.normalize();
-  laser.fan = node.number("fan_rad", {0.001, 3.2});
-  rig.scan.capture.laser_warm_up = node.number("warm_up_s", {0, 600});
-  rig.scan.capture.laser_switches_per_frame = node.flag_or("switches_per_frame", false);
-  if (std::abs(laser.ePl.distance(laser.origin_e)) > 1e-3)
-    node.fail("origin_e_m", "found a point " + std::to_string(laser.ePl.distance(laser.origin_e)) +
-                                " m off the sheet ePl, expected one on it");
-  if (std::abs(laser.ePl.normal.dot(laser.direction_e)) > 1e-3)
-    node.fail("direction_e", "found a direction out of the sheet ePl, expected one in it");
-  node.finish();
+  std::vector<std::string> known{"base"};
+  for (const Setting<RigConfig>& setting : kRig.rows) known.emplace_back(setting.name);
+  known.emplace_back("presets");
+  known.insert(known.end(), kForeignSections.begin(), kForeignSections.end());
+  for (const std::string& key : root.keys())
+    if (std::find(known.begin(), known.end(), key) == known.end()) {
+      std::string list;
+      for (const std::string& k : known) list += (list.empty() ? "" : ", ") + k;
+      root.fail(key, "unknown key, expected one of: " + list);
+    }
 }
 
 /// All presets are read, so that a bad one is found whichever is asked for.
@@ -118,12 +130,11 @@ void read_presets(const ConfigNode& root, const std::string& wanted, RigConfig& 
   bool found = wanted.empty();
   for (const std::string& name : presets ? presets->keys() : std::vector<std::string>{}) {
     ScanSettings scan = rig.scan;
-    bool read_lux = rig.read_lux;
     const ConfigNode node = presets->child(name);
-    read_scan_section(node, false, scan, read_lux);
+    read_settings(node, kScanKeys, scan, false);
     check_scan_section(node, scan, rig.arm);
     known += (known.empty() ? "" : ", ") + shown_text(name);
-    if (name == wanted) chosen = scan, rig.read_lux = read_lux, found = true;
+    if (name == wanted) chosen = scan, found = true;
   }
   if (presets) presets->finish();
   if (!found)
@@ -169,27 +180,40 @@ RigConfig read_rig(const ConfigNode& file, const std::string& preset) {
   RigConfig rig(file);
   const ConfigNode& root = rig.root;
   refuse_unknown_keys(root);
-  rig.name = root.text("name");
-  rig.description = root.text_or("description", "");
-  rig.backend = root.choice("backend", {"mock", "devices"});
-  if (rig.backend == "mock" || root.has("scene")) rig.scene = root.path("scene");
-  read_arm(root.child("arm"), rig);
-  read_cameras(root, rig);
-  read_laser(root.child("laser"), rig);
-  const ConfigNode object = root.child("object");
-  rig.object = {object.path("mesh"), object.transform("bMo")};
-  object.finish();
-  read_obstacles_section(root.child("obstacles"), rig.obstacles);
+  read_settings(root, kRig, rig);
+  for (const char* section : {"arm", "laser", "object", "obstacles", "scan"}) root.child(section).finish();
 
-  const ConfigNode scan = root.child("scan");
-  read_scan_section(scan, true, rig.scan, rig.read_lux);
-  scan.finish();
-  check_scan_section(scan, rig.scan, rig.arm);
+  rig.scan.limits.angles = rig.arm.limits;
+  rig.scan.capture.frame_period = 1 / rig.find_camera(CameraRole::kMono)->rate_hz;
+  if (std::abs(rig.laser.direction_e.norm() - 1) > 1e-14) rig.laser.direction_e.normalize();
+  check_scan_section(root.child("scan"), rig.scan, rig.arm);
   read_presets(root, preset, rig);
   check_waived(root, rig);
   settle_camera_timing(rig);
-  rig.preset = preset.empty() ? root.text_or("applied_preset", "") : preset;
+  if (!preset.empty()) rig.preset = preset;
   return rig;
+}
+
+std::string rig_key_rows() {
+  return "| `base` | none | a file | a rig file that stands alone; its keys hold where this one has none, mapping by "
+         "mapping; lists are not merged |\n" +
+         settings_rows("", kRig, RigConfig(ConfigNode::parse("{}", ""))) +
+         "| `presets.NAME` | none | any part of `scan` | what `--preset NAME` changes |\n";
+}
+
+std::string resolved_rig_yaml(const RigConfig& rig, const std::string& mesh) {
+  RigConfig stored = rig;
+  stored.object.mesh = mesh;
+  YAML::Emitter out;
+  out << YAML::Comment("The rig as it was used by this scan.") << YAML::BeginMap;
+  write_settings(out, kRig, stored);
+  for (const char* name : kForeignSections)
+    if (const auto section = rig.section(name)) {
+      out << YAML::Key << name << YAML::Value;
+      section->write(out);
+    }
+  out << YAML::EndMap;
+  return std::string(out.c_str()) + "\n";
 }
 
 }  // namespace tankrig

@@ -8,26 +8,20 @@
 #include <vector>
 
 #include "core/arm_model.hpp"
-#include "core/camera_model.hpp"
+#include "core/calibrated_camera.hpp"
 #include "core/config_node.hpp"
-#include "core/frame_record.hpp"
 #include "rig/plan/motion_check.hpp"
 #include "rig/plan/scan_settings.hpp"
 #include "rig/plan/trigger_settings.hpp"
 
 namespace tankrig {
 
-struct RigCamera {
-  std::string name;
-  CameraRole role = CameraRole::kMono;
-  CameraModel model;
-  Transform bMc = Transform::Identity();
+struct RigCamera : CalibratedCamera {
   /// Its housing, in c [m]: an assumption on a small underwater camera, where the rig file says nothing.
   Eigen::AlignedBox3d body{Vector3d(-0.04, -0.04, -0.12), Vector3d(0.04, 0.04, 0.03)};
   RecordWhen record = RecordWhen::kAll;
   double rate_hz = 25;
   TriggerSettings trigger;
-  Duration time_offset{};  ///< t_camera - t_joints: taken off its stamps
 
   /// `body` in b.
   Box housing() const { return {bMc * Eigen::Translation3d(body.center()), body.sizes()}; }
@@ -63,7 +57,6 @@ struct RigConfig {
   MotionLimits motion_limits;
   std::array<double, kJoints> backlash_ticks{};  ///< total backlash between every encoder and its link; 0: not known
   ScanSettings scan;
-  bool read_lux = true;  ///< ask the lux meter before and after the sweep
   std::vector<RigCamera> cameras;
   RigLaser laser;
   RigObject object;
@@ -92,7 +85,7 @@ RigConfig read_rig(const ConfigNode& file, const std::string& preset = "");
 /// relative to where the text will be stored.
 std::string resolved_rig_yaml(const RigConfig& rig, const std::string& mesh);
 
-/// Text of a rig file for a new place, comments and all: its scene and mesh become absolute paths.
-std::string rig_file_for_elsewhere(const std::filesystem::path& file);
+/// Every key of the sections read here with its default, range and meaning, as rows of a Markdown table.
+std::string rig_key_rows();
 
 }  // namespace tankrig

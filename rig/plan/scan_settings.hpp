@@ -16,6 +16,8 @@ namespace tankrig {
 
 /// In which phases a camera's frames are kept. Frames of a move are never kept.
 enum class RecordWhen : std::uint8_t { kAll, kDark, kSweep };
+template <>
+inline constexpr std::array kNames<RecordWhen>{"all", "dark", "sweep"};
 
 /// The recorded sweep: constant elbow velocity between two angles, ramps and lead-in outside of them.
 /// Units: SI, radians.
@@ -51,6 +53,7 @@ struct CaptureSettings {
   double laser_warm_up = 1.0;             ///< Laser::warm_up()
   bool laser_pairs = false;               ///< laser on in every second frame of the sweep only
   bool laser_switches_per_frame = false;  ///< the rig declares that its laser can do so
+  bool read_lux = true;                   ///< ask the lux meter before and after the sweep
 };
 
 /// How the joints follow the plan. Units: SI, radians.

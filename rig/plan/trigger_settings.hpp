@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "core/enum_names.hpp"
 #include "core/time.hpp"
 
 namespace tankrig {
@@ -13,6 +14,8 @@ enum class TriggerMode : std::uint8_t {
   kSoftware,  ///< by trigger(), at equal times
   kPosition,  ///< by trigger(), at equal angles of the elbow while it sweeps, at equal times while the arm rests
 };
+template <>
+inline constexpr std::array kNames<TriggerMode>{"free", "software", "position"};
 
 struct TriggerSettings {
   TriggerMode mode = TriggerMode::kFree;

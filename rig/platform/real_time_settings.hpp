@@ -3,12 +3,16 @@
 
 #include <optional>
 
+#include "core/enum_names.hpp"
+
 namespace tankrig {
 
 enum class CyclePace : unsigned char {
   kClock,   ///< every 1 / cycle_hz
   kDevice,  ///< likewise, steered by at most half a percent to keep step with an arm that samples by its own clock
 };
+template <>
+inline constexpr std::array kNames<CyclePace>{"clock", "device"};
 
 /// What the system must grant stands in docs/reference/real_time.md, with the files that grant it.
 struct RealTimeSettings {

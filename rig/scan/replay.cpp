@@ -51,7 +51,7 @@ class Replay {
         joints_(kJointSamples, from_seconds(settings.control.max_joint_gap)),
         joiner_(recorded.plan, settings, joints_, laser_, numbered_) {
     constexpr bool kEachInItsSegment = true;  // only recorded frames come
-    for (const SessionCamera& camera : session.info.cameras)
+    for (const CalibratedCamera& camera : session.info.cameras)
       numbers_[camera.name] = joiner_.add_camera(camera.name, RecordWhen::kAll, kEachInItsSegment);
     joiner_.start(recorded.plan_zero);
     for (const SessionEvent& event : recorded.events)

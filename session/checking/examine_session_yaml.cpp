@@ -32,13 +32,13 @@ std::vector<Block> blocks_of(const std::string& text) {
 }
 
 /// With a key of our own after it: a quoted text that has lost its end would swallow it.
-bool read_block(const Block& block, const SessionSection& section, const fs::path& file, SessionInfo& info) {
+bool read_block(const Block& block, const Setting<SessionInfo>& section, const fs::path& file, SessionInfo& info) {
   if (!block.whole) return false;
   SessionInfo with = info;
   try {
     const ConfigNode root = ConfigNode::parse(block.text + "end_of_block: here\n", file);
     root.text("end_of_block");
-    section.read(root, with);
+    section.read(root, with, true);
     root.finish();
   } catch (const InputError&) {
     return false;
@@ -68,7 +68,7 @@ class Salvage {
  private:
   void take(const Block& block, const fs::path& file) {
     const auto section = std::find_if(sections_.begin() + static_cast<std::ptrdiff_t>(next_), sections_.end(),
-                                      [&](const SessionSection& s) { return s.key == block.key; });
+                                      [&](const Setting<SessionInfo>& s) { return s.name == block.key; });
     if (section == sections_.end() || !read_block(block, *section, file, info)) return doubt();
     told_until(static_cast<std::size_t>(section - sections_.begin()));
     ++next_;
@@ -76,18 +76,18 @@ class Salvage {
   }
 
   void doubt() {
-    if (several_lines_) lost.emplace_back(sections_[next_ - 1].key);
+    if (several_lines_) lost.emplace_back(sections_[next_ - 1].name);
     several_lines_ = false, in_doubt_ = true;
   }
 
   /// Of the sections that were not found before this one, an optional one may never have been there.
   void told_until(std::size_t here) {
     for (; next_ < here; ++next_)
-      if (sections_[next_].required || in_doubt_) lost.emplace_back(sections_[next_].key);
+      if (sections_[next_].required || in_doubt_) lost.emplace_back(sections_[next_].name);
     in_doubt_ = false;
   }
 
-  const std::vector<SessionSection>& sections_ = session_sections();
+  const std::span<const Setting<SessionInfo>> sections_ = kSessionKeys.rows;
   std::size_t next_ = 0;        ///< the section after the last one that was read
   bool several_lines_ = false;  ///< that one has
   bool in_doubt_ = false;       ///< since it there were lines that make no sense

@@ -82,7 +82,7 @@ SessionInfo mended_info(const SessionFindings& found) {
   info.tables["joints"] = span_of(found.joints.records);
   info.tables["frames"] = span_of(found.frames.records);
   info.tables["events"] = span_of(found.events.records);
-  for (const SessionCamera& camera : info.cameras) {
+  for (const CalibratedCamera& camera : info.cameras) {
     const auto there =
         static_cast<std::uint64_t>(std::count_if(found.frames.records.begin(), found.frames.records.end(),
                                                  [&](const FrameRecord& f) { return f.camera == camera.name; }));

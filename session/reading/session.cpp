@@ -36,7 +36,8 @@ void drop_frames_without_image(Session& session) {
 }  // namespace
 
 bool SessionInfo::has_camera(const std::string& camera) const {
-  return std::any_of(cameras.begin(), cameras.end(), [&](const SessionCamera& known) { return known.name == camera; });
+  return std::any_of(cameras.begin(), cameras.end(),
+                     [&](const CalibratedCamera& known) { return known.name == camera; });
 }
 
 std::string lines_missing(const SessionInfo& info, const std::string& table, std::size_t found) {
@@ -71,14 +72,14 @@ Session Session::open(const fs::path& path) {
   return session;
 }
 
-const SessionCamera* Session::find_camera(CameraRole role) const {
-  for (const SessionCamera& camera : info.cameras)
+const CalibratedCamera* Session::find_camera(CameraRole role) const {
+  for (const CalibratedCamera& camera : info.cameras)
     if (camera.role == role) return &camera;
   return nullptr;
 }
 
-const SessionCamera& Session::camera(CameraRole role) const {
-  if (const SessionCamera* camera = find_camera(role)) return *camera;
+const CalibratedCamera& Session::camera(CameraRole role) const {
+  if (const CalibratedCamera* camera = find_camera(role)) return *camera;
   throw InputError(path / "session.yaml",
                    std::string("cameras: found no ") + to_string(role) + " camera, expected one");
 }
@@ -92,7 +93,7 @@ cv::Mat Session::image(const FrameRecord& frame) const {
                      "tankrig session recover " +
                          path.string());
   const auto camera = std::find_if(info.cameras.begin(), info.cameras.end(),
-                                   [&](const SessionCamera& c) { return c.name == frame.camera; });
+                                   [&](const CalibratedCamera& c) { return c.name == frame.camera; });
   if (camera == info.cameras.end()) throw InputError(file, "is of no camera of session.yaml, expected one of those");
   const ExpectedSize expected{camera->model.width, camera->model.height, "as calibrated"};
   return decode_picture(read_below(path, frame.file, kMostPictureBytes, "an image"), file, &expected,
@@ -108,7 +109,7 @@ Plane Session::laser_plane(const FrameRecord& frame) const {
     throw InputError(
         path / "session.yaml",
         "calibration: found no arm or no ePl, expected both to place the laser of " + name + "no plane of its own");
-  for (const SessionCamera& camera : info.cameras)
+  for (const CalibratedCamera& camera : info.cameras)
     if (camera.name == frame.camera)
       return (camera.bMc.inverse() * info.calibration.arm->bMe(*frame.q)) * *info.calibration.ePl;
   throw InputError(path / "frames.csv", name + "expected a camera of session.yaml");

@@ -20,18 +20,11 @@
 #include "core/camera_model.hpp"
 #include "core/frame_record.hpp"
 #include "core/utc.hpp"
+#include "core/calibrated_camera.hpp"
 #include "session/reading/frame_account.hpp"
 #include "session/reading/session_timing.hpp"
 
 namespace tankrig {
-
-struct SessionCamera {
-  std::string name;
-  CameraRole role = CameraRole::kMono;
-  CameraModel model;
-  Transform bMc = Transform::Identity();  ///< camera in the arm base; identity where there is no arm
-  Duration time_offset{};                 ///< t_camera - t_joints; taken off the stamps of its frames already
-};
 
 /// The calibration a scan was made with.
 struct SessionCalibration {
@@ -82,7 +75,7 @@ struct SessionInfo {
   std::map<std::string, std::string> platform;   ///< what the machine was and granted, in real time only
   std::map<std::string, TableSpan> tables;       ///< "joints", "frames", "events": what must be in them
   std::vector<std::string> recovered;            ///< what was lost before `tankrig session recover` mended the session
-  std::vector<SessionCamera> cameras;
+  std::vector<CalibratedCamera> cameras;
   SessionCalibration calibration;
   std::optional<SessionObject> object;
 
@@ -109,8 +102,8 @@ struct Session {
   /// Errors: InputError naming file, line, field.
   static Session open(const std::filesystem::path& path);
 
-  const SessionCamera& camera(CameraRole role) const;  ///< InputError if there is none
-  const SessionCamera* find_camera(CameraRole role) const;
+  const CalibratedCamera& camera(CameraRole role) const;  ///< InputError if there is none
+  const CalibratedCamera* find_camera(CameraRole role) const;
   cv::Mat image(const FrameRecord& frame) const;  ///< InputError if missing or unreadable
   /// Laser plane in the frame of `frame`'s camera: given per frame, or cMb * bMe(q) * ePl.  InputError if neither is
   /// known.

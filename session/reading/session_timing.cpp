@@ -5,19 +5,37 @@
 #include <array>
 
 #include "session/reading/session_yaml.hpp"
+#include "core/settings_table.hpp"
 
 namespace tankrig {
 namespace {
 
 struct Named {
-  const char* key;    // in session.yaml
   const char* words;  // on the screen
   TimingQuantity SessionTiming::*quantity;
 };
-constexpr std::array<Named, 3> kQuantities{{{"wake_up_us", "wake-up latency", &SessionTiming::wake_up},
-                                            {"execution_us", "execution time", &SessionTiming::execution},
-                                            {"period_us", "period", &SessionTiming::period}}};
-constexpr ConfigNode::Range kMicroseconds{0, 1e12};
+constexpr std::array<Named, 3> kQuantities{{{"wake-up latency", &SessionTiming::wake_up},
+                                            {"execution time", &SessionTiming::execution},
+                                            {"period", &SessionTiming::period}}};
+
+constexpr ConfigRange kMicroseconds{0, 1e12};
+const Setting<TimingQuantity> kQuantityRows[] = {
+    {"p50", &TimingQuantity::p50, kMicroseconds, "", Need::kRequired},
+    {"p99", &TimingQuantity::p99, kMicroseconds, "", Need::kRequired},
+    {"p99_9", &TimingQuantity::p999, kMicroseconds, "", Need::kRequired},
+    {"max", &TimingQuantity::max, kMicroseconds, "", Need::kRequired},
+};
+constexpr SettingsTable<TimingQuantity> kQuantity{kQuantityRows};
+
+const Setting<SessionTiming> kTimingRows[] = {
+    {"cycle_hz", &SessionTiming::cycle_hz, ConfigRange(0, 1e6), "", Need::kRequired},
+    {"cycles", &SessionTiming::cycles, "", Need::kRequired},
+    {"overruns", &SessionTiming::overruns, "", Need::kRequired},
+    {"missed_cycles", &SessionTiming::missed_cycles, "", Need::kRequired},
+    {"wake_up_us", &SessionTiming::wake_up, kQuantity, Need::kRequired, YAML::Flow},
+    {"execution_us", &SessionTiming::execution, kQuantity, Need::kRequired, YAML::Flow},
+    {"period_us", &SessionTiming::period, kQuantity, Need::kRequired, YAML::Flow},
+};
 
 double microseconds(Duration d) { return static_cast<double>(d.count()) * 1e-3; }
 
@@ -32,6 +50,8 @@ std::string cycles_in_words(const SessionTiming& t) {
 
 }  // namespace
 
+constinit const SettingsTable<SessionTiming> kSessionTimingKeys{kTimingRows};
+
 SessionTiming session_timing(const CycleTimes& times, double cycle_hz) {
   return {cycle_hz,
           times.cycles,
@@ -40,31 +60,6 @@ SessionTiming session_timing(const CycleTimes& times, double cycle_hz) {
           quantity_of(times.wake_up),
           quantity_of(times.execution),
           quantity_of(times.period)};
-}
-
-std::string timing_yaml(const SessionTiming& t) {
-  std::string out = fmt::format("timing:\n  cycle_hz: {}\n  cycles: {}\n  overruns: {}\n  missed_cycles: {}\n",
-                                exact_text(t.cycle_hz), t.cycles, t.overruns, t.missed_cycles);
-  for (const Named& named : kQuantities) {
-    const TimingQuantity& q = t.*named.quantity;
-    out += fmt::format("  {}: {{p50: {}, p99: {}, p99_9: {}, max: {}}}\n", named.key, exact_text(q.p50),
-                       exact_text(q.p99), exact_text(q.p999), exact_text(q.max));
-  }
-  return out;
-}
-
-SessionTiming read_timing(const ConfigNode& node) {
-  SessionTiming t;
-  t.cycle_hz = node.number("cycle_hz", {0, 1e6});
-  t.cycles = read_whole<std::uint64_t>(node, "cycles");
-  t.overruns = read_whole<std::uint64_t>(node, "overruns");
-  t.missed_cycles = read_whole<std::uint64_t>(node, "missed_cycles");
-  for (const Named& named : kQuantities) {
-    const ConfigNode child = node.child(named.key);
-    const auto number = [&](const char* key) { return child.number(key, kMicroseconds); };
-    t.*named.quantity = {number("p50"), number("p99"), number("p99_9"), number("max")};
-  }
-  return t;
 }
 
 std::string timing_csv(const CycleTimes& times) {

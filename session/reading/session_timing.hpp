@@ -26,10 +26,8 @@ struct SessionTiming {
 
 SessionTiming session_timing(const CycleTimes& times, double cycle_hz);
 
-/// The lines of `timing:` in session.yaml.
-std::string timing_yaml(const SessionTiming& timing);
-/// Errors: InputError with file and line.
-SessionTiming read_timing(const ConfigNode& node);
+/// `timing` of session.yaml.
+extern const SettingsTable<SessionTiming> kSessionTimingKeys;
 
 /// timing.csv: quantity,lower_us,upper_us,count; a line for every bin that is not empty.
 std::string timing_csv(const CycleTimes& times);

@@ -4,135 +4,222 @@
 
 #include "core/config_node.hpp"
 #include "core/input_error.hpp"
-#include "core/model_yaml.hpp"
 #include "core/session_names.hpp"
-#include "core/shown_text.hpp"
-#include "core/text_files.hpp"
 #include "session/checking/sha256.hpp"
 
 namespace tankrig {
 namespace {
 
 constexpr const char* kFormat = "tankrig-session 1";
+constexpr ConfigRange kLux{0, kMaxLux};
+using Info = SessionInfo;
+using Node = const ConfigNode&;
+using Out = YAML::Emitter&;
 
-TableSpan read_span(const ConfigNode& node) {
-  return {read_whole<std::uint64_t>(node, "lines"),
-          {read_whole<std::int64_t>(node, "first_ns")},
-          {read_whole<std::int64_t>(node, "last_ns")}};
+const Setting<TableSpan> kSpanRows[] = {
+    {"lines", &TableSpan::lines, "", Need::kRequired},
+    {"first_ns", &TableSpan::first, "", Need::kRequired},
+    {"last_ns", &TableSpan::last, "", Need::kRequired},
+};
+constexpr SettingsTable<TableSpan> kSpan{kSpanRows};
+
+const Setting<CameraAccount> kAccountRows[] = {
+    {"expected", &CameraAccount::expected, "", Need::kRequired},
+    {"unaccounted", &CameraAccount::unaccounted, "", Need::kRequired},
+};
+constexpr SettingsTable<CameraAccount> kAccount{kAccountRows};
+
+const Setting<ClockPair> kClockPairRows[] = {
+    {"stamp_ns", &ClockPair::stamp, "", Need::kRequired},
+    {"wall_ns", &ClockPair::wall_ns, "", Need::kRequired},
+};
+constexpr SettingsTable<ClockPair> kClockPair{kClockPairRows};
+
+/// A mapping of names to values.
+template <class T, class Write>
+void write_map(YAML::Emitter& out, const std::map<std::string, T>& map, Write write) {
+  out << (map.empty() ? YAML::Flow : YAML::Block) << YAML::BeginMap;
+  for (const auto& [name, value] : map) {
+    out << YAML::Key;
+    emit_text(out, name);
+    out << YAML::Value;
+    write(value);
+  }
+  out << YAML::EndMap;
+}
+
+void read_format(Node n, const char* key, Info&) { static_cast<void>(n.choice(key, {kFormat})); }
+void write_format(Out out, const Info&) { out << kFormat; }
+
+void read_kind(Node n, const char* key, Info& i) { i.kind = n.choice(key, {"scan", "import"}); }
+void write_kind(Out out, const Info& i) { emit_text(out, i.kind); }
+
+void read_clock(Node n, const char* key, Info& i) {
+  const ConfigNode clock = n.child(key);
+  if (const auto begin = clock.optional_child("begin")) i.clock_begin = settings_from(*begin, kClockPair);
+  if (const auto end = clock.optional_child("end")) i.clock_end = settings_from(*end, kClockPair);
+}
+void write_clock(Out out, const Info& i) {
+  out << YAML::BeginMap << YAML::Key << "begin" << YAML::Value;
+  write_mapping(out, kClockPair, *i.clock_begin, YAML::Flow);
+  if (i.clock_end) {
+    out << YAML::Key << "end" << YAML::Value;
+    write_mapping(out, kClockPair, *i.clock_end, YAML::Flow);
+  }
+  out << YAML::EndMap;
+}
+
+void read_lux_source(Node n, const char* key, Info& i) { i.lux_source = n.choice(key, {"meter", "hand"}); }
+void write_lux_source(Out out, const Info& i) { out << i.lux_source; }
+
+void read_counts(Node n, const char* key, Info& i) {
+  const ConfigNode counts = n.child(key);
+  for (const std::string& reason : counts.keys())
+    i.counts[reason] = read_value<std::uint64_t>(counts, reason.c_str(), {});
+}
+void write_counts(Out out, const Info& i) {
+  write_map(out, i.counts, [&](std::uint64_t count) { out << std::to_string(count); });
 }
 
 /// What is unaccounted for follows from the counts, where they are there.
-CameraAccount read_account(const ConfigNode& node, const std::string& camera, const FrameCounts& counts) {
-  CameraAccount account{read_whole<std::uint64_t>(node, "expected"), read_whole<std::int64_t>(node, "unaccounted")};
-  if (counts.contains(camera + ".recorded")) account.unaccounted = unaccounted(counts, camera, account.expected);
-  return account;
-}
-
-std::string yaml_of(const ClockPair& pair) {
-  return fmt::format("{{stamp_ns: {}, wall_ns: {}}}", pair.stamp.ns, pair.wall_ns);
-}
-
-std::optional<ClockPair> clock_pair_from(const ConfigNode& clock, const char* key) {
-  const auto node = clock.optional_child(key);
-  if (!node) return std::nullopt;
-  return ClockPair{{read_whole<std::int64_t>(*node, "stamp_ns")}, read_whole<std::int64_t>(*node, "wall_ns")};
-}
-
-SessionCamera read_camera(const ConfigNode& node) {
-  SessionCamera camera;
-  camera.name = node.text("name");
-  if (!is_camera_name(camera.name))
-    node.fail("name", "found '" + shown_text(camera.name) + "', " + kCameraNameExpected);
-  const std::string role = node.choice("role", {"mono", "left", "right"});
-  camera.role = role == "mono" ? CameraRole::kMono : role == "left" ? CameraRole::kLeft : CameraRole::kRight;
-  camera.model = read_camera_model(node.child("model"));
-  camera.bMc = node.transform("bMc");
-  camera.time_offset = from_seconds(node.number_or("time_offset_s", 0, {-10, 10}));
-  return camera;
-}
-
-void read_calibration(const ConfigNode& root, SessionInfo& info) {
-  for (const ConfigNode& camera : root.items("cameras")) info.cameras.push_back(read_camera(camera));
-  if (const auto calibration = root.optional_child("calibration")) {
-    if (const auto arm = calibration->optional_child("arm")) info.calibration.arm = read_arm_model(*arm);
-    if (const auto plane = calibration->optional_child("ePl")) info.calibration.ePl = read_plane(*plane);
-    info.calibration.laser_origin_e = read_vector(*calibration, "laser_origin_e_m");
-    info.calibration.laser_direction_e = read_vector(*calibration, "laser_direction_e");
-    info.calibration.laser_fan = calibration->number("laser_fan_rad", {0, 3.2});
+void read_account(Node n, const char* key, Info& i) {
+  const ConfigNode cameras = n.child(key);
+  for (const std::string& camera : cameras.keys()) {
+    CameraAccount& account = i.account[camera] = settings_from(cameras.child(camera), kAccount);
+    if (i.counts.contains(camera + ".recorded")) account.unaccounted = unaccounted(i.counts, camera, account.expected);
   }
-  if (const auto object = root.optional_child("object")) {
-    info.object = SessionObject{object->text("mesh"), object->transform("bMo")};
-    if (!is_file_name(info.object->mesh))
-      object->fail("mesh", "found '" + shown_text(info.object->mesh) + "', expected the name of a file in the session");
-  }
+}
+void write_account(Out out, const Info& i) {
+  write_map(out, i.account, [&](const CameraAccount& account) { write_mapping(out, kAccount, account, YAML::Flow); });
+}
+
+void read_devices(Node n, const char* key, Info& i) {
+  const ConfigNode devices = n.child(key);
+  for (const std::string& name : devices.keys()) i.devices[name] = devices.number(name);
+}
+void write_devices(Out out, const Info& i) {
+  write_map(out, i.devices, [&](double value) { out << exact_text(value); });
+}
+
+void read_timing(Node n, const char* key, Info& i) { i.timing = settings_from(n.child(key), kSessionTimingKeys); }
+void write_timing(Out out, const Info& i) { write_mapping(out, kSessionTimingKeys, *i.timing); }
+
+void read_platform(Node n, const char* key, Info& i) {
+  const ConfigNode platform = n.child(key);
+  for (const std::string& what : platform.keys()) i.platform[what] = platform.text(what);
+}
+void write_platform(Out out, const Info& i) {
+  write_map(out, i.platform, [&](const std::string& found) { emit_text(out, found); });
+}
+
+void read_tables(Node n, const char* key, Info& i) {
+  const ConfigNode tables = n.child(key);
+  for (const std::string& name : tables.keys()) i.tables[name] = settings_from(tables.child(name), kSpan);
+}
+void write_tables(Out out, const Info& i) {
+  write_map(out, i.tables, [&](const TableSpan& span) { write_mapping(out, kSpan, span, YAML::Flow); });
+}
+
+void read_recovered(Node n, const char* key, Info& i) { i.recovered = n.texts(key); }
+void write_recovered(Out out, const Info& i) {
+  out << YAML::BeginSeq;
+  for (const std::string& loss : i.recovered) emit_text(out, loss);
+  out << YAML::EndSeq;
+}
+
+template <auto member>
+bool is_there(const Info& i) {
+  if constexpr (requires { (i.*member).empty(); })
+    return !(i.*member).empty();
+  else
+    return (i.*member).has_value();
+}
+
+const Setting<Info> kSessionRows[] = {
+    {"format", {read_format, write_format, kFormat}, "", Need::kRequired},
+    {"name", &Info::name, "", Need::kRequired},
+    {"status", &Info::status, "", Need::kRequired},
+    {"kind", {read_kind, write_kind, ""}, "", Need::kRequired},
+    {"created_utc", &Info::created_utc, "", Need::kRequired},
+    {"clock", {read_clock, write_clock, "", nullptr, is_there<&Info::clock_begin>}},
+    {"operator", &Info::operator_name, "", Need::kRequired},
+    {"notes", &Info::notes, "", Need::kRequired},
+    {"rig", &Info::rig, "", Need::kRequired},
+    {"rig_sha256", &Info::rig_hash, "", Need::kRequired},
+    {"software", &Info::software, "", Need::kRequired},
+    {"noise", &Info::noise, "", Need::kRequired},
+    {"seed", &Info::seed, "", Need::kRequired},
+    {"light", &Info::light, ConfigRange(0, 1), ""},
+    {"lux_source", {read_lux_source, write_lux_source, "", nullptr, is_there<&Info::lux_source>}},
+    {"lux_before", &Info::lux_before, kLux, ""},
+    {"lux_after", &Info::lux_after, kLux, ""},
+    {"simulated_s", &Info::simulated_s, ConfigRange(0, 1e9), ""},
+    {"counts", {read_counts, write_counts, ""}, "", Need::kRequired},
+    {"account", {read_account, write_account, "", nullptr, is_there<&Info::account>}},
+    {"devices", {read_devices, write_devices, "", nullptr, is_there<&Info::devices>}},
+    {"timing", {read_timing, write_timing, "", nullptr, is_there<&Info::timing>}},
+    {"platform", {read_platform, write_platform, "", nullptr, is_there<&Info::platform>}},
+    {"tables", {read_tables, write_tables, "", nullptr, is_there<&Info::tables>}},
+    {"recovered", {read_recovered, write_recovered, "", nullptr, is_there<&Info::recovered>}},
+    {"calibration_sha256", &Info::calibration_hash, "", Need::kRequired},
+};
+
+void read_arm(Node n, const char* key, SessionCalibration& c) { c.arm = settings_from(n.child(key), kArmModelKeys); }
+void write_arm(Out out, const SessionCalibration& c) { emit(out, *c.arm); }
+
+using Calibration = SessionCalibration;
+const Setting<Calibration> kCalibrationRows[] = {
+    {"arm", {read_arm, write_arm, "", nullptr, [](const Calibration& c) { return c.arm.has_value(); }}},
+    {"ePl", &Calibration::ePl, ""},
+    {"laser_origin_e_m", &Calibration::laser_origin_e, "", Need::kRequired},
+    {"laser_direction_e", &Calibration::laser_direction_e, "", Need::kRequired},
+    {"laser_fan_rad", &Calibration::laser_fan, ConfigRange(0, 3.2), "", Need::kRequired},
+};
+constexpr SettingsTable<Calibration> kCalibration{kCalibrationRows};
+
+const Setting<SessionObject> kObjectRows[] = {
+    {"mesh", &SessionObject::mesh, "", Need::kRequired},
+    {"bMo", &SessionObject::bMo, "", Need::kRequired},
+};
+void check_object(Node n, const SessionObject& object) {
+  if (!is_file_name(object.mesh))
+    n.fail("mesh", "found '" + shown_text(object.mesh) + "', expected the name of a file in the session");
+}
+constexpr SettingsTable<SessionObject> kObject{kObjectRows, check_object};
+
+void read_cameras(Node n, const char* key, Info& i) {
+  for (const ConfigNode& camera : n.items(key)) i.cameras.push_back(settings_from(camera, kCalibratedCameraKeys));
+}
+void write_cameras(Out out, const Info& i) {
+  out << (i.cameras.empty() ? YAML::Flow : YAML::Block) << YAML::BeginSeq;
+  for (const CalibratedCamera& camera : i.cameras) write_mapping(out, kCalibratedCameraKeys, camera);
+  out << YAML::EndSeq;
+}
+
+void read_object(Node n, const char* key, Info& i) { i.object = settings_from(n.child(key), kObject); }
+void write_object(Out out, const Info& i) { write_mapping(out, kObject, *i.object); }
+
+const Setting<Info> kCalibratedRows[] = {
+    {"cameras", {read_cameras, write_cameras, ""}, "", Need::kRequired},
+    {"calibration", &Info::calibration, kCalibration},
+    {"object", {read_object, write_object, "", nullptr, is_there<&Info::object>}},
+};
+constexpr SettingsTable<Info> kCalibrated{kCalibratedRows};
+
+std::string text_of(const SettingsTable<Info>& table, const SessionInfo& info) {
+  YAML::Emitter out;
+  write_mapping(out, table, info);
+  return std::string(out.c_str()) + "\n";
 }
 
 }  // namespace
 
-std::string calibration_yaml(const SessionInfo& info) {
-  std::string out = info.cameras.empty() ? "cameras: []\n" : "cameras:\n";
-  for (const SessionCamera& camera : info.cameras)
-    out +=
-        fmt::format("  - name: {}\n    role: {}\n    model: {}\n    bMc: {}\n", yaml_quoted(camera.name),
-                    to_string(camera.role), yaml_of(camera.model), yaml_of(camera.bMc)) +
-        (camera.time_offset.count() == 0 ? "" : "    time_offset_s: " + exact_text(seconds(camera.time_offset)) + "\n");
-  out += "calibration:\n";
-  if (info.calibration.arm) out += "  arm:\n" + yaml_of(*info.calibration.arm, 4);
-  if (info.calibration.ePl) out += "  ePl: " + yaml_of(*info.calibration.ePl) + "\n";
-  out += "  laser_origin_e_m: " + yaml_of(info.calibration.laser_origin_e) + "\n";
-  out += "  laser_direction_e: " + yaml_of(info.calibration.laser_direction_e) + "\n";
-  out += "  laser_fan_rad: " + exact_text(info.calibration.laser_fan) + "\n";
-  if (info.object)
-    out += fmt::format("object:\n  mesh: {}\n  bMo: {}\n", yaml_quoted(info.object->mesh), yaml_of(info.object->bMo));
-  return out;
-}
+constinit const SettingsTable<SessionInfo> kSessionKeys{kSessionRows};
+
+std::string calibration_yaml(const SessionInfo& info) { return text_of(kCalibrated, info); }
 
 std::string session_yaml(const SessionInfo& info, const std::string& calibration) {
-  std::string out = fmt::format("format: {}\n", kFormat);
-  const auto text = [&](const char* key, const std::string& value) {
-    out += fmt::format("{}: {}\n", key, yaml_quoted(value));
-  };
-  const auto optional = [&](const char* key, const std::optional<double>& value) {
-    if (value) out += fmt::format("{}: {}\n", key, exact_text(*value));
-  };
-  text("name", info.name);
-  text("status", info.status);
-  text("kind", info.kind);
-  text("created_utc", info.created_utc);
-  if (info.clock_begin) out += "clock:\n  begin: " + yaml_of(*info.clock_begin) + "\n";
-  if (info.clock_begin && info.clock_end) out += "  end: " + yaml_of(*info.clock_end) + "\n";
-  text("operator", info.operator_name);
-  text("notes", info.notes);
-  text("rig", info.rig);
-  text("rig_sha256", info.rig_hash);
-  text("software", info.software);
-  text("noise", info.noise);
-  out += fmt::format("seed: {}\n", info.seed);
-  optional("light", info.light);
-  if (!info.lux_source.empty()) out += "lux_source: " + info.lux_source + "\n";
-  optional("lux_before", info.lux_before);
-  optional("lux_after", info.lux_after);
-  optional("simulated_s", info.simulated_s);
-  out += info.counts.empty() ? "counts: {}\n" : "counts:\n";
-  for (const auto& [reason, count] : info.counts) out += fmt::format("  {}: {}\n", yaml_quoted(reason), count);
-  if (!info.account.empty()) out += "account:\n";
-  for (const auto& [camera, account] : info.account)
-    out += fmt::format("  {}: {{expected: {}, unaccounted: {}}}\n", yaml_quoted(camera), account.expected,
-                       account.unaccounted);
-  if (!info.devices.empty()) out += "devices:\n";
-  for (const auto& [name, value] : info.devices) out += fmt::format("  {}: {}\n", yaml_quoted(name), exact_text(value));
-  if (info.timing) out += timing_yaml(*info.timing);
-  if (!info.platform.empty()) out += "platform:\n";
-  for (const auto& [what, found] : info.platform)
-    out += fmt::format("  {}: {}\n", yaml_quoted(what), yaml_quoted(found));
-  if (!info.tables.empty()) out += "tables:\n";
-  for (const auto& [name, span] : info.tables)
-    out +=
-        fmt::format("  {}: {{lines: {}, first_ns: {}, last_ns: {}}}\n", name, span.lines, span.first.ns, span.last.ns);
-  if (!info.recovered.empty()) out += "recovered:\n";
-  for (const std::string& loss : info.recovered) out += "  - " + yaml_quoted(loss) + "\n";
-  text("calibration_sha256", info.calibration_hash);
-  return out + calibration;
+  return text_of(kSessionKeys, info) + calibration;
 }
 
 std::string session_yaml(const SessionInfo& info) {
@@ -142,89 +229,11 @@ std::string session_yaml(const SessionInfo& info) {
   return session_yaml(hashed, calibration);
 }
 
-const std::vector<SessionSection>& session_sections() {
-  using Node = const ConfigNode&;
-  using Info = SessionInfo&;
-  static const std::vector<SessionSection> kSections{
-      {"format", true, [](Node n, Info) { n.choice("format", {kFormat}); }},
-      {"name", true, [](Node n, Info i) { i.name = n.text("name"); }},
-      {"status", true, [](Node n, Info i) { i.status = n.text("status"); }},
-      {"kind", true,
-       [](Node n, Info i) {
-         i.kind = n.choice("kind", {"scan", "import"});
-       }},
-      {"created_utc", true, [](Node n, Info i) { i.created_utc = n.text("created_utc"); }},
-      {"clock", false,
-       [](Node n, Info i) {
-         const ConfigNode clock = n.child("clock");
-         i.clock_begin = clock_pair_from(clock, "begin");
-         i.clock_end = clock_pair_from(clock, "end");
-       }},
-      {"operator", true, [](Node n, Info i) { i.operator_name = n.text("operator"); }},
-      {"notes", true, [](Node n, Info i) { i.notes = n.text("notes"); }},
-      {"rig", true, [](Node n, Info i) { i.rig = n.text("rig"); }},
-      {"rig_sha256", true, [](Node n, Info i) { i.rig_hash = n.text("rig_sha256"); }},
-      {"software", true, [](Node n, Info i) { i.software = n.text("software"); }},
-      {"noise", true, [](Node n, Info i) { i.noise = n.text("noise"); }},
-      {"seed", true, [](Node n, Info i) { i.seed = read_whole<std::uint64_t>(n, "seed"); }},
-      {"light", false,
-       [](Node n, Info i) {
-         i.light = n.number("light", {0, 1});
-       }},
-      {"lux_source", false,
-       [](Node n, Info i) {
-         i.lux_source = n.choice("lux_source", {"meter", "hand"});
-       }},
-      {"lux_before", false,
-       [](Node n, Info i) {
-         i.lux_before = n.number("lux_before", {0, kMaxLux});
-       }},
-      {"lux_after", false,
-       [](Node n, Info i) {
-         i.lux_after = n.number("lux_after", {0, kMaxLux});
-       }},
-      {"simulated_s", false,
-       [](Node n, Info i) {
-         i.simulated_s = n.number("simulated_s", {0, 1e9});
-       }},
-      {"counts", true,
-       [](Node n, Info i) {
-         const ConfigNode counts = n.child("counts");
-         for (const std::string& reason : counts.keys()) i.counts[reason] = read_whole<std::uint64_t>(counts, reason);
-       }},
-      {"account", false,
-       [](Node n, Info i) {
-         const ConfigNode account = n.child("account");
-         for (const std::string& camera : account.keys())
-           i.account[camera] = read_account(account.child(camera), camera, i.counts);
-       }},
-      {"devices", false,
-       [](Node n, Info i) {
-         const ConfigNode devices = n.child("devices");
-         for (const std::string& name : devices.keys()) i.devices[name] = devices.number(name);
-       }},
-      {"timing", false, [](Node n, Info i) { i.timing = read_timing(n.child("timing")); }},
-      {"platform", false,
-       [](Node n, Info i) {
-         const ConfigNode platform = n.child("platform");
-         for (const std::string& what : platform.keys()) i.platform[what] = platform.text(what);
-       }},
-      {"tables", false,
-       [](Node n, Info i) {
-         const ConfigNode tables = n.child("tables");
-         for (const std::string& name : tables.keys()) i.tables[name] = read_span(tables.child(name));
-       }},
-      {"recovered", false, [](Node n, Info i) { i.recovered = n.texts("recovered"); }},
-      {"calibration_sha256", true, [](Node n, Info i) { i.calibration_hash = n.text("calibration_sha256"); }}};
-  return kSections;
-}
-
 SessionInfo read_session_yaml(const std::filesystem::path& file) {
   const ConfigNode root = ConfigNode::load(file);
   SessionInfo info;
-  for (const SessionSection& section : session_sections())
-    if (section.required || root.has(section.key)) section.read(root, info);
-  read_calibration(root, info);
+  read_settings(root, kSessionKeys, info);
+  read_settings(root, kCalibrated, info);
   root.finish();
   return info;
 }
@@ -232,7 +241,7 @@ SessionInfo read_session_yaml(const std::filesystem::path& file) {
 void read_calibration_yaml(const std::string& text, const std::filesystem::path& file, SessionInfo& info) {
   const ConfigNode root = ConfigNode::parse(text, file);
   SessionInfo read;
-  read_calibration(root, read);
+  read_settings(root, kCalibrated, read);
   root.finish();
   take_calibration(read, info);
 }

@@ -9,6 +9,7 @@
 #include "core/config_node.hpp"
 #include "core/shown_text.hpp"
 #include "core/text_files.hpp"
+#include "core/settings_table.hpp"
 #include "session/reading/session.hpp"
 
 namespace tankrig {
@@ -25,14 +26,8 @@ std::string session_yaml(const SessionInfo& info, const std::string& calibration
 /// Errors: InputError with file, line and field.
 SessionInfo read_session_yaml(const std::filesystem::path& file);
 
-/// A top-level key of session.yaml before its calibration, which can be read for itself.
-struct SessionSection {
-  const char* key;
-  bool required;
-  void (*read)(const ConfigNode& root, SessionInfo& info);  ///< errors: InputError
-};
-/// All of them, in the order in which they stand.
-const std::vector<SessionSection>& session_sections();
+/// The keys before the calibration, in the order in which they stand; each can be read for itself.
+extern const SettingsTable<SessionInfo> kSessionKeys;
 
 /// What calibration_yaml() wrote; `file` is for the message.
 /// Errors: InputError; then `info` is unchanged.

@@ -91,7 +91,7 @@ void SessionWriter::add_text(const std::string& name, std::string_view text) { w
 
 void SessionWriter::take_counts() {
   std::uint64_t on_disk = 0;
-  for (const SessionCamera& camera : info_.cameras) info_.counts[camera.name + ".recorded"] = 0;
+  for (const CalibratedCamera& camera : info_.cameras) info_.counts[camera.name + ".recorded"] = 0;
   for (const auto& [camera, n] : disk_->written()) info_.counts[camera + ".recorded"] = n, on_disk += n;
   for (const auto& [camera, n] : disk_->refused()) info_.counts[camera + "." + kDroppedByDisk] += n;
   info_.tables["frames"].lines = on_disk;

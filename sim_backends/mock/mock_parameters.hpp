@@ -45,8 +45,7 @@ struct MockParameters {
   double lux_relative_noise = 0;  ///< one standard deviation of a reading, relative
 };
 
-/// Reads `arm`, `camera`, `laser`, `lux_meter` below `mock`; what is not there keeps its default.
-/// Errors: InputError with line.
-MockParameters parameters_from(const ConfigNode& mock);
+/// The rig file's `mock`.
+extern const SettingsTable<MockParameters> kMockKeys;
 
 }  // namespace tankrig::sim

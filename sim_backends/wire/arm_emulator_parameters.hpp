@@ -52,8 +52,7 @@ struct ArmEmulatorFaults {
   double extra_current_a = 0;   ///< taken from the supply beside the motors
 };
 
-/// Reads everything but what is the wire's; the caller finishes the section.
-/// Errors: InputError with line.
-ArmEmulatorParameters arm_emulator_parameters_from(const ConfigNode& node);
+/// The rig file's `emulation: arm:`.
+extern const SettingsTable<ArmEmulatorParameters> kArmEmulatorKeys;
 
 }  // namespace tankrig::sim

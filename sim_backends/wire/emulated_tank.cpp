@@ -48,9 +48,9 @@ struct EmulatedTank::Impl {
       tell("lux meter", settings.lux->name.string());
     }
     if (!settings.truth.empty()) std::filesystem::create_directories(settings.truth);
-    for (const EmulatedCamera& camera : settings.cameras) {
-      cameras.push_back(std::make_unique<GigeCameraEmulator>(camera.gige, pictures_of(camera.name)));
-      tell("camera " + camera.name, camera.gige.address);
+    for (const GigeCameraSettings& camera : settings.cameras) {
+      cameras.push_back(std::make_unique<GigeCameraEmulator>(camera, pictures_of(camera.user_id)));
+      tell("camera " + camera.user_id, camera.address);
     }
     for (const EmulatedVideoOutput& camera : settings.video_outputs) {
       video_outputs.push_back(std::make_unique<V4l2OutputEmulator>(camera.output, pictures_of(camera.name)));
@@ -63,7 +63,7 @@ struct EmulatedTank::Impl {
     settings.faults.check(FaultLevel::kWire);
     WireDevices devices{
         arm ? &*arm : nullptr, hub ? &*hub : nullptr, &laser, relay ? &*relay : nullptr, lux ? &*lux : nullptr, {}, {}};
-    for (std::size_t i = 0; i < cameras.size(); ++i) devices.cameras[settings.cameras[i].name] = cameras[i].get();
+    for (std::size_t i = 0; i < cameras.size(); ++i) devices.cameras[settings.cameras[i].user_id] = cameras[i].get();
     for (std::size_t i = 0; i < video_outputs.size(); ++i)
       devices.outputs[settings.video_outputs[i].name] = video_outputs[i].get();
     script.mark(FaultOrigin::kStart, clock.now());

@@ -28,11 +28,6 @@ struct EmulatedArm {
   std::filesystem::path zero_file;    ///< written as homing would have; empty: the arm has not been homed
 };
 
-struct EmulatedCamera {
-  std::string name;  ///< of the scene's virtualCamera
-  GigeCameraSettings gige;
-};
-
 struct EmulatedVideoOutput {
   std::string name;  ///< of the scene's virtualCamera
   V4l2OutputSettings output;
@@ -41,7 +36,7 @@ struct EmulatedVideoOutput {
 /// What is there is emulated. Paths are absolute.
 struct EmulatedTankSettings {
   std::optional<EmulatedArm> arm;
-  std::vector<EmulatedCamera> cameras;
+  std::vector<GigeCameraSettings> cameras;  ///< user_id: of the scene's virtualCamera
   std::vector<EmulatedVideoOutput> video_outputs;
   std::optional<RelayEmulatorSettings> laser;
   Duration laser_warm_up = std::chrono::seconds{1};
@@ -50,11 +45,11 @@ struct EmulatedTankSettings {
   std::filesystem::path truth;  ///< folder for CAMERA.csv with what was true of every exposure; empty: none
 };
 
+/// Every key of `emulation` with its default, range and meaning, as rows of a Markdown table.
+std::string emulation_key_rows();
+
 /// The emulators for the devices a rig file names, with their behaviour from its `emulation` section where there is
-/// one: `arm` (also `homed: true | false`, and `can_interface`: the emulator's own end of a kernel's bus), `cameras`
-/// (of every GigE Vision camera: `clock_drift_ppm`, `timestamp_latch`), `v4l2_outputs` by camera (`device`,
-/// `pixel_format`, ...), `laser` (`watchdog_ms`, `answer_delay_ms`), `lux_meter` (`answer_delay_ms`). Lines that do not
-/// begin with "runtime/" are left alone.
+/// one. Lines that do not begin with "runtime/" are left alone.
 /// Errors: InputError with file and line.
 EmulatedTankSettings emulated_tank_settings_from(const ConfigNode& devices, const std::optional<ConfigNode>& emulation,
                                                  const TankWorld& world, const std::filesystem::path& runtime);

@@ -2,10 +2,12 @@
 #include <algorithm>
 
 #include "core/input_error.hpp"
+#include "core/settings_table.hpp"
 #include "drivers/arm/arm5e_settings.hpp"
 #include "drivers/camera/aravis_camera.hpp"
 #include "drivers/laser/relay_laser.hpp"
 #include "sim_backends/wire/emulated_tank.hpp"
+#include "sim_backends/world/scene.hpp"
 
 namespace tankrig::sim {
 namespace {
@@ -16,23 +18,41 @@ constexpr char kRuntime[] = "runtime/", kBus[] = "unix:";
 /// Is it a line of ours to make?
 bool is_emulated(const ConfigNode& node, const char* key) { return node.text_or(key, "").starts_with(kRuntime); }
 
+/// `emulation: arm:`, which says more than how it behaves.
+struct EmulatedArmKeys : EmulatedArm {
+  bool homed = false;
+};
+const Setting<EmulatedArmKeys> kEmulatedArmRows[] = {
+    {"homed", &EmulatedArmKeys::homed, "zero file and proof of an orderly end are there, as after `tankrig arm home`"},
+    {"can_interface", &EmulatedArmKeys::can_interface, "the emulator's end of a kernel's bus"},
+    {"", &EmulatedArmKeys::parameters, kArmEmulatorKeys},
+};
+constexpr SettingsTable<EmulatedArmKeys> kEmulatedArm{kEmulatedArmRows};
+
+const Setting<GigeCameraSettings> kGigeRows[] = {
+    {"clock_drift_ppm", &GigeCameraSettings::clock_drift_ppm, ConfigRange(-1000, 1000),
+     "every camera's clock runs fast by this"},
+    {"timestamp_latch", &GigeCameraSettings::timestamp_latch,
+     "answers the timestamp latch; without it the latched value never changes"},
+};
+constexpr SettingsTable<GigeCameraSettings> kGige{kGigeRows};
+
 EmulatedArm arm_from(const ConfigNode& node, const std::optional<ConfigNode>& behaviour,
                      const std::filesystem::path& runtime) {
   const Arm5eSettings driver = arm5e_settings_from(node, runtime);
-  EmulatedArm arm;
-  if (behaviour) arm.parameters = arm_emulator_parameters_from(*behaviour);
+  EmulatedArmKeys arm;
+  if (behaviour) read_settings(*behaviour, kEmulatedArm, arm);
   arm.parameters.can_ids = driver.can_ids;
   if (node.has("can")) {
     arm.parameters.can_bitrate = driver.can.bitrate;
     if (driver.can.interface.starts_with(kBus))
       arm.hub = CanHubSettings{.path = driver.can.interface.substr(sizeof kBus - 1), .bitrate = driver.can.bitrate};
   }
-  if (behaviour) arm.can_interface = behaviour->text_or("can_interface", "");
   if (const auto serial = node.optional_child("serial"); serial && is_emulated(*serial, "device")) {
     arm.parameters.serial_baud = driver.serial.baud;
     arm.line = driver.serial.device;
   }
-  if (behaviour && behaviour->flag_or("homed", false)) {
+  if (arm.homed) {
     if (!is_emulated(node, "zero_file")) behaviour->fail("homed", "expected a zero_file that begins with runtime/");
     arm.zero_file = driver.zero_file;
     if (!behaviour->has("power_up_ticks")) arm.parameters.power_up_ticks.fill(kMovedSinceHomed);
@@ -53,15 +73,12 @@ GigeCameraSettings camera_from(const ConfigNode& node, const CameraSpec& seen,
   gige.rate_hz = seen.rate_hz;
   gige.exposure_us = driver.exposure_us;
   if (!driver.pixel_format.empty()) gige.pixel_format = driver.pixel_format;
-  if (behaviour) {
-    gige.clock_drift_ppm = behaviour->number_or("clock_drift_ppm", gige.clock_drift_ppm, {-1000, 1000});
-    gige.timestamp_latch = behaviour->flag_or("timestamp_latch", gige.timestamp_latch);
-  }
+  if (behaviour) read_settings(*behaviour, kGige, gige);
   return gige;
 }
 
 V4l2OutputSettings output_from(const ConfigNode& node, const CameraSpec& seen) {
-  V4l2OutputSettings output = v4l2_output_settings_from(node);
+  V4l2OutputSettings output = settings_from(node, kV4l2OutputKeys);
   output.width = seen.model.width;
   output.height = seen.model.height;
   output.rate_hz = seen.rate_hz;
@@ -89,7 +106,7 @@ EmulatedTankSettings emulated_tank_settings_from(const ConfigNode& devices, cons
   if (const auto cameras = devices.optional_child("cameras"))
     for (const CameraSpec& seen : world.cameras())
       if (const auto node = cameras->optional_child(seen.name); node && node->text("driver") == "aravis")
-        s.cameras.push_back({seen.name, camera_from(*node, seen, behaviour("cameras"))});
+        s.cameras.push_back(camera_from(*node, seen, behaviour("cameras")));
   if (const auto outputs = behaviour("v4l2_outputs"))
     for (const CameraSpec& seen : world.cameras())
       if (const auto node = outputs->optional_child(seen.name))
@@ -105,6 +122,12 @@ EmulatedTankSettings emulated_tank_settings_from(const ConfigNode& devices, cons
   }
   if (emulation) emulation->finish();
   return s;
+}
+
+std::string emulation_key_rows() {
+  return settings_rows("emulation.arm", kEmulatedArm) + settings_rows("emulation.cameras", kGige) +
+         settings_rows("emulation.v4l2_outputs.CAMERA", kV4l2OutputKeys) +
+         settings_rows("emulation.laser", kRelayEmulatorKeys) + settings_rows("emulation.lux_meter", kLuxEmulatorKeys);
 }
 
 }  // namespace tankrig::sim

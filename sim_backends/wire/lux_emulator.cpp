@@ -4,7 +4,8 @@
 #include <array>
 #include <utility>
 
-#include "drivers/device_path.hpp"
+#include "core/settings_table.hpp"
+#include "drivers/lux/open_lux_meter.hpp"
 
 namespace tankrig::sim {
 namespace {
@@ -13,21 +14,22 @@ constexpr Duration kIdle = std::chrono::seconds{1};
 constexpr std::array<std::uint8_t, 2> kPce174Prefix{0x87, 0x83};
 constexpr std::uint8_t kPce174HoldKey = 0xEF, kPce174UnitsKey = 0xFE;
 
+const Setting<LuxEmulatorSettings> kLuxEmulatorRows[] = {
+    {"answer_delay_ms", &LuxEmulatorSettings::answer_delay, ConfigRange(0, 10'000), "of every answer"},
+};
+
 }  // namespace
+
+constinit const SettingsTable<LuxEmulatorSettings> kLuxEmulatorKeys{kLuxEmulatorRows};
 
 LuxEmulatorSettings lux_emulator_settings_from(const ConfigNode& lux_meter, const ConfigNode* emulation,
                                                const std::filesystem::path& runtime) {
+  const LuxMeterSettings driver = lux_meter_settings_from(lux_meter, runtime);
   LuxEmulatorSettings s;
-  s.kind = lux_meter.choice("driver", {"pce174", "t10a"}) == "t10a" ? LuxMeterKind::kT10a : LuxMeterKind::kPce174;
-  s.name = device_path(lux_meter.text("device"), runtime);
-  if (s.kind == LuxMeterKind::kT10a) {
-    if (lux_meter.has("unit") && lux_meter.choice("unit", {"lux", "foot_candle"}) == "foot_candle")
-      s.unit = LuxUnit::kFootCandle;
-    s.head = lux_meter.integer_or("head", 0, {0, kT10aHeads - 1});
-  }
-  if (emulation)
-    s.answer_delay =
-        from_seconds(emulation->number_or("answer_delay_ms", seconds(s.answer_delay) * 1e3, {0, 10000}) * 1e-3);
+  s.name = std::visit([](const auto& meter) { return meter.device; }, driver);
+  if (const auto* t10a = std::get_if<T10aSettings>(&driver))
+    s.kind = LuxMeterKind::kT10a, s.unit = t10a->unit, s.head = t10a->head;
+  if (emulation) read_settings(*emulation, kLuxEmulatorKeys, s);
   return s;
 }
 

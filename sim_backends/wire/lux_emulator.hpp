@@ -21,8 +21,10 @@ struct LuxEmulatorSettings {
   Duration answer_delay = std::chrono::milliseconds{35};  ///< 32 bytes at 9600 baud take 33 ms
 };
 
-/// The meter for a rig file's: `driver: pce174 | t10a`, `device`, and for t10a `unit`, `head` of `lux_meter`;
-/// `answer_delay_ms` of `emulation`, where there is one.
+/// The rig file's `emulation: lux_meter:`.
+extern const SettingsTable<LuxEmulatorSettings> kLuxEmulatorKeys;
+
+/// The meter for a rig file's `lux_meter`, with the habits that `emulation` says, where there is one.
 /// Errors: InputError.
 LuxEmulatorSettings lux_emulator_settings_from(const ConfigNode& lux_meter, const ConfigNode* emulation,
                                                const std::filesystem::path& runtime);

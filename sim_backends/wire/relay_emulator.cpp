@@ -4,20 +4,28 @@
 #include <utility>
 
 #include "core/clock.hpp"
-#include "drivers/device_path.hpp"
+#include "core/settings_table.hpp"
 #include "drivers/laser/relay_laser.hpp"
 
 namespace tankrig::sim {
 
+namespace {
+
+const Setting<RelayEmulatorSettings> kRelayEmulatorRows[] = {
+    {"watchdog_ms", &RelayEmulatorSettings::watchdog, ConfigRange(0, 60'000),
+     "opens by itself when no on came for longer; 0: never"},
+    {"answer_delay_ms", &RelayEmulatorSettings::answer_delay, ConfigRange(0, 10'000), "of every answer"},
+};
+
+}  // namespace
+
+constinit const SettingsTable<RelayEmulatorSettings> kRelayEmulatorKeys{kRelayEmulatorRows};
+
 RelayEmulatorSettings relay_emulator_settings_from(const ConfigNode& laser, const ConfigNode* emulation,
                                                    const std::filesystem::path& runtime) {
-  RelayEmulatorSettings s;
-  s.name = device_path(laser.text("device"), runtime);
-  s.protocol = relay_protocol_from(laser);
-  if (!emulation) return s;
-  s.watchdog = from_seconds(emulation->number_or("watchdog_ms", seconds(s.watchdog) * 1e3, {0, 60000}) * 1e-3);
-  s.answer_delay =
-      from_seconds(emulation->number_or("answer_delay_ms", seconds(s.answer_delay) * 1e3, {0, 10000}) * 1e-3);
+  const RelayLaserSettings driver = relay_laser_settings_from(laser, runtime);
+  RelayEmulatorSettings s{.name = driver.serial.device, .protocol = driver.protocol};
+  if (emulation) read_settings(*emulation, kRelayEmulatorKeys, s);
   return s;
 }
 

@@ -19,8 +19,10 @@ struct RelayEmulatorSettings {
   Duration answer_delay = std::chrono::milliseconds{2};  ///< a byte each way at 9600 baud
 };
 
-/// The box for a rig file's laser: `device`, `on_byte`, `off_byte`, `status_query` of `laser`; `watchdog_ms`,
-/// `answer_delay_ms` of `emulation`, where there is one.
+/// The rig file's `emulation: laser:`.
+extern const SettingsTable<RelayEmulatorSettings> kRelayEmulatorKeys;
+
+/// The box for a rig file's `laser`, with the habits that `emulation` says, where there is one.
 /// Errors: InputError.
 RelayEmulatorSettings relay_emulator_settings_from(const ConfigNode& laser, const ConfigNode* emulation,
                                                    const std::filesystem::path& runtime);

@@ -31,9 +31,8 @@ struct V4l2OutputSettings {
   bool stamped = true;
 };
 
-/// Keys: device, width_px, height_px, rate_hz, pixel_format, exposure_s, readout_s, stamped; the rest is the caller's
-/// to finish.
-V4l2OutputSettings v4l2_output_settings_from(const ConfigNode& node);
+/// A camera of the rig file's `emulation: v4l2_outputs:`.
+extern const SettingsTable<V4l2OutputSettings> kV4l2OutputKeys;
 
 /// The picture of exposure `index`, that began at `begin`: 8-bit, 1 or 3 (BGR) channels, of the device's size.
 using PictureSource = std::function<cv::Mat(std::uint64_t index, Stamp begin, Duration exposure)>;

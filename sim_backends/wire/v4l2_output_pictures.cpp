@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/input_error.hpp"
+#include "core/settings_table.hpp"
 #include "sim_backends/wire/v4l2_output.hpp"
 
 namespace tankrig::sim {
@@ -25,25 +26,33 @@ cv::Mat raw_picture(const fs::path& file, int width, int height) {
   return cv::Mat(height, width, bytes.size() == pixels ? CV_8UC1 : CV_8UC3, bytes.data()).clone();
 }
 
+void read_format(const ConfigNode& node, const char* key, V4l2OutputSettings& s) {
+  s.format = *pixel_format_from(node.choice(key, {"GREY", "YUYV", "BGR24"}));
+}
+void write_format(YAML::Emitter& out, const V4l2OutputSettings& s) { out << to_string(s.format); }
+
+const Setting<V4l2OutputSettings> kV4l2OutputRows[] = {
+    {"device", &V4l2OutputSettings::device, "of the emulator's end; size, rate and exposure are the scene's"},
+    {"width_px", &V4l2OutputSettings::width, ConfigRange(2, 8192), "used outside a rig file"},
+    {"height_px", &V4l2OutputSettings::height, ConfigRange(2, 8192), "likewise"},
+    {"rate_hz", &V4l2OutputSettings::rate_hz, ConfigRange(0.1, 1000), "likewise"},
+    {"pixel_format", {read_format, write_format, "GREY, YUYV, BGR24"}, "what it writes"},
+    {"exposure_s", &V4l2OutputSettings::exposure, {1e-6, 10}, "used outside a rig file"},
+    {"readout_s", &V4l2OutputSettings::readout, ConfigRange(0, 10),
+     "from the end of the exposure to the picture's end"},
+    {"stamped", &V4l2OutputSettings::stamped,
+     "the stamp is the end of the read-out however late it was written, and pictures are not counted; false: the "
+     "kernel stamps and counts when it is written"},
+};
+void check_output(const ConfigNode& node, const V4l2OutputSettings& s) {
+  if (s.format == PixelFormat::kYuyv && s.width % 2 != 0)
+    node.fail("width_px", "found " + std::to_string(s.width) + ", expected an even width for YUYV");
+  if (seconds(s.exposure) > 1 / s.rate_hz) node.fail("exposure_s", "expected at most the frame period, 1 / rate_hz");
+}
+
 }  // namespace
 
-V4l2OutputSettings v4l2_output_settings_from(const ConfigNode& node) {
-  V4l2OutputSettings settings;
-  settings.device = node.text_or("device", settings.device);
-  settings.width = node.integer_or("width_px", settings.width, {2, 8192});
-  settings.height = node.integer_or("height_px", settings.height, {2, 8192});
-  settings.rate_hz = node.number_or("rate_hz", settings.rate_hz, {0.1, 1000});
-  if (node.has("pixel_format"))
-    settings.format = *pixel_format_from(node.choice("pixel_format", {"GREY", "YUYV", "BGR24"}));
-  settings.exposure = from_seconds(node.number_or("exposure_s", seconds(settings.exposure), {1e-6, 10}));
-  settings.readout = from_seconds(node.number_or("readout_s", seconds(settings.readout), {0, 10}));
-  settings.stamped = node.flag_or("stamped", settings.stamped);
-  if (settings.format == PixelFormat::kYuyv && settings.width % 2 != 0)
-    node.fail("width_px", fmt::format("found {}, expected an even width for YUYV", settings.width));
-  if (seconds(settings.exposure) > 1 / settings.rate_hz)
-    node.fail("exposure_s", "expected at most the frame period, 1 / rate_hz");
-  return settings;
-}
+constinit const SettingsTable<V4l2OutputSettings> kV4l2OutputKeys{kV4l2OutputRows, check_output};
 
 PictureSource pictures_of_folder(const fs::path& folder, int width, int height, PictureChoice choice) {
   std::error_code error;

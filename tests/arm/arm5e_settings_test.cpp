@@ -159,7 +159,9 @@ TEST(Arm5eSettings, RefuseWhatCannotBe) {
   File file;
   EXPECT_NE(file.message(kCan + "water: 3\n").find("unknown key"), std::string::npos);
   EXPECT_NE(file.message("carrier: usb\n").find("carrier"), std::string::npos);
-  EXPECT_NE(file.message(kCan + "pid: {speed: [1, 2, 256]}\n").find("pid.speed: found 256"), std::string::npos);
+  EXPECT_NE(file.message(kCan + "pid: {speed: [1, 2, 256]}\n")
+                .find("pid.speed: found [1, 2, 256], expected three whole numbers from 0 to 255"),
+            std::string::npos);
   EXPECT_NE(file.message("carrier: can\ncan: {interface: can0, ids: {master: 0x201}}\n")
                 .find("found 0x201 twice, expected every identifier once"),
             std::string::npos);

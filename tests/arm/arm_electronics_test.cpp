@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "core/input_error.hpp"
+#include "core/settings_table.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace tankrig::sim {
@@ -168,7 +169,7 @@ zero_peak_probability: 0.2
 mute_on_0a: false
 seed: 12
 )"));
-  const ArmEmulatorParameters p = arm_emulator_parameters_from(node);
+  const ArmEmulatorParameters p = settings_from(node, kArmEmulatorKeys);
   node.finish();
   EXPECT_EQ(p.power_up[kElbow], 0.9);
   EXPECT_EQ(p.power_up_ticks[4], 5);
@@ -178,7 +179,7 @@ seed: 12
   EXPECT_FALSE(p.mute_on_0a);
   EXPECT_EQ(p.seed, 12U);
   const ConfigNode wrong = ConfigNode::load(folder.write("w.yaml", "mute_probability: 2\n"));
-  EXPECT_THROW(arm_emulator_parameters_from(wrong), InputError);
+  EXPECT_THROW(settings_from(wrong, kArmEmulatorKeys), InputError);
 }
 
 }  // namespace

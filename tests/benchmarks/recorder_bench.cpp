@@ -32,7 +32,7 @@ struct Load {
 SessionInfo session_of(const Load& load) {
   SessionInfo info;
   for (const std::string& name : load.cameras) {
-    SessionCamera camera;
+    CalibratedCamera camera;
     camera.name = name;
     camera.model.width = load.width, camera.model.height = load.height;
     camera.model.fx = camera.model.fy = 1000;

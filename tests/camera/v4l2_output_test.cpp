@@ -16,6 +16,7 @@
 
 #include "core/clock.hpp"
 #include "core/input_error.hpp"
+#include "core/settings_table.hpp"
 #include "sim_backends/wire/v4l2_encode.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -263,7 +264,7 @@ TEST(V4l2OutputSettings, AreReadStrictly) {
   const TemporaryFolder folder;
   const auto read = [&](const std::string& yaml) {
     const ConfigNode node = ConfigNode::load(folder.write("rig.yaml", yaml));
-    const V4l2OutputSettings got = v4l2_output_settings_from(node);
+    const V4l2OutputSettings got = settings_from(node, kV4l2OutputKeys);
     node.finish();
     return got;
   };

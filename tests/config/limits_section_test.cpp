@@ -67,7 +67,7 @@ TEST(LimitsSection, SaysWhatIsWrongAndWhere) {
   EXPECT_THAT(complaint(with("  dark_frames: 8\n", "  dark_frames: 8\n  limits: {torque: 1}\n")),
               testing::HasSubstr("scan.limits.torque: unknown key"));
   EXPECT_THAT(complaint(with("  motion_limits:", "  backlash_ticks: [1, 2, -3, 0, 0]\n  motion_limits:")),
-              testing::HasSubstr("arm.backlash_ticks: found a negative number"));
+              testing::HasSubstr("arm.backlash_ticks: found [1, 2, -3, 0, 0], expected five numbers from 0 to 1e+06"));
   EXPECT_THAT(complaint(with("passes: 1}", "passes: 1, jerk_rad_s3: 0}")),
               testing::HasSubstr("scan.sweep.jerk_rad_s3: found '0'"));
 }

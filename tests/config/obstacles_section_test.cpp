@@ -4,11 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <fstream>
-#include <sstream>
-
 #include "core/input_error.hpp"
-#include "tests/support/temporary_folder.hpp"
+#include "rig/config/camera_section.hpp"
 
 using testing::HasSubstr;
 
@@ -22,9 +19,13 @@ constexpr const char* kRequired =
     "link_radius_m: 0.045\n";
 
 Obstacles read_obstacles(const std::string& more) {
-  Obstacles o;
-  read_obstacles_section(ConfigNode::parse(kRequired + more, "rig.yaml"), o);
-  return o;
+  return settings_from(ConfigNode::parse(kRequired + more, "rig.yaml"), kObstacleKeys);
+}
+
+std::string written(const Obstacles& obstacles) {
+  YAML::Emitter out;
+  write_mapping(out, kObstacleKeys, obstacles);
+  return out.c_str();
 }
 
 TEST(ObstaclesSection, HasABaseAndNothingElseWhereTheFileSaysNothing) {
@@ -54,10 +55,8 @@ TEST(ObstaclesSection, ReadsBoxesAndCapsulesAndReadsBackWhatItWrites) {
   ASSERT_EQ(o.fixed.size(), 2u);
   EXPECT_EQ(std::get<Capsule>(o.fixed[0].shape).radius, 0.02);
   EXPECT_EQ(std::get<Box>(o.fixed[1].shape).size, Vector3d(0.1, 2, 0.1));
-  const std::string written = obstacles_section_yaml(o);
-  Obstacles again;
-  read_obstacles_section(ConfigNode::parse(written, "rig.yaml"), again);
-  EXPECT_EQ(obstacles_section_yaml(again), written);
+  const Obstacles again = settings_from(ConfigNode::parse(written(o), "rig.yaml"), kObstacleKeys);
+  EXPECT_EQ(written(again), written(o));
   EXPECT_EQ(again.carried[1].name, "lamp: green");
   EXPECT_TRUE(std::get<Box>(again.fixed[1].shape).xMbox.isApprox(std::get<Box>(o.fixed[1].shape).xMbox, 1e-15));
 }
@@ -88,28 +87,25 @@ TEST(ObstaclesSection, RefusesWhatIsIllFormedWithItsLine) {
 }
 
 TEST(CameraBody, IsABoxBetweenTwoCorners) {
-  Eigen::AlignedBox3d body(Vector3d(-1, -1, -1), Vector3d(1, 1, 1));
+  RigCamera camera;
+  camera.body = {Vector3d(-1, -1, -1), Vector3d(1, 1, 1)};
   const auto read_body = [&](const std::string& text) {
+    constexpr bool kComplete = false;
     const ConfigNode node = ConfigNode::parse(text, "rig.yaml");
-    read_camera_body(node, body);
+    read_settings(node, kRigCameraKeys, camera, kComplete);
     node.finish();
   };
   read_body("{}\n");
-  EXPECT_EQ(body.max(), Vector3d(1, 1, 1)) << "what is not said stays";
+  EXPECT_EQ(camera.body.max(), Vector3d(1, 1, 1)) << "what is not said stays";
   read_body("body: {min_m: [-0.03, -0.04, -0.07], max_m: [0.03, 0.04, 0.02]}\n");
-  EXPECT_EQ(body.min(), Vector3d(-0.03, -0.04, -0.07));
-  EXPECT_EQ(camera_body_yaml(body), "{min_m: [-0.03, -0.04, -0.07], max_m: [0.03, 0.04, 0.02]}");
+  EXPECT_EQ(camera.body.min(), Vector3d(-0.03, -0.04, -0.07));
+  YAML::Emitter out;
+  write_mapping(out, kRigCameraKeys, camera);
+  EXPECT_THAT(out.c_str(), HasSubstr("body: {min_m: [-0.03, -0.04, -0.07], max_m: [0.03, 0.04, 0.02]}"));
   EXPECT_THAT(message_of<InputError>([&] { read_body("body: {min_m: [0, 0, 0], max_m: [0.1, 0.1, 0]}\n"); }),
               HasSubstr("rig.yaml:1: body.max_m: found a side that is not positive"));
   EXPECT_THAT(message_of<InputError>([&] { read_body("body: {min_m: [0, 0, 0]}\n"); }),
               HasSubstr("body.max_m: found nothing"));
-}
-
-TEST(ObstaclesSection, StandsInTheReference) {
-  std::stringstream page;
-  page << std::ifstream(std::string(TANKRIG_SOURCE_DIR) + "/docs/reference/clearance.md").rdbuf();
-  EXPECT_THAT(page.str(), HasSubstr("\n\n" + obstacles_section_table()))
-      << "docs/reference/clearance.md: put this table below \"Keys\"";
 }
 
 }  // namespace

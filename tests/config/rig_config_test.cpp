@@ -40,7 +40,7 @@ TEST(RigConfig, ReadsEverySection) {
       << "what is not said keeps its default";
   EXPECT_EQ(rig.scan.capture.frame_period, 0.08) << "of the camera that records the sweep";
   EXPECT_EQ(rig.scan.capture.laser_warm_up, 2);
-  EXPECT_TRUE(rig.read_lux);
+  EXPECT_TRUE(rig.scan.capture.read_lux);
   ASSERT_EQ(rig.cameras.size(), 3u);
   EXPECT_EQ(rig.cameras[0].model.fy, 682.78);
   EXPECT_EQ(rig.cameras[1].record, RecordWhen::kDark);
@@ -61,7 +61,7 @@ TEST(RigConfig, AppliesAPresetToItsScanOnly) {
   EXPECT_EQ(rig.scan.sweep.passes, 3);
   EXPECT_EQ(rig.scan.sweep.velocity, 0.0625);
   EXPECT_EQ(rig.scan.sweep.to, 2.1);
-  EXPECT_FALSE(rig.read_lux);
+  EXPECT_FALSE(rig.scan.capture.read_lux);
   EXPECT_THAT(message_of<InputError>([&] { load_rig(file, "finer"); }),
               HasSubstr("presets: found no 'finer', expected one of: fine"));
 }
@@ -119,16 +119,6 @@ TEST(RigConfig, DescribesItselfToASession) {
   EXPECT_EQ(info.cameras[2].role, CameraRole::kRight);
   EXPECT_EQ(info.calibration.ePl->offset, 0.09796 / 2 * 2);
   EXPECT_EQ(info.object->mesh, "box.obj");
-}
-
-TEST(RigConfig, MovesToAnotherFolderWithItsCommentsAndAbsolutePaths) {
-  const TemporaryFolder folder;
-  const auto file = folder.write("rig.yaml", std::string("# the scene: and mesh: of a comment\n") + kSmallRig);
-  const std::string text = rig_file_for_elsewhere(file);
-  const RigConfig moved = load_rig(folder.write("far/away/rig.yaml", text));
-  EXPECT_EQ(moved.scene, folder.path() / "scenes/tank.xml");
-  EXPECT_EQ(moved.object.mesh, folder.path() / "objects/box.obj");
-  EXPECT_TRUE(text.starts_with("# the scene: and mesh: of a comment\n"));
 }
 
 TEST(RigConfig, QuestionsLengthsInMillimetresByKeyAndValue) {
@@ -223,6 +213,23 @@ TEST(RigConfig, NamesFileLineAndKeyOfBadInput) {
   }
   EXPECT_THAT(message_of<InputError>([] { load_rig("/no/such/rig.yaml"); }),
               HasSubstr("/no/such/rig.yaml: cannot be read"));
+}
+
+TEST(RigConfig, HoldsEveryCameraThatRecordsTheSweepByAngleToItsRateAndToEvenLight) {
+  const TemporaryFolder folder;
+  const auto refusal = [&](const std::string& record, const std::string& scan) {
+    std::string text = changed(kSmallRig, "record: dark\n    rate_hz: 25\n  - name: right",
+                               "record: " + record + "\n    rate_hz: 25\n    trigger: position\n    spacing_rad: " +
+                                   (scan.empty() ? "0.001" : "0.01") + "\n  - name: right");
+    text = changed(text, "warm_up_s: 2", "warm_up_s: 2\n  switches_per_frame: true");
+    text = changed(text, "dark_frames: 8", "dark_frames: 8" + scan);
+    return message_of<InputError>([&] { load_rig(folder.write("rig.yaml", text)); });
+  };
+  EXPECT_THAT(refusal("sweep", ""), HasSubstr("camera left: spacing_rad: found 0.001, 0.01 s at the sweep's velocity, "
+                                              "expected at least a frame's time of 0.04 s"));
+  EXPECT_THAT(refusal("all", "\n  laser_pairs: true"),
+              HasSubstr("camera left: trigger: found position with scan: laser_pairs"));
+  EXPECT_EQ(refusal("dark", ""), "no error") << "dark blocks are triggered at equal times";
 }
 
 TEST(RigConfig, TakesFromItsBaseWhatItDoesNotSayItself) {

@@ -41,7 +41,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
   static const fuzzing::ScratchFolder folder;
   return fuzzing::refused_or_parsed<InputError>([&] {
     const SessionInfo first = read_session_yaml(folder.put("session.yaml", bytes, size));
-    for (const SessionCamera& camera : first.cameras)
+    for (const CalibratedCamera& camera : first.cameras)
       if (!is_camera_name(camera.name)) std::abort();
     const std::string text = session_yaml(first);
     const auto again = folder.put("again.yaml", reinterpret_cast<const std::uint8_t*>(text.data()), text.size());

@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "core/input_error.hpp"
+#include "core/settings_table.hpp"
 #include "tests/metrics/shapes.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -261,7 +262,7 @@ TEST(MetricThresholds, ComeFromTheRigFile) {
   const ConfigNode node = load(
       "inlier_m: 0.004\noutlier_m: 0.02\ncoverage_m: [0.001, 0.003]\ncoverage_headline_m: 0.003\n"
       "ground_band_m: 0.015\nmax_incidence_deg: 60\nsurface_samples: 50000\n");
-  const MetricThresholds t = metric_thresholds_from(node);
+  const MetricThresholds t = settings_from(node, kMetricKeys);
   node.finish();
   EXPECT_EQ(t.inlier_m, 0.004);
   EXPECT_EQ(t.outlier_m, 0.02);
@@ -271,8 +272,8 @@ TEST(MetricThresholds, ComeFromTheRigFile) {
   EXPECT_NEAR(t.max_incidence, std::numbers::pi / 3, 1e-12);
   EXPECT_EQ(t.surface_samples, 50'000u);
 
-  EXPECT_THROW(metric_thresholds_from(load("inlier_m: 0.02\noutlier_m: 0.01\n")), InputError);
-  EXPECT_THROW(metric_thresholds_from(load("coverage_m: [0.001, -3]\n")), InputError);
+  EXPECT_THROW(settings_from(load("inlier_m: 0.02\noutlier_m: 0.01\n"), kMetricKeys), InputError);
+  EXPECT_THROW(settings_from(load("coverage_m: [0.001, -3]\n"), kMetricKeys), InputError);
 }
 
 }  // namespace

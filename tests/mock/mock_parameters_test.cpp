@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "core/input_error.hpp"
+#include "core/settings_table.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace tankrig::sim {
@@ -12,7 +13,7 @@ using namespace std::chrono_literals;
 
 MockParameters read(const std::string& yaml) {
   const TemporaryFolder folder;
-  return parameters_from(ConfigNode::load(folder.write("mock.yaml", yaml)));
+  return settings_from(ConfigNode::load(folder.write("mock.yaml", yaml)), kMockKeys);
 }
 
 TEST(MockParameters, KeepDefaultsForWhatIsNotThere) {

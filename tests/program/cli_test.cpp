@@ -150,6 +150,13 @@ TEST(Init, TakesNothingInItsWayAndANameWithASlash) {
   EXPECT_EQ(std::distance(fs::directory_iterator(scratch_folder() / "place"), fs::directory_iterator()), 2);
 }
 
+TEST(Init, PrintsTheKeysThatTheReferenceHas) {
+  const ProgramRun run = run_tankrig({"init", "--keys"});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_TRUE(read_text(fs::path(TANKRIG_SOURCE_DIR) / "docs/reference/rig_keys.md").ends_with("\n\n" + run.out))
+      << "docs/reference/rig_keys.md: put the output of `tankrig init --keys` below its first paragraph";
+}
+
 TEST(SessionList, NamesWhatIsNoSessionAnyMore) {
   const fs::path folder = scratch_folder() / "sessions";
   fs::create_directories(folder / "broken");

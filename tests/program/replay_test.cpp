@@ -162,7 +162,7 @@ TEST(SessionReplay, SaysWhatCannotBeFedAgainOfAnImport) {
 }
 
 /// Whether OpenCV's own reader finds in `file` the camera as `recorded` has it.
-void expect_read_by_opencv(const fs::path& file, const SessionCamera& recorded) {
+void expect_read_by_opencv(const fs::path& file, const CalibratedCamera& recorded) {
   ASSERT_TRUE(fs::exists(file)) << file;  // FileStorage throws of nothing
   const cv::FileStorage storage(file.string(), cv::FileStorage::READ);
   ASSERT_TRUE(storage.isOpened()) << file;
@@ -183,7 +183,7 @@ TEST(SessionExport, CamerasAreReadByOpenCvFromTheSessionAndFromTheExport) {
             0);
   const Session session = Session::open(scanned());
   ASSERT_EQ(session.info.cameras.size(), 3u);
-  for (const SessionCamera& camera : session.info.cameras)
+  for (const CalibratedCamera& camera : session.info.cameras)
     for (const fs::path& folder : {scanned() / "cameras", out / "camera_info"})
       expect_read_by_opencv(folder / (camera.name + ".opencv.yml"), camera);
 }
@@ -216,7 +216,7 @@ TEST(SessionInfo, GivesNumbersAsNumbers) {
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const nlohmann::json info = run.json();
   const Session session = Session::open(scanned());
-  const SessionCamera& mono = session.camera(CameraRole::kMono);
+  const CalibratedCamera& mono = session.camera(CameraRole::kMono);
   EXPECT_EQ(info.at("seed"), session.info.seed);
   EXPECT_EQ(info.at("length_s"), session.info.simulated_s);
   EXPECT_EQ(info.at("lux_before"), *session.info.lux_before);
@@ -296,7 +296,7 @@ TEST_F(SessionBag, SaysWhatTheSessionSays) {
   EXPECT_EQ(joint_state.list<double>(), std::vector<double>(state.q.begin(), state.q.end()));
   EXPECT_EQ(joint_state.list<double>(), std::vector<double>(state.velocity.begin(), state.velocity.end()));
 
-  for (const SessionCamera& camera : session.info.cameras) {
+  for (const CalibratedCamera& camera : session.info.cameras) {
     const auto frame = std::find_if(session.frames.begin(), session.frames.end(),
                                     [&](const FrameRecord& f) { return f.camera == camera.name; });
     MessageFields picture(bag.topics.at("/" + camera.name + "/image_raw/compressed").first);

@@ -36,8 +36,8 @@ cv::Mat taken(cv::Size size, const sim::Exposure& exposure) {
   return stripe_picture(size, light, exposure.index);
 }
 
-SessionCamera described(const CameraInfo& info) {
-  SessionCamera camera;
+CalibratedCamera described(const CameraInfo& info) {
+  CalibratedCamera camera;
   camera.name = info.name;
   camera.role = info.name == "mono" ? CameraRole::kMono : CameraRole::kLeft;
   camera.model.width = info.width;

@@ -38,7 +38,7 @@ SessionInfo three_cameras() {
   info.rig_hash.clear();
   const std::array roles{CameraRole::kMono, CameraRole::kLeft, CameraRole::kRight};
   for (const CameraRole role : roles) {
-    SessionCamera camera{to_string(role), role, kSmall, Transform::Identity()};
+    CalibratedCamera camera{to_string(role), role, kSmall, Transform::Identity()};
     camera.model.width = kWidth, camera.model.height = kHeight;
     info.cameras.push_back(camera);
   }

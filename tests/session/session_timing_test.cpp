@@ -7,6 +7,7 @@
 #include <map>
 #include <sstream>
 
+#include "core/settings_table.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace tankrig {
@@ -27,9 +28,14 @@ TEST(SessionTiming, ReadsBackWhatItWrites) {
   EXPECT_EQ(timing.wake_up.max, 100);
   const TemporaryFolder folder;
   const auto file = folder.path() / "session.yaml";
-  std::ofstream(file) << timing_yaml(timing);
-  const SessionTiming read = read_timing(ConfigNode::load(file).child("timing"));
-  EXPECT_EQ(timing_yaml(read), timing_yaml(timing));
+  const auto yaml_of = [](const SessionTiming& t) {
+    YAML::Emitter out;
+    write_mapping(out, kSessionTimingKeys, t);
+    return std::string(out.c_str());
+  };
+  std::ofstream(file) << yaml_of(timing);
+  const SessionTiming read = settings_from(ConfigNode::load(file), kSessionTimingKeys);
+  EXPECT_EQ(yaml_of(read), yaml_of(timing));
   EXPECT_EQ(read.missed_cycles, 5u);
   EXPECT_EQ(read.wake_up.p99, timing.wake_up.p99);
   EXPECT_EQ(timing_summary(read).front().second, "1000 cycles at 350 Hz, 3 late, 5 left out");

@@ -78,9 +78,9 @@ class DamagedSessionYaml : public testing::Test {
   std::size_t expect_regained_or_named(const SessionFindings& found) {
     const std::string regained = session_yaml(found.info, found.calibration);
     const std::vector<std::string> lost = named_as_lost(found);
-    for (const SessionSection& section : session_sections())
-      if (section_of(regained, section.key) != section_of(whole_, section.key)) {
-        EXPECT_THAT(lost, Contains(section.key)) << found.losses.front();
+    for (const Setting<SessionInfo>& section : kSessionKeys.rows)
+      if (section_of(regained, section.name) != section_of(whole_, section.name)) {
+        EXPECT_THAT(lost, Contains(section.name)) << found.losses.front();
       }
     EXPECT_EQ(found.calibration, recorded_calibration(whole_));
     return lost.size();
@@ -130,11 +130,11 @@ TEST_F(DamagedSessionYaml, CutAnywhereKeepsWhatStandsBeforeTheCut) {
     ASSERT_TRUE(found.info_known);
     const std::size_t named = expect_regained_or_named(found);
     std::size_t whole = 0;
-    for (const SessionSection& section : session_sections()) {
-      const std::string lines = section_of(whole_, section.key);
+    for (const Setting<SessionInfo>& section : kSessionKeys.rows) {
+      const std::string lines = section_of(whole_, section.name);
       whole += whole_.find(lines) + lines.size() <= at;
     }
-    EXPECT_LE(named + whole, session_sections().size() + 1) << "the last one may lack lines";
+    EXPECT_LE(named + whole, kSessionKeys.rows.size() + 1) << "the last one may lack lines";
     if (HasFailure()) break;
   }
 }

@@ -7,6 +7,7 @@
 #include <iostream>
 
 #include "core/input_error.hpp"
+#include "core/settings_table.hpp"
 #include "tests/stereo/errors.hpp"
 #include "tests/stereo/textured_scene.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -68,7 +69,7 @@ TEST(PaperStereo, CannotSeeNearerThanItsDisparityRange) {
 TEST(PaperStereo, ReadsItsParametersAndRefusesUnknownOnes) {
   const TemporaryFolder folder;
   const auto parameters = [&](const char* yaml) {
-    return paper_stereo_parameters_from(ConfigNode::load(folder.write("paper_stereo_parameters.yaml", yaml)));
+    return settings_from(ConfigNode::load(folder.write("paper_stereo_parameters.yaml", yaml)), kPaperStereoKeys);
   };
   const PaperStereoParameters p = parameters("disparity_range: 96\n");
   EXPECT_EQ(p.disparity_range, 96);

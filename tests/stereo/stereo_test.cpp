@@ -11,6 +11,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "core/input_error.hpp"
+#include "core/settings_table.hpp"
 #include "reconstruction/stereo/paper_stereo.hpp"
 #include "tests/stereo/errors.hpp"
 #include "tests/stereo/textured_scene.hpp"
@@ -203,7 +204,7 @@ TEST(Stereo, RefusesWhatDoesNotFitTheCalibration) {
 TEST(Stereo, ReadsItsParametersAndRefusesUnknownOnes) {
   const TemporaryFolder folder;
   const auto parameters = [&](const char* yaml) {
-    return stereo_parameters_from(ConfigNode::load(folder.write("stereo_parameters.yaml", yaml)));
+    return settings_from(ConfigNode::load(folder.write("stereo_parameters.yaml", yaml)), kStereoKeys);
   };
   const StereoParameters p = parameters("min_depth_m: 0.3\nwindow_radius_px: 7\n");
   EXPECT_EQ(p.min_depth_m, 0.3);

@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "core/input_error.hpp"
+#include "core/settings_table.hpp"
 #include "reconstruction/stripe/particle_filter.hpp"
 #include "tests/stripe/generated_stripe.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -238,16 +239,16 @@ TEST(StripeConfig, ReadsBothSectionsAndRefusesWhatIsOutOfRange) {
       folder.write("stripe.yaml",
                    "laser:\n  orientation: rows\n  min_snr: 4\n  smoothing_px: 3\nlaser_paper:\n  preset: simulation\n"
                    "  hue_min: 40\nbad:\n  hue_min: 60\n  hue_max: 50\n"));
-  const StripeParameters ours = stripe_parameters_from(node.child("laser"));
+  const StripeParameters ours = settings_from(node.child("laser"), kStripeKeys);
   EXPECT_EQ(ours.orientation, StripeOrientation::kRows);
   EXPECT_EQ(ours.min_snr, 4);
   EXPECT_EQ(ours.smoothing_px, 3);
   EXPECT_EQ(ours.min_run, StripeParameters{}.min_run);
-  const PaperStripeParameters paper = paper_stripe_parameters_from(node.child("laser_paper"));
+  const PaperStripeParameters paper = settings_from(node.child("laser_paper"), kPaperStripeKeys);
   EXPECT_EQ(paper.hue_min, 40);
   EXPECT_EQ(paper.hue_max, 118);
   EXPECT_EQ(paper.value_min, 40);
-  EXPECT_THROW(paper_stripe_parameters_from(node.child("bad")), InputError);
+  EXPECT_THROW(settings_from(node.child("bad"), kPaperStripeKeys), InputError);
   node.finish();
 }
 

@@ -40,7 +40,7 @@ void check_passes(const Session& session, const std::vector<const FrameRecord*>&
 }
 
 /// Stripes as the laser method finds them, and the joints beside them.
-TimeOffsetRecording recording_of(const OpenedSession& opened, const SessionCamera& camera, bool& rows,
+TimeOffsetRecording recording_of(const OpenedSession& opened, const CalibratedCamera& camera, bool& rows,
                                  Progress& progress) {
   const Session& session = opened.session;
   const std::vector<const FrameRecord*> frames = frames_of(session, camera, lit_sweep);
@@ -68,7 +68,7 @@ TimeOffsetProblem problem_of(const std::vector<OpenedSession>& sessions, Progres
   const Session& first = sessions.front().session;
   for (const OpenedSession& opened : sessions) {
     const Session& session = opened.session;
-    const SessionCamera& camera = session.camera(CameraRole::kMono);
+    const CalibratedCamera& camera = session.camera(CameraRole::kMono);
     if (!session.info.calibration.arm || !session.info.calibration.ePl)
       throw InputError(session.path / "session.yaml", "calibration: found no arm or no ePl, expected those of a scan");
     problem.camera = camera.model;
@@ -154,7 +154,7 @@ int calibrate_time(const CalibrateTimeOptions& options) {
     at_rest.emplace_back(path);
     sessions.push_back(open_with_warnings(path, progress));
   }
-  const SessionCamera& camera = sessions.front().session.camera(CameraRole::kMono);
+  const CalibratedCamera& camera = sessions.front().session.camera(CameraRole::kMono);
   const TimeOffsetSolution solution = solve(problem_of(sessions, progress));
   const nlohmann::ordered_json facts = facts_of(camera.name, camera.time_offset, solution);
   for (const OpenedSession& opened : sessions) {

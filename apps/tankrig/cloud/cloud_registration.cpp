@@ -42,7 +42,7 @@ PointCloud cloud_of_session(const fs::path& given, const std::string& method, Pr
   const fs::path file = path / "clouds" / (method + ".ply");
   if (!fs::exists(file)) throw InputError(file, "is not there, expected the cloud of `tankrig reconstruct`");
   const Transform oMb = session.info.object->bMo.inverse();
-  const SessionCamera& camera = session.camera(by_laser(method) ? CameraRole::kMono : CameraRole::kLeft);
+  const CalibratedCamera& camera = session.camera(by_laser(method) ? CameraRole::kMono : CameraRole::kLeft);
   return with_normals(transformed(oMb, read_cloud(file), "o"), kNormalRadius, oMb * camera.bMc.translation());
 }
 

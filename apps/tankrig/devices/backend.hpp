@@ -81,4 +81,7 @@ OwnBackend make_backend(const RigConfig& rig, const BackendOptions& options);
 std::unique_ptr<Backend> make_mock_backend(const RigConfig& rig, const BackendOptions& options);
 std::unique_ptr<Backend> make_device_backend(const RigConfig& rig, const BackendOptions& options);
 
+/// Every key of the rig file's `devices` with its default, range and meaning, as rows of a Markdown table.
+std::string device_key_rows();
+
 }  // namespace tankrig::app

@@ -9,6 +9,7 @@
 #include "apps/tankrig/devices/emulation_process.hpp"
 #include "apps/tankrig/devices/scene_check.hpp"
 #include "core/input_error.hpp"
+#include "core/settings_table.hpp"
 #include "drivers/arm/arm5e.hpp"
 #include "drivers/arm/backlash_arm.hpp"
 #include "drivers/camera/aravis_camera.hpp"
@@ -78,11 +79,8 @@ AravisSettings aravis_settings_of(const RigCamera& camera, const ConfigNode& nod
   return settings;
 }
 
-std::unique_ptr<Camera> open_camera(const RigCamera& camera, const ConfigNode& node,
+std::unique_ptr<Camera> open_camera(const RigCamera& camera, const CameraInfo& info, const ConfigNode& node,
                                     std::vector<std::string>& warnings) {
-  const int channels = node.integer_or("channels", 3, {1, 3});
-  if (channels == 2) node.fail("channels", "found 2, expected 1 (grey) or 3 (colour)");
-  const CameraInfo info{camera.name, camera.model.width, camera.model.height, channels, camera.rate_hz};
   if (node.choice("driver", {"aravis", "v4l2"}) == "aravis")
     return std::make_unique<AravisCamera>(aravis_settings_of(camera, node, info));
   if (camera.trigger.mode != TriggerMode::kFree)
@@ -122,8 +120,8 @@ class DeviceBackend final : public Backend {
     if (need.laser || devices_.has("laser")) {
       const ConfigNode laser = devices_.child("laser");
       laser.choice("driver", {"relay"});
-      wired_interlock_ = laser.choice_or("interlock", "read", {"read", "wired"}) == "wired";
       laser_settings = relay_laser_settings_from(laser, runtime);
+      wired_interlock_ = laser_settings->interlock == InterlockSight::kWired;
       if (!wired_interlock_ && !laser_settings->protocol.status_query)
         laser.fail("interlock", "found read without a status_query, expected one, or wired");
       try {
@@ -143,7 +141,7 @@ class DeviceBackend final : public Backend {
       for (const RigCamera& camera : rig.cameras)
         if (camera.name == need.only_camera.value_or(camera.name)) {
           const Waiting told("camera " + camera.name + " to answer");
-          cameras_.push_back(open_camera(camera, cameras.child(camera.name), warnings_));
+          cameras_.push_back(open_camera(camera, camera_info(rig, camera), cameras.child(camera.name), warnings_));
         }
     }
     if (need.arm && need.cameras && !need.only_camera) {
@@ -233,6 +231,12 @@ class DeviceBackend final : public Backend {
 };
 
 }  // namespace
+
+std::string device_key_rows() {
+  return arm5e_rows("devices.arm") + settings_rows("devices.laser", kRelayKeys) + lux_meter_rows("devices.lux_meter") +
+         settings_rows("devices.cameras.CAMERA", kDeviceCameraKeys) +
+         settings_rows("devices.cameras.ARAVIS", kAravisKeys) + settings_rows("devices.cameras.V4L2", kV4l2Keys);
+}
 
 std::unique_ptr<Backend> make_device_backend(const RigConfig& rig, const BackendOptions& options) {
   return std::make_unique<DeviceBackend>(rig, options);

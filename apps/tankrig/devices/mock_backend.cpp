@@ -1,6 +1,7 @@
 // The rig in this process: mock devices on the simulated tank, under the virtual clock.
 #include "apps/tankrig/devices/backend.hpp"
 #include "apps/tankrig/devices/scene_check.hpp"
+#include "core/settings_table.hpp"
 #include "drivers/arm/backlash_arm.hpp"
 #include "sim_backends/faults/faulty_arm.hpp"
 #include "sim_backends/faults/faulty_camera.hpp"
@@ -10,6 +11,7 @@
 #include "sim_backends/mock/mock_camera.hpp"
 #include "sim_backends/mock/mock_laser.hpp"
 #include "sim_backends/mock/mock_lux_meter.hpp"
+#include "sim_backends/world/scene.hpp"
 
 namespace tankrig::app {
 namespace {
@@ -61,10 +63,7 @@ class MockBackend final : public Backend {
  private:
   static sim::MockParameters read_parameters(const RigConfig& rig) {
     const auto section = rig.section("mock");
-    if (!section) return {};
-    const sim::MockParameters parameters = sim::parameters_from(*section);
-    section->finish();
-    return parameters;
+    return section ? settings_from(*section, sim::kMockKeys) : sim::MockParameters{};
   }
 
   std::unique_ptr<sim::MockCamera> make_camera(const RigConfig& rig, const RigCamera& camera) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "rig/config/rig_config.hpp"
+#include "sim_backends/world/scene.hpp"
 #include "sim_backends/world/tank_world.hpp"
 
 namespace tankrig::app {

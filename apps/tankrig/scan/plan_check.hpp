@@ -15,6 +15,9 @@ namespace tankrig::app {
 /// Errors: InputError if it is not safe.
 MotionCheck check_plan(const RigConfig& rig, const ScanPlan& plan);
 
+/// What every camera of the rig file's `devices` has, whatever its driver.
+extern const SettingsTable<CameraInfo> kDeviceCameraKeys;
+
 /// As its driver delivers it.
 CameraInfo camera_info(const RigConfig& rig, const RigCamera& camera);
 

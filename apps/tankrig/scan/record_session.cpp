@@ -124,7 +124,7 @@ void check_lux(const std::string& lux) {
 ScanResult record_session(const ScanOptions& options, const RigConfig& rig, const ScanPlan& plan, Backend& backend,
                           const fs::path& path, Progress& progress, Motion& motion) {
   SessionInfo info = session_info_of(options, backend, path);
-  const bool meter = options.lux == "auto" && rig.read_lux;
+  const bool meter = options.lux == "auto" && rig.scan.capture.read_lux;
   if (meter || options.lux != "auto") {
     info.lux_source = meter ? "meter" : "hand";
     info.lux_before = meter ? read_lux(backend) : std::stod(options.lux);
@@ -132,9 +132,11 @@ ScanResult record_session(const ScanOptions& options, const RigConfig& rig, cons
   const std::string mesh = rig.object.mesh.filename().string();
   const std::string rig_file = resolved_rig_yaml(rig, mesh);
   info.rig_hash = sha256_of_text(rig_file);
-  // As rig.yaml will be read: a pose read and written again is not the same text, and `session recover` proves a
+  describe(rig, info);
+  // As rig.yaml will read back: a pose read and written again is not the same text, and `session recover` proves a
   // calibration by its text.
-  describe(read_rig(ConfigNode::parse(rig_file, path / "rig.yaml")), info);
+  for (CalibratedCamera& camera : info.cameras) camera.bMc = as_stored(camera.bMc);
+  info.object->bMo = as_stored(info.object->bMo);
   SessionWriterOptions writer_options;
   writer_options.wait_when_full = !backend.clock().real_time();
   SessionWriter writer(path, std::move(info), writer_options);

@@ -65,7 +65,7 @@ class BagContent {
   void add_fixed_frames() {
     std::vector<BagTransform> fixed;
     if (scan_)
-      for (const SessionCamera& camera : session_.info.cameras) fixed.push_back({"b", camera.name, camera.bMc});
+      for (const CalibratedCamera& camera : session_.info.cameras) fixed.push_back({"b", camera.name, camera.bMc});
     if (session_.info.object) fixed.push_back({"b", "o", session_.info.object->bMo});
     if (!fixed.empty())
       add(clock_.at(first()), [fixed](BagFile& bag, std::int64_t at) { bag.transforms(at, fixed, true); });
@@ -91,7 +91,7 @@ class BagContent {
       else
         bag.compressed_image(topic + "/image_raw/compressed", at, frame.camera, "png",
                              read_whole_file(session_.path / frame.file));
-      for (const SessionCamera& camera : session_.info.cameras)
+      for (const CalibratedCamera& camera : session_.info.cameras)
         if (camera.name == frame.camera)
           bag.camera_info(topic + "/camera_info", at, frame.camera, camera.model, rectified_.at(camera.name));
     });
@@ -156,9 +156,9 @@ class BagContent {
 
 std::map<std::string, Rectification> rectifications(const Session& session) {
   std::map<std::string, Rectification> out;
-  for (const SessionCamera& camera : session.info.cameras) out[camera.name] = rectification_of(camera.model);
-  const SessionCamera* left = session.find_camera(CameraRole::kLeft);
-  const SessionCamera* right = session.find_camera(CameraRole::kRight);
+  for (const CalibratedCamera& camera : session.info.cameras) out[camera.name] = rectification_of(camera.model);
+  const CalibratedCamera* left = session.find_camera(CameraRole::kLeft);
+  const CalibratedCamera* right = session.find_camera(CameraRole::kRight);
   if (left && right) {
     const Rectifier pair({left->model, right->model, right->bMc.inverse() * left->bMc});
     out[left->name] = pair.left_rectification();

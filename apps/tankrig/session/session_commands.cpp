@@ -42,7 +42,7 @@ struct SessionListOptions {
 
 std::uint64_t recorded_frames(const SessionInfo& info) {
   std::uint64_t sum = 0;
-  for (const SessionCamera& camera : info.cameras)
+  for (const CalibratedCamera& camera : info.cameras)
     if (const auto count = info.counts.find(camera.name + ".recorded"); count != info.counts.end())
       sum += count->second;
   return sum;
@@ -66,7 +66,7 @@ nlohmann::ordered_json info_json(const Session& session) {
   if (info.lux_after) out["lux_after"] = *info.lux_after;
   if (info.simulated_s > 0) out["length_s"] = info.simulated_s;
   out["cameras"] = nlohmann::ordered_json::object();
-  for (const SessionCamera& camera : info.cameras) {
+  for (const CalibratedCamera& camera : info.cameras) {
     nlohmann::ordered_json& c = out["cameras"][camera.name];
     c = {{"role", to_string(camera.role)}, {"width_px", camera.model.width}, {"height_px", camera.model.height}};
     c["frames"] = nlohmann::ordered_json::object();

@@ -111,7 +111,7 @@ class Export {
 
   void camera_info() {
     const auto rectified = rectifications(session_);
-    for (const SessionCamera& camera : session_.info.cameras) {
+    for (const CalibratedCamera& camera : session_.info.cameras) {
       write_camera_file(target("camera_info/" + camera.name + ".yaml"), camera.model, camera.name,
                         rectified.at(camera.name));
       write_opencv_camera_file(target("camera_info/" + camera.name + ".opencv.yml"), camera.model, camera.name);

@@ -8,9 +8,11 @@
 #include "apps/tankrig/session/open_session.hpp"
 #include "core/config_node.hpp"
 #include "core/input_error.hpp"
-#include "core/text_files.hpp"
+#include "core/settings_table.hpp"
+#include "pipeline/parameters.hpp"
 #include "rig/config/rig_config.hpp"
-#include "rig/config/scan_section.hpp"
+#include "sim_backends/mock/mock_parameters.hpp"
+#include "sim_backends/wire/emulated_tank.hpp"
 
 namespace fs = std::filesystem;
 
@@ -36,9 +38,18 @@ std::string named(const std::string& text, const std::string& name) {
                             std::regex_constants::format_first_only);
 }
 
+std::string rig_keys() {
+  const auto table = [](const char* heading, const std::string& rows) {
+    return std::string("## ") + heading + "\n| key | default | expected | |\n|---|---|---|---|\n" + rows;
+  };
+  return table("Rig and scan", rig_key_rows()) + "\n" + table("After the scan", pipeline_key_rows()) + "\n" +
+         table("Simulated devices", settings_rows("mock", sim::kMockKeys)) + "\n" +
+         table("Devices", device_key_rows()) + "\n" + table("Emulated devices", sim::emulation_key_rows());
+}
+
 int init(const InitOptions& options) {
   if (options.keys) {
-    std::printf("%s", scan_section_table().c_str());
+    std::printf("%s", rig_keys().c_str());
     return kOk;
   }
   const fs::path file = find_rig(options.from);

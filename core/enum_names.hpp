@@ -1,0 +1,18 @@
+// The names that an enumeration's values have in files, in the order of the values.
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+namespace tankrig {
+
+/// Beside each enumeration that stands in files: template <> inline constexpr std::array kNames<E>{"first", ...}.
+template <class E>
+inline constexpr std::array<const char*, 0> kNames{};
+
+template <class E>
+constexpr const char* name_of(E value) {
+  return kNames<E>[static_cast<std::size_t>(value)];
+}
+
+}  // namespace tankrig
