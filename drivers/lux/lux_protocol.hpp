@@ -4,8 +4,8 @@
 #include <cstdint>
 
 #include "core/clock.hpp"
-#include "core/result.hpp"
 #include "core/enum_names.hpp"
+#include "core/result.hpp"
 
 namespace tankrig {
 

@@ -1,6 +1,7 @@
 // The rig file's `reconstruction: laser:` and `laser_paper:` sections.
 
 #include <fmt/core.h>
+
 #include "core/settings_table.hpp"
 #include "reconstruction/stripe/paper_stripe.hpp"
 #include "reconstruction/stripe/stripe_detector.hpp"
@@ -56,8 +57,7 @@ const Setting<Paper> kPaperRows[] = {
 };
 
 void check_interval(const ConfigNode& node, const std::string& name, int lower, int upper) {
-  if (lower > upper)
-    node.fail(name + "_min", fmt::format("found {}, expected at most {}_max, {}", lower, name, upper));
+  if (lower > upper) node.fail(name + "_min", fmt::format("found {}, expected at most {}_max, {}", lower, name, upper));
 }
 void check_gate(const ConfigNode& node, const Paper& p) {
   check_interval(node, "hue", p.hue_min, p.hue_max);

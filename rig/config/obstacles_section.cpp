@@ -95,10 +95,7 @@ void write_fixed(YAML::Emitter& out, const Obstacles& o) {
 }
 
 const Setting<Obstacles> kObstacleRows[] = {
-    {"tank_size_m",
-     {read_tank, write_tank, "three lengths"},
-     "inside, along w's x and y, and height",
-     Need::kRequired},
+    {"tank_size_m", {read_tank, write_tank, "three lengths"}, "inside, along w's x and y, and height", Need::kRequired},
     {"wMb", &Obstacles::wMb, "where the arm's base is", Need::kRequired},
     {"margin_m", &Obstacles::margin, ConfigRange(0, 1), "a plan with less clearance is refused", Need::kRequired},
     {"link_radius_m", &Obstacles::link_radius, kRadius, "of every link of the arm, about its DH link", Need::kRequired},

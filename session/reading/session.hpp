@@ -17,10 +17,10 @@
 #include <vector>
 
 #include "core/arm_model.hpp"
+#include "core/calibrated_camera.hpp"
 #include "core/camera_model.hpp"
 #include "core/frame_record.hpp"
 #include "core/utc.hpp"
-#include "core/calibrated_camera.hpp"
 #include "session/reading/frame_account.hpp"
 #include "session/reading/session_timing.hpp"
 

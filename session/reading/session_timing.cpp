@@ -4,8 +4,8 @@
 
 #include <array>
 
-#include "session/reading/session_yaml.hpp"
 #include "core/settings_table.hpp"
+#include "session/reading/session_yaml.hpp"
 
 namespace tankrig {
 namespace {

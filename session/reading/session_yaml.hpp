@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "core/config_node.hpp"
+#include "core/settings_table.hpp"
 #include "core/shown_text.hpp"
 #include "core/text_files.hpp"
-#include "core/settings_table.hpp"
 #include "session/reading/session.hpp"
 
 namespace tankrig {
