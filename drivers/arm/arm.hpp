@@ -37,11 +37,6 @@ class Arm {
   /// Threads: any, also in the middle of any other call.  Async-signal-safe; never blocks.
   virtual void last_resort() noexcept { [[maybe_unused]] const Status rest = stop(); }
 
-  /// Accepts the faults that the driver keeps, where they are over.
-  /// RT: safe.
-  /// Errors: the fault that is not over.
-  virtual Status clear_faults() noexcept { return {}; }
-
   /// How often the carrier exchanges set-point and state; at most the cycle's rate is useful.
   virtual Duration exchange_period() const noexcept = 0;
 

@@ -203,14 +203,6 @@ void Arm5e::forget_zero() noexcept {
 
 void Arm5e::end_motion(bool rests) { zero_.end_motion(rests ? std::optional(encoders_.raw()) : std::nullopt); }
 
-Status Arm5e::clear_faults() noexcept {
-  const Stamp now = clock_.now();
-  if (!enter()) return Error{ErrorCode::kRefused, 0, now, "arm: being stopped"};
-  const Status cleared = faults_.clear(readings_, now);
-  leave();
-  return cleared;
-}
-
 Statistics Arm5e::statistics() const {
   Statistics all = counts_.statistics();
   all.push_back({"homed", homed() ? 1.0 : 0.0});

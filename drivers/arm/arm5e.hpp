@@ -20,17 +20,17 @@ namespace tankrig {
 /// Set-points are exchanged against encoder readings at the rate of the settings; in between the newest waits. A joint
 /// state of an arm that is not homed has ticks since power-up and angles that are not numbers. With a fast joint,
 /// set-points and readings of the others take kFastRound exchanges to come round; stop() and the first request after a
-/// silence are whole all the same. An arm of which anything has not been heard of is silent.
+/// silence are whole all the same. The arm counts as silent when any joint has not been heard from.
 ///
-/// Faults, each told once by try_read and then kept until clear_faults(): over-current, water, encoders that lost their
-/// reference, an axis beyond its limits, a machine that was suspended. The arm is stopped, set-points are refused,
-/// states go on.
+/// Faults, each told once by try_read and then kept: over-current, water, a machine that was suspended; until homed,
+/// encoders that lost their reference, an axis beyond its limits. The arm is stopped, set-points are refused, states go
+/// on.
 ///
 /// Threads: the cycle's; stop(), last_resort() and statistics() any. Whoever is inside holds a flag that nobody waits
 /// for: a stop() that finds it taken leaves its wish behind, and the holder sends it before it goes. A thread of its
 /// own, where the clock is real, stops an arm that gets no set-points (also when the cycle hangs, and past it where it
 /// hangs inside) and opens a line that came back.
-/// RT: try_read, write_velocity, write_ticks, stop, clear_faults.
+/// RT: try_read, write_velocity, write_ticks, stop.
 class Arm5e final : public Arm {
  public:
   /// `clock` outlives the arm.
@@ -88,7 +88,6 @@ class Arm5e final : public Arm {
   /// Threads: the cycle's.
   const EncoderTrack& encoder(Joint joint) const noexcept { return encoders_[joint]; }
   /// Errors: kRefused while it is not over, or while the arm is just being stopped; what only homing ends.
-  Status clear_faults() noexcept override;
 
   const Arm5eSettings& settings() const noexcept { return settings_; }
   const ArmModel& model() const noexcept { return model_; }

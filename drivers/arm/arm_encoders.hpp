@@ -7,7 +7,6 @@
 #include "core/joint_state.hpp"
 #include "drivers/arm/arm5e_settings.hpp"
 #include "drivers/arm/arm_readings.hpp"
-#include "drivers/arm/arm_zero.hpp"
 #include "drivers/arm/motion_evidence.hpp"
 
 namespace tankrig {

@@ -42,14 +42,11 @@ bool outside_limits(const ArmModel& model, const JointVector& q, double margin) 
   return false;
 }
 
-bool ArmFaults::wet(const ArmReadings& readings) const noexcept {
-  return std::any_of(readings.water.begin(), readings.water.end(),
-                     [this](std::uint8_t raw) { return raw >= settings_.water_ingress_raw; });
-}
-
 ArmFault ArmFaults::seen_in(const ArmReadings& readings) noexcept {
   const bool drawing = current_.step(settings_.over_current, readings.stamp, readings.current_a);
-  if (wet(readings)) return ArmFault::kWater;
+  const bool wet = std::any_of(readings.water.begin(), readings.water.end(),
+                               [this](std::uint8_t raw) { return raw >= settings_.water_ingress_raw; });
+  if (wet) return ArmFault::kWater;
   return drawing ? ArmFault::kOverCurrent : ArmFault::kNone;
 }
 
@@ -74,17 +71,6 @@ void ArmFaults::reference_found() noexcept {
   if (!ends_with_homing(fault_)) return;
   fault_ = ArmFault::kNone;
   told_ = true;
-}
-
-Status ArmFaults::clear(const ArmReadings& readings, Stamp now) noexcept {
-  const bool drawing = readings.current_a > settings_.over_current.amperes;
-  if ((fault_ == ArmFault::kOverCurrent && drawing) || (fault_ == ArmFault::kWater && wet(readings)))
-    return Error{ErrorCode::kRefused, 0, now, error_of(fault_, now).where};
-  if (ends_with_homing(fault_)) return error_of(fault_, now);
-  fault_ = ArmFault::kNone;
-  told_ = true;
-  current_ = {};
-  return {};
 }
 
 }  // namespace tankrig

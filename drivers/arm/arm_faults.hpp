@@ -12,7 +12,7 @@ namespace tankrig {
 
 enum class ArmFault : std::uint8_t { kNone, kOverCurrent, kWater, kEncoder, kPosture, kSuspended };
 
-/// The first fault is kept: told once, refusing set-points until it is cleared or homed away.
+/// The first fault is kept: told once, refusing set-points until the program ends or homing cures it.
 /// Threads: one.
 /// RT: safe.
 class ArmFaults {
@@ -30,12 +30,8 @@ class ArmFaults {
   Status refusal(Stamp now, bool homing) const noexcept;
   /// A homing has begun or ended well.
   void reference_found() noexcept;
-  /// Errors: kRefused while its cause is still there; a lost reference only homing cures.
-  Status clear(const ArmReadings& readings, Stamp now) noexcept;
 
  private:
-  bool wet(const ArmReadings& readings) const noexcept;
-
   const Arm5eSettings& settings_;
   ArmFault fault_ = ArmFault::kNone;
   bool told_ = true;

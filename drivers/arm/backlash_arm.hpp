@@ -23,7 +23,6 @@ class BacklashArm final : public Arm {
   }
   Status stop() noexcept override { return arm_.stop(); }
   void last_resort() noexcept override { arm_.last_resort(); }
-  Status clear_faults() noexcept override { return arm_.clear_faults(); }
   Duration exchange_period() const noexcept override { return arm_.exchange_period(); }
   Statistics statistics() const override { return arm_.statistics(); }
 

@@ -20,7 +20,6 @@ class FaultyArm final : public Arm {
   Result<JointVector> write_velocity(const JointVector& velocity) noexcept override;
   Status stop() noexcept override;
   void last_resort() noexcept override { arm_.last_resort(); }
-  Status clear_faults() noexcept override { return arm_.clear_faults(); }
   Duration exchange_period() const noexcept override { return arm_.exchange_period(); }
   Statistics statistics() const override { return arm_.statistics(); }
 

@@ -163,30 +163,6 @@ TEST_P(ArmCycleOn, TheExecutiveTellsOverCurrentAsSuch) {
   bench.expect_rest();
 }
 
-TEST_P(ArmCycleOn, AResetClearsWhatTheDriverKeepsOnceItIsOver) {
-  ExecutiveBench bench(GetParam());
-  bench.arm.settings.over_current.duration = 200ms;
-  bench.begin();
-  ASSERT_TRUE(bench.moving());
-  bench.arm.emulator->set_faults({.extra_current_a = 2.5});
-  bench.expect_fault(Fault::kJointCurrent, "arm: over-current for too long");
-  bench.expect_rest();
-  bench.executive->request_reset();
-  for (int i = 0; i < 20; ++i) bench.cycle();
-  EXPECT_EQ(bench.last.state, ExecutiveState::kFault) << "it is not over yet";
-
-  bench.arm.emulator->set_faults({});
-  ASSERT_TRUE(bench.until([&] { return bench.arm.arm->readings().current_a < 1; }));
-  EXPECT_FALSE(bench.arm.arm->write_velocity(elbow(0.1)).ok()) << "kept by the driver";
-  bench.executive->request_reset();
-  ASSERT_TRUE(bench.until([&] { return bench.last.state == ExecutiveState::kWaiting; }));
-  const ScanPlan again = make_scan_plan(bench.scan, bench.last.planned);
-  bench.executive->start(again, bench.arm.clock.now() + 20ms);
-  EXPECT_TRUE(bench.moving()) << to_string(bench.last.fault) << " " << bench.last.error.where;
-  bench.executive->request_stop();
-  bench.expect_rest();
-}
-
 TEST_P(ArmCycleOn, TheExecutiveStopsOnStaleReadings) {
   ExecutiveBench bench(GetParam());
   bench.begin();

@@ -4,6 +4,7 @@
 set -uo pipefail
 program=$1
 shift
+export TANKRIG_SERIAL_LINES=/dev/ttyS1:/dev/ttyS2  # wired crosswise by rigvm.sh
 if [[ ${1---} == --* ]]; then
   "$program" "$@" || { echo "guest: $program: exit status $?"; exit 1; }
   exit 0

@@ -51,7 +51,6 @@ class TapedArm final : public Arm {
     return taped(Call::kWrite, Arm::write_velocity(arm_, v));
   }
   Status stop() noexcept override { return taped(Call::kStop, arm_.stop()); }
-  Status clear_faults() noexcept override { return arm_.clear_faults(); }
   Duration exchange_period() const noexcept override { return arm_.exchange_period(); }
 
  private:

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "apps/tankrig/session/open_session.hpp"
+#include "core/camera_file.hpp"
 #include "session/reading/session.hpp"
 
 namespace tankrig::app {
