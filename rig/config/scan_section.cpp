@@ -42,7 +42,8 @@ constexpr SettingsTable<CaptureSettings> kCapture{kCaptureRows};
 const Setting<SweepSettings> kSweepRows[] = {
     {"from_rad", &SweepSettings::from, kAngle, "elbow where the recorded sweep begins", Need::kRequired},
     {"to_rad", &SweepSettings::to, kAngle, "elbow where it ends", Need::kRequired},
-    {"velocity_rad_s", &SweepSettings::velocity, kVelocity, "of the elbow; at least its dead zone", Need::kRequired},
+    {"velocity_rad_s", &SweepSettings::velocity, kVelocity,
+     "of the elbow; at least its dead zone; the sweep lasts at least two frame periods", Need::kRequired},
     {"acceleration_rad_s2", &SweepSettings::acceleration, kAcceleration, "of the ramps"},
     {"jerk_rad_s3", &SweepSettings::jerk, kJerk, "of the ramps"},
     {"lead_in_s", &SweepSettings::lead_in, kTime,
