@@ -22,7 +22,7 @@ Obstacles read_obstacles(const std::string& more) {
   return settings_from(ConfigNode::parse(kRequired + more, "rig.yaml"), kObstacleKeys);
 }
 
-std::string written(const Obstacles& obstacles) {
+std::string obstacles_yaml(const Obstacles& obstacles) {
   YAML::Emitter out;
   write_mapping(out, kObstacleKeys, obstacles);
   return out.c_str();
@@ -55,8 +55,8 @@ TEST(ObstaclesSection, ReadsBoxesAndCapsulesAndReadsBackWhatItWrites) {
   ASSERT_EQ(o.fixed.size(), 2u);
   EXPECT_EQ(std::get<Capsule>(o.fixed[0].shape).radius, 0.02);
   EXPECT_EQ(std::get<Box>(o.fixed[1].shape).size, Vector3d(0.1, 2, 0.1));
-  const Obstacles again = settings_from(ConfigNode::parse(written(o), "rig.yaml"), kObstacleKeys);
-  EXPECT_EQ(written(again), written(o));
+  const Obstacles again = settings_from(ConfigNode::parse(obstacles_yaml(o), "rig.yaml"), kObstacleKeys);
+  EXPECT_EQ(obstacles_yaml(again), obstacles_yaml(o));
   EXPECT_EQ(again.carried[1].name, "lamp: green");
   EXPECT_TRUE(std::get<Box>(again.fixed[1].shape).xMbox.isApprox(std::get<Box>(o.fixed[1].shape).xMbox, 1e-15));
 }

@@ -6,6 +6,7 @@
 
 #include "apps/tankrig/command_line/waiting.hpp"
 #include "apps/tankrig/devices/backend.hpp"
+#include "apps/tankrig/devices/camera_info.hpp"
 #include "apps/tankrig/devices/emulation_process.hpp"
 #include "apps/tankrig/devices/scene_check.hpp"
 #include "core/input_error.hpp"

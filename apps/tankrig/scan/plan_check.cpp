@@ -2,9 +2,9 @@
 
 #include <utility>
 
+#include "apps/tankrig/devices/camera_info.hpp"
 #include "bench/metrics/triangle_mesh.hpp"
 #include "core/input_error.hpp"
-#include "core/settings_table.hpp"
 #include "rig/platform/machine.hpp"
 #include "session/recording/spool_pictures.hpp"
 
@@ -37,37 +37,6 @@ int expected_frames(const RigConfig& rig, const RigCamera& camera, const ScanPla
   if (camera.record != RecordWhen::kDark)
     frames += plan.expected_frames(RecordWhen::kSweep, in_sweep, rig.scan.capture.dark_frames);
   return frames;
-}
-
-namespace {
-
-const Setting<CameraInfo> kDeviceCameraRows[] = {
-    {"driver",
-     {[](const ConfigNode& node, const char* key, CameraInfo&) {
-        static_cast<void>(node.choice(key, {"aravis", "v4l2"}));
-      },
-      nullptr, "aravis, v4l2"},
-     "GigE Vision or USB3 Vision ([gige.md](gige.md)); Video for Linux ([v4l2.md](v4l2.md))",
-     tankrig::Need::kRequired},
-    {"channels", &CameraInfo::channels, ConfigRange(1, 3), "1 (grey) or 3 (BGR), of the pictures in the session"},
-};
-void check_channels(const ConfigNode& node, const CameraInfo& info) {
-  if (info.channels == 2) node.fail("channels", "found 2, expected 1 (grey) or 3 (colour)");
-}
-
-}  // namespace
-
-constinit const SettingsTable<CameraInfo> kDeviceCameraKeys{kDeviceCameraRows, check_channels};
-
-/// As its driver delivers it.
-CameraInfo camera_info(const RigConfig& rig, const RigCamera& camera) {
-  const auto devices = rig.section("devices");
-  const auto cameras = devices ? devices->optional_child("cameras") : std::nullopt;
-  const auto node = cameras ? cameras->optional_child(camera.name) : std::nullopt;
-  CameraInfo info{
-      .name = camera.name, .width = camera.model.width, .height = camera.model.height, .rate_hz = camera.rate_hz};
-  if (node) read_settings(*node, kDeviceCameraKeys, info);
-  return info;
 }
 
 std::uint64_t disk_need(const RigConfig& rig, const ScanPlan& plan) {

@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <filesystem>
 
-#include "drivers/camera/camera.hpp"
 #include "rig/config/rig_config.hpp"
 #include "rig/plan/motion_check.hpp"
 #include "rig/plan/scan_plan.hpp"
@@ -14,12 +13,6 @@ namespace tankrig::app {
 /// The plan against the rig file's limits, object, floor, walls, cameras and frame, and the arm against itself.
 /// Errors: InputError if it is not safe.
 MotionCheck check_plan(const RigConfig& rig, const ScanPlan& plan);
-
-/// What every camera of the rig file's `devices` has, whatever its driver.
-extern const SettingsTable<CameraInfo> kDeviceCameraKeys;
-
-/// As its driver delivers it.
-CameraInfo camera_info(const RigConfig& rig, const RigCamera& camera);
 
 /// How many frames a camera will record, at the times or the angles it is set to.
 int expected_frames(const RigConfig& rig, const RigCamera& camera, const ScanPlan& plan);

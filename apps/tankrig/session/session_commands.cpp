@@ -10,6 +10,7 @@
 #include "apps/tankrig/commands.hpp"
 #include "apps/tankrig/scan/timing.hpp"
 #include "apps/tankrig/session/open_session.hpp"
+#include "core/camera_file.hpp"
 #include "core/input_error.hpp"
 #include "core/shown_text.hpp"
 #include "session/import/planes_csv.hpp"

@@ -9,6 +9,7 @@
 #include "apps/tankrig/command_line/progress.hpp"
 #include "apps/tankrig/command_line/rig_files.hpp"
 #include "apps/tankrig/commands.hpp"
+#include "apps/tankrig/devices/camera_info.hpp"
 #include "apps/tankrig/scan/plan_check.hpp"
 #include "core/clock.hpp"
 #include "core/input_error.hpp"
