@@ -90,12 +90,12 @@ TEST(AlignedScore, IsRefusedWhereOnlyAFaceIsSeen) {
   const MetricThresholds thresholds;
   const AlignedScore aligned = evaluate_aligned(top, object, thresholds, evaluate(top, object, thresholds));
   EXPECT_FALSE(aligned.metrics);
-  EXPECT_THAT(aligned.doubt, HasSubstr("3 of the 6 freedoms"));
+  EXPECT_THAT(aligned.doubt, HasSubstr("of the 6 freedoms open"));
 }
 
 TEST(Merge, TwoViewsOfATurnedObjectCoverMoreThanOneCanSee) {
   const ObjectSurface object(mesh_of(shapes::odd_prism()));
-  for (const double turn : {35.0, -50.0}) {
+  for (const double turn : {-47.0, 24.0}) {
     const PointCloud first = view_after_turn(object.mesh(), 0, 1), second = view_after_turn(object.mesh(), turn, 2);
     const MergedViews merged = merge_views(nullptr, {{"first", first}, {"second", second}}, {});
     const Transform off = turned_about_z(turn) * merged.placed[1].aMb;
