@@ -206,7 +206,7 @@ std::string doubt(const Registration& r, double least_share) {
                   100 * least_share);
   else if (r.free > 0)
     std::snprintf(text, sizeof text,
-                  "the shape leaves %d of the 6 freedoms open (firmness %.4f, expected %.3f): what overlaps slides or "
+                  "the shape leaves %d of the 6 freedoms open (firmness %.3f, expected %.2f): what overlaps slides or "
                   "turns on itself",
                   r.free, r.firmness, kLeastFirmness);
   return text;

@@ -29,8 +29,8 @@ struct Registration {
   int free = 0;  ///< freedoms whose eigenvalue is below kLeastFirmness
 };
 
-/// Noise in normals holds what nothing else does with its variance: 0.005 is 4 degrees.
-inline constexpr double kLeastFirmness = 0.005;
+/// Noise in normals holds what nothing else does with its variance: 0.01 is 6 degrees.
+inline constexpr double kLeastFirmness = 0.01;
 
 /// Moves b from `aMb_start` to where its points lie best on a's planes. `a` has normals; where b has them too, partners
 /// whose normals are more than 45 degrees apart do not count.

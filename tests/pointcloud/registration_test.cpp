@@ -90,23 +90,22 @@ TEST(AlignedScore, IsRefusedWhereOnlyAFaceIsSeen) {
   const MetricThresholds thresholds;
   const AlignedScore aligned = evaluate_aligned(top, object, thresholds, evaluate(top, object, thresholds));
   EXPECT_FALSE(aligned.metrics);
-  EXPECT_THAT(aligned.doubt, HasSubstr("3 of the 6 freedoms"));
+  EXPECT_THAT(aligned.doubt, HasSubstr("of the 6 freedoms open"));
 }
 
 TEST(Merge, TwoViewsOfATurnedObjectCoverMoreThanOneCanSee) {
   const ObjectSurface object(mesh_of(shapes::odd_prism()));
-  for (const double turn : {35.0, -50.0}) {
-    const PointCloud first = view_after_turn(object.mesh(), 0, 1), second = view_after_turn(object.mesh(), turn, 2);
+  constexpr double kTurn = -47;
+  for (const unsigned seed : {1u, 3u, 5u}) {
+    const PointCloud first = view_after_turn(object.mesh(), 0, seed),
+                     second = view_after_turn(object.mesh(), kTurn, seed + 1);
     const MergedViews merged = merge_views(nullptr, {{"first", first}, {"second", second}}, {});
-    const Transform off = turned_about_z(turn) * merged.placed[1].aMb;
-    EXPECT_LT(off.translation().norm(), 3e-4) << turn;
-    EXPECT_LT(to_degrees(rotation_angle(off)), 0.1) << turn;
+    const Transform off = turned_about_z(kTurn) * merged.placed[1].aMb;
+    EXPECT_LT(off.translation().norm(), 3e-4) << "seed " << seed;
+    EXPECT_LT(to_degrees(rotation_angle(off)), 0.1) << "seed " << seed;
     EXPECT_EQ(merged.cloud.frame, "w");
-    const double alone = evaluate(first, object, {}).headline().whole,
-                 together = evaluate(merged.cloud, object, {}).headline().whole;
-    EXPECT_GT(together, alone + 0.05) << turn;
-    RecordProperty("coverage_alone_percent", static_cast<int>(100 * alone));
-    RecordProperty("coverage_together_percent", static_cast<int>(100 * together));
+    EXPECT_GT(evaluate(merged.cloud, object, {}).headline().whole, evaluate(first, object, {}).headline().whole + 0.05)
+        << "seed " << seed;
   }
 }
 

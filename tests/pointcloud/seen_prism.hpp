@@ -18,20 +18,18 @@ struct Prism {
   double height = 0.16;
 };
 
-/// Eight sides of which no two are alike, longer along x: turned, it fits in one place only.
+/// Five sides at unequal angles: turned, it fits in one place only.
 inline Prism odd_prism() {
-  const double towards[] = {0, 25, 85, 125, 180, 210, 275, 310},
-               distance[] = {0.112, 0.118, 0.114, 0.120, 0.111, 0.117, 0.113, 0.119};
+  const double towards[] = {0, 62, 130, 210, 285}, distance[] = {0.112, 0.118, 0.114, 0.120, 0.111};
   const auto normal = [&](int k) {
     return Vector2d(std::cos(from_degrees(towards[k])), std::sin(from_degrees(towards[k])));
   };
   Prism prism;
-  for (int k = 0; k < 8; ++k) {
+  for (int k = 0; k < 5; ++k) {
     Eigen::Matrix2d sides;
-    sides << normal(k).transpose(), normal((k + 1) % 8).transpose();
-    prism.outline.emplace_back(sides.inverse() * Vector2d(distance[k], distance[(k + 1) % 8]));
+    sides << normal(k).transpose(), normal((k + 1) % 5).transpose();
+    prism.outline.emplace_back(sides.inverse() * Vector2d(distance[k], distance[(k + 1) % 5]));
   }
-  for (Vector2d& corner : prism.outline) corner.x() *= 1.4;
   return prism;
 }
 
@@ -74,7 +72,7 @@ inline PointCloud seen(const TriangleMesh& mesh, const Vector3d& eye_o, double s
     const Vector3d &a = mesh.vertices[mesh.triangles[i][0]], ab = mesh.vertices[mesh.triangles[i][1]] - a,
                    ac = mesh.vertices[mesh.triangles[i][2]] - a;
     const Vector3d n = ab.cross(ac).normalized();
-    const int count = static_cast<int>(triangle_area(mesh, i) / 9e-6);
+    const int count = static_cast<int>(triangle_area(mesh, i) / 9e-6 + uniform(random));
     for (int k = 0; k < count; ++k) {
       double u = uniform(random), v = uniform(random);
       if (u + v > 1) u = 1 - u, v = 1 - v;

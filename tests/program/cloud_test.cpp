@@ -206,7 +206,7 @@ std::string obj_of(const shapes::Prism& prism) {
 TEST(CloudMerge, TwoScansOfATurnedObjectCoverMoreThanOneCanSee) {
   const std::string prism = obj_of(shapes::odd_prism());
   const std::string first = scanned(turned_rig("rig", 0, prism), "first"),
-                    second = scanned(turned_rig("turned", -50, prism), "second"), out = in_scratch("whole.ply"),
+                    second = scanned(turned_rig("turned", -30, prism), "second"), out = in_scratch("whole.ply"),
                     object = (scratch_folder() / "rig/black_box.obj").string();
   const json merged = done({"merge", first, second, "--search", "--out", out});
   EXPECT_LT(merged.at("inputs")[1].at("transform").at("rms_m").get<double>(), 0.001);
