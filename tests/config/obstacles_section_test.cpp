@@ -88,6 +88,7 @@ TEST(ObstaclesSection, RefusesWhatIsIllFormedWithItsLine) {
 
 TEST(CameraBody, IsABoxBetweenTwoCorners) {
   RigCamera camera;
+  camera.name = "mono";
   camera.body = {Vector3d(-1, -1, -1), Vector3d(1, 1, 1)};
   const auto read_body = [&](const std::string& text) {
     constexpr bool kComplete = false;
