@@ -12,7 +12,7 @@ namespace tankrig {
 /// Joints as measured by the arm's encoders.
 struct JointState {
   Stamp stamp{};                               ///< when the encoders were read, latency removed
-  std::array<Duration, kJoints> age{};         ///< how much earlier a joint was read that was not read then
+  std::array<Duration, kJoints> age{};         ///< how much earlier this joint was read; 0: at `stamp`
   JointVector q = JointVector::Zero();         ///< rad
   JointVector velocity = JointVector::Zero();  ///< rad/s
   std::array<std::int32_t, kJoints> ticks{};   ///< raw, unwrapped
