@@ -46,8 +46,8 @@ struct DiskPatience {
 /// lines and session.yaml.
 /// Threads: add_* and finish from one; they wait for the disk only if `wait`.
 /// RT: never, but it holds no lock while it writes.
-/// Errors: the next add_* and finish throw a thread's first failure: CannotWrite naming the file, or NotOnDisk if any
-/// sync failed. They throw DiskHangs if one write takes longer than `patience.write`.
+/// Errors: the next add_* and finish throw NotOnDisk if any sync failed, else a thread's first failure (CannotWrite
+/// naming the file). add_* throws InputError if one write takes longer than `patience.write`.
 class DiskThreads {
  public:
   /// Opens the tables with their headers and starts the threads. `ring_bytes` of frames may wait, and a minute of
