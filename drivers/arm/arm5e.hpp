@@ -26,7 +26,7 @@ namespace tankrig {
 /// the program; a lost encoder reference and an axis beyond its limits last until homing. The arm is stopped and
 /// set-points are refused; states continue.
 ///
-/// Threads: the cycle's; stop(), last_resort() and statistics() any. Whoever is inside holds a flag that nobody waits
+/// Threads: the cycle's; stop(), last_resort() and statistics() any. The thread inside holds a flag that nobody waits
 /// for. A stop() that finds it taken leaves a request, and the holder sends it before leaving. In real time a thread of
 /// its own stops an arm that gets no set-points (also past a cycle that hangs inside) and reopens a line that came
 /// back.
@@ -86,7 +86,6 @@ class Arm5e final : public Arm {
   /// The newest believed position; unlike readings().raw never a false zero far from the last position.
   /// Threads: the cycle's.
   const EncoderTrack& encoder(Joint joint) const noexcept { return encoders_[joint]; }
-  /// Errors: kRefused while the fault lasts, or while the arm is being stopped. Ends what only homing ends.
 
   const Arm5eSettings& settings() const noexcept { return settings_; }
   const ArmModel& model() const noexcept { return model_; }

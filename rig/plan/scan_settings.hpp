@@ -45,7 +45,8 @@ struct MoveSettings {
   ProfileLimits limits() const { return {velocity, acceleration, jerk}; }
 };
 
-/// Frames and light. Units: seconds.
+/// Frames and light.
+/// Units: seconds.
 struct CaptureSettings {
   int dark_frames = 10;                   ///< per camera, before and after the sweep, laser off, arm at rest
   double frame_period = 0.04;             ///< of the camera that records the sweep

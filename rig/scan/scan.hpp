@@ -38,7 +38,7 @@ struct ScanResult {
   Statistics sync;                               ///< "sync.residual_p50_ms" to "sync.residual_max_mm", and triggers
   EndState left;                                 ///< confirmed after the end
   std::optional<CycleTimes> times;               ///< in real time only
-  RealTimeGrant granted;                         ///< likewise
+  RealTimeGrant granted;                         ///< in real time only
 
   bool complete() const { return status == "complete"; }
 };
