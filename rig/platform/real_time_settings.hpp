@@ -16,7 +16,7 @@ inline constexpr std::array kNames<CyclePace>{"clock", "device"};
 
 /// docs/reference/real_time.md says what the system must grant, and which files grant it.
 struct RealTimeSettings {
-  bool required = true;     ///< false: what is not granted is told, and the scan goes on without it
+  bool required = true;     ///< false: missing rights are reported, and the scan goes on
   int priority = 80;        ///< of SCHED_FIFO, 1 .. 98
   std::optional<int> cpu;   ///< the only processor the cycle runs on
   bool lock_memory = true;  ///< the process's memory stays where it is
