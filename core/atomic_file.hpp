@@ -99,9 +99,8 @@ void sync_file(const std::filesystem::path& file, int descriptor);
 void sync_folder(const std::filesystem::path& folder);
 
 /// Brings everything written to one file system since its construction to the disk in one go.
-/// Linux reports failed writes since 5.8, and only those since this object opened the file system or that nobody was
-/// told of.
-/// was told of yet.
+/// Linux reports failed writes since 5.8, and only those since this object opened the file system or that nobody has
+/// been told of.
 class FileSystemSync {
  public:
   /// `folder` is on that file system.

@@ -14,7 +14,6 @@ namespace tankrig::sim {
 /// grey picture becomes YUYV's luma unchanged, with neutral chroma; a coloured one ITU-R BT.601 limited range, chroma
 /// averaged over two pixels. Grey of a coloured one: 0.299 R + 0.587 G + 0.114 B. False if the format is another, the
 /// width is odd for YUYV, or `out` is too small.
-/// for YUYV, or `out` too small.
 /// Threads: any.
 /// RT: never.
 bool encode(const cv::Mat& picture, PixelFormat format, std::size_t stride, std::span<std::uint8_t> out);
