@@ -12,13 +12,14 @@ pkg_check_modules(YAML_CPP REQUIRED IMPORTED_TARGET yaml-cpp)
 find_package(embree 3 REQUIRED)
 pkg_check_modules(ASSIMP REQUIRED IMPORTED_TARGET assimp)
 
-# OpenCVConfig.cmake finds every module and what each stands on: find by hand those we use.
+# OpenCVConfig.cmake finds every module and what each stands on: find by hand those we use, under names
+# of our own, so that other programs can still find the whole of it.
 find_path(OPENCV_INCLUDE_DIR opencv2/core.hpp PATH_SUFFIXES opencv4 REQUIRED)
 foreach(module core imgproc imgcodecs calib3d)
   find_library(OPENCV_${module}_LIBRARY opencv_${module} REQUIRED)
-  if(NOT TARGET opencv_${module})
-    add_library(opencv_${module} UNKNOWN IMPORTED)
-    set_target_properties(opencv_${module} PROPERTIES IMPORTED_LOCATION "${OPENCV_${module}_LIBRARY}"
+  if(NOT TARGET tankrig_opencv_${module})
+    add_library(tankrig_opencv_${module} UNKNOWN IMPORTED)
+    set_target_properties(tankrig_opencv_${module} PROPERTIES IMPORTED_LOCATION "${OPENCV_${module}_LIBRARY}"
       INTERFACE_INCLUDE_DIRECTORIES "${OPENCV_INCLUDE_DIR}")
   endif()
 endforeach()
@@ -27,9 +28,9 @@ endforeach()
 find_path(PCL_INCLUDE_DIR pcl/point_types.h PATH_SUFFIXES pcl-1.13 pcl-1.14 pcl-1.15 REQUIRED)
 foreach(module common search kdtree filters features sample_consensus segmentation registration surface)
   find_library(PCL_${module}_LIBRARY pcl_${module} REQUIRED)
-  if(NOT TARGET pcl_${module})
-    add_library(pcl_${module} UNKNOWN IMPORTED)
-    set_target_properties(pcl_${module} PROPERTIES IMPORTED_LOCATION "${PCL_${module}_LIBRARY}"
+  if(NOT TARGET tankrig_pcl_${module})
+    add_library(tankrig_pcl_${module} UNKNOWN IMPORTED)
+    set_target_properties(tankrig_pcl_${module} PROPERTIES IMPORTED_LOCATION "${PCL_${module}_LIBRARY}"
       INTERFACE_INCLUDE_DIRECTORIES "${PCL_INCLUDE_DIR}" INTERFACE_LINK_LIBRARIES Eigen3::Eigen)
   endif()
 endforeach()

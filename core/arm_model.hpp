@@ -28,9 +28,9 @@ struct JointLimit {
 };
 
 /// Ticks <-> joint angle of one axis.
-/// A linear axis is a triangle with sides d, r [m] and the actuator's length l = l_min + ticks * m_per_tick opposite
-/// the angle alpha: cos alpha = (d^2 + r^2 - l^2) / (2 d r);  q = sign * (alpha - alpha0) + q0. A rotary axis (d == 0)
-/// is q = ticks * rad_per_tick.
+/// A linear axis is a triangle with sides d, r [m]. The actuator's length l = l_min + ticks * m_per_tick is opposite
+/// the angle alpha: cos alpha = (d^2 + r^2 - l^2) / (2 d r);  q = sign * (alpha - alpha0) + q0.
+/// A rotary axis (d == 0) is q = ticks * rad_per_tick.
 struct Actuator {
   double d = 0, r = 0, l_min = 0, m_per_tick = 0, alpha0 = 0, q0 = 0;
   int sign = 1;

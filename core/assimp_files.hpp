@@ -1,4 +1,4 @@
-// What assimp may open: a mesh names other files, and they are no more to be trusted than itself.
+// What assimp may open: a mesh can name other files, and they are trusted no more than the mesh.
 #pragma once
 
 #include <assimp/DefaultIOSystem.h>
@@ -10,7 +10,7 @@
 
 namespace tankrig {
 
-/// Files that check_mesh_file() refuses are not there, nor any outside of `root`, where one is given.
+/// For assimp, files that check_mesh_file() refuses do not exist, nor files outside of `root` (if given).
 class AssimpFiles final : public Assimp::DefaultIOSystem {
  public:
   explicit AssimpFiles(const std::filesystem::path& root = {})

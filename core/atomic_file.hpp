@@ -1,4 +1,4 @@
-// Files written whole or not at all, and what a sync that fails means.
+// Files written whole or not at all, and what a failed sync means.
 #pragma once
 
 #include <filesystem>
@@ -9,10 +9,10 @@
 
 namespace tankrig {
 
-/// Ends the name of everything that is not finished yet: never sealed, never part of a session.
+/// The suffix of every unfinished file: never sealed, never part of a session.
 inline constexpr const char* kUnfinished = ".tmp";
 
-/// The system refuses to write.
+/// The system refuses the write.
 class CannotWrite : public InputError {
  public:
   CannotWrite(const std::filesystem::path& file, int error);
@@ -25,24 +25,24 @@ class CannotWrite : public InputError {
   int error_;
 };
 
-/// A sync failed: what was written may not be on the disk, though it reads back. What it was to replace is kept, and
-/// nothing may be built on it; asking again proves nothing, because the system tells of a loss only once.
+/// A sync failed: what was written may not be on the disk, though it reads back. The file it was to replace is kept,
+/// and nothing may build on the new one. A retry proves nothing, because the system reports a loss only once.
 class NotOnDisk : public CannotWrite {
  public:
   NotOnDisk(const std::filesystem::path& file, int error);
   NotOnDisk(const std::filesystem::path& file, const std::string& message);
 };
 
-/// Replaces `file` by way of a temporary file beside it: a reader sees the old or the new one, never a part. The new
-/// one and its name are on the disk itself when this returns.
+/// Replaces `file` through a temporary file beside it: a reader sees the old or the new one, never a part. On return
+/// the new file and its name are on the disk.
 /// Errors: CannotWrite; the temporary file is removed.
 void write_file_durably(const std::filesystem::path& file, std::string_view bytes);
 
-/// The same without waiting for the disk: for what a FileSystemSync or a seal covers, or nobody misses after a power
-/// cut.
+/// The same without waiting for the disk: for files that a FileSystemSync or a seal covers, or that may be lost in a
+/// power cut.
 void write_whole_file(const std::filesystem::path& file, std::string_view bytes);
 
-/// A new file beside `file`, under a name that nothing had: gone again unless it is put in place.
+/// A new file beside `file`, under an unused name. It is removed unless it is put in place.
 class UnfinishedFile {
  public:
   /// Errors: CannotWrite naming `file`.
@@ -53,7 +53,7 @@ class UnfinishedFile {
 
   const std::filesystem::path& path() const { return path_; }
   int descriptor() const { return descriptor_; }
-  /// Gives it its name. Durably: file and name are on the disk when this returns.
+  /// Gives it its name. Durable: file and name are on the disk on return.
   /// Errors: CannotWrite.
   void put_in_place();
   void put_in_place_durably();
@@ -65,11 +65,10 @@ class UnfinishedFile {
   bool in_place_ = false;
 };
 
-/// The same of a folder: made beside `target`, under a name that nothing had, and gone again, with all that is in it,
-/// unless it is put in place.
+/// The same for a folder beside `target`. It is removed with its contents unless it is put in place.
 class UnfinishedFolder {
  public:
-  /// Makes the folders above it where they are missing.
+  /// Makes missing parent folders.
   /// Errors: InputError naming `target`.
   explicit UnfinishedFolder(const std::filesystem::path& target);
   ~UnfinishedFolder();
@@ -77,9 +76,9 @@ class UnfinishedFolder {
   UnfinishedFolder& operator=(const UnfinishedFolder&) = delete;
 
   const std::filesystem::path& path() const { return path_; }
-  /// Absolute, without a slash at its end.
+  /// Absolute, without a trailing slash.
   const std::filesystem::path& target() const { return target_; }
-  /// Its name is on the disk when this returns; what is in it is the caller's to sync.
+  /// Its name is on the disk on return. The caller syncs its contents.
   /// Errors: InputError if something else has the name by now; NotOnDisk.
   void put_in_place();
 
@@ -87,21 +86,21 @@ class UnfinishedFolder {
   std::filesystem::path target_, path_;
 };
 
-/// Takes from `bytes` what is written.
+/// Takes the written bytes off `bytes`.
 /// Errors: CannotWrite naming `file`.
 void write_all(const std::filesystem::path& file, int descriptor, std::string_view& bytes);
 
-/// What was written to an open file, its length included, is on the disk.
+/// Brings an open file, including its length, to the disk.
 /// Errors: NotOnDisk naming `file`.
 void sync_file(const std::filesystem::path& file, int descriptor);
 
-/// The names in `folder` are on the disk.
+/// Brings the names in `folder` to the disk.
 /// Errors: NotOnDisk.
 void sync_folder(const std::filesystem::path& folder);
 
-/// Everything written to one file system from its construction on, brought to the disk in one go.
-/// Linux tells of writes that failed since 5.8, and only of those since the file system was opened here, or that nobody
-/// was told of yet.
+/// Brings everything written to one file system since its construction to the disk in one go.
+/// Linux reports failed writes since 5.8, and only those since this object opened the file system or that nobody has
+/// been told of.
 class FileSystemSync {
  public:
   /// `folder` is on that file system.

@@ -1,4 +1,4 @@
-// A camera and where it stands, as a rig file says it and a session keeps it.
+// A camera and its pose, as rig files and sessions have them.
 #pragma once
 
 #include <string>

@@ -13,15 +13,15 @@ namespace tankrig {
 /// Errors: InputError with file, field and what was expected.
 CameraModel read_camera_file(const std::filesystem::path& file);
 
-/// How an image is turned and projected to become rectified, as ROS's camera_info has it: a camera-frame point p falls
-/// on the rectified pixel P * (R p, 1).
+/// How an image is rotated and projected to be rectified, as in ROS's camera_info: a camera-frame point p appears at
+/// the rectified pixel P * (R p, 1).
 /// Units: pixels; the last column of P is metres times pixels.
 struct Rectification {
   cv::Matx33d R = cv::Matx33d::eye();
   cv::Matx34d P = cv::Matx34d::zeros();
 };
 
-/// That of a camera by itself: distortion removed, nothing turned.
+/// For a single camera: distortion removed, no rotation.
 Rectification rectification_of(const CameraModel& camera);
 
 /// Writes ROS camera_info YAML, which read_camera_file() reads back exactly.
@@ -30,8 +30,8 @@ void write_camera_file(const std::filesystem::path& file, const CameraModel& cam
 void write_camera_file(const std::filesystem::path& file, const CameraModel& camera, const std::string& name,
                        const Rectification& rectification);
 
-/// For OpenCV's own reader, cv::FileStorage, which insists on a first line that other readers of YAML refuse. Read back
-/// exactly by it and by read_camera_file().
+/// For OpenCV's cv::FileStorage, which requires a first line that other YAML readers refuse. It and read_camera_file()
+/// read the file back exactly.
 /// Errors: InputError naming the file.
 void write_opencv_camera_file(const std::filesystem::path& file, const CameraModel& camera, const std::string& name);
 

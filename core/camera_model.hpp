@@ -10,7 +10,8 @@ namespace tankrig {
 
 /// Frames: camera c (z into the scene, x right, y down).
 /// Units: pixels. The centre of the top-left pixel is (0, 0); the image covers [-0.5, width - 0.5) x [-0.5, height -
-/// 0.5). Source: D. C. Brown 1971; k1, k2, p1, p2, k3 as in OpenCV's calib3d.
+/// 0.5).
+/// Source: D. C. Brown 1971; k1, k2, p1, p2, k3 as in OpenCV's calib3d.
 struct CameraModel {
   int width = 0;
   int height = 0;

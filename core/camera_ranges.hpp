@@ -1,4 +1,4 @@
-// What a calibrated camera can be: the ranges every reader of one holds it to.
+// The ranges of a calibrated camera, the same for every reader.
 #pragma once
 
 #include "core/config_node.hpp"

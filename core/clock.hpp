@@ -7,7 +7,7 @@
 
 namespace tankrig {
 
-/// How long the machine has been suspended so far: two bounds that hold however the reading itself was interrupted.
+/// How long the machine has been suspended so far: two bounds that hold even if the reading is interrupted.
 struct TimeAsleep {
   Duration at_least{}, at_most{};
 };
@@ -18,9 +18,9 @@ class Clock {
   virtual Stamp now() const noexcept = 0;
   /// Returns at or after `when`; at once if `when` has passed.
   virtual void sleep_until(Stamp when) noexcept = 0;
-  /// Time passes whether anybody sleeps or not.
+  /// Whether time passes while nobody sleeps.
   virtual bool real_time() const noexcept = 0;
-  /// now() stands still meanwhile, so every time-out looks fresh afterwards: see SuspendWatch.
+  /// now() does not count it, so every time-out looks fresh afterwards: see SuspendWatch.
   /// RT: safe.
   virtual TimeAsleep asleep() const noexcept { return {}; }
 };
@@ -34,7 +34,7 @@ class MonotonicClock final : public Clock {
   bool real_time() const noexcept override { return true; }
   TimeAsleep asleep() const noexcept override;
 
-  /// For whoever is given no other.
+  /// The default clock.
   static const MonotonicClock& one() noexcept;
 };
 
@@ -52,7 +52,7 @@ class VirtualClock final : public Clock {
     const Duration asleep{asleep_ns_.load(std::memory_order_relaxed)};
     return {asleep, asleep};
   }
-  /// The machine sleeps for so long, and wakes at now().
+  /// Suspends the machine for this long; it wakes at now().
   void suspend(Duration duration) noexcept { asleep_ns_.fetch_add(duration.count(), std::memory_order_relaxed); }
 
  private:

@@ -1,4 +1,4 @@
-// Strict YAML: every key is asked for by name, in its range, or it is an error with its line.
+// Strict YAML: every key is asked for by name and range; anything else is an error with its line.
 #pragma once
 
 #include <filesystem>
@@ -28,7 +28,7 @@ struct ConfigRange {
 };
 
 /// A mapping of a YAML file. Each reader takes the keys it knows; finish() refuses what nobody took.
-/// A number whose key ends in `_m` is a length in metres: one that no tank holds is refused, with the unit suspected.
+/// A number whose key ends in `_m` is a length in metres. A length that fits no tank is refused as a wrong unit.
 /// Errors: every member throws InputError "FILE:LINE: key: found ..., expected ...".
 class ConfigNode {
  public:
@@ -38,8 +38,8 @@ class ConfigNode {
   /// `text` as if it stood in `file`, which need not exist.
   static ConfigNode parse(const std::string& text, const std::filesystem::path& file);
 
-  /// This file, with what its mappings lack taken from the mappings of the same name in `base`; each keeps its file and
-  /// line. Lists are not merged.
+  /// This file, with keys it lacks taken from `base`, mapping by mapping. Each key keeps its file and line. Lists are
+  /// not merged.
   ConfigNode over(const ConfigNode& base) const;
 
   bool has(std::string_view key) const;
@@ -71,7 +71,7 @@ class ConfigNode {
   /// The mappings of a sequence.
   std::vector<ConfigNode> items(std::string_view key) const;
 
-  /// Throws on the first key of this mapping, or of a mapping taken from it, that was never asked for.
+  /// Throws on the first key, here or in a mapping taken from here, that was never asked for.
   void finish() const;
 
   /// "FILE:LINE: key: message", for checks across keys.

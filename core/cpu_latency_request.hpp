@@ -1,4 +1,4 @@
-// Processors that do not fall asleep deeply, so that a thread that keeps time does not wait for one to wake.
+// Keeps processors out of deep sleep, so that a time-critical thread does not wait for one to wake.
 #pragma once
 
 namespace tankrig {
@@ -7,7 +7,7 @@ namespace tankrig {
 inline constexpr char kLatencyRequests[] = "/dev/cpu_dma_latency";
 
 /// While it lives, no processor enters a sleep state that takes time to leave: a request for latency 0, which the
-/// kernel forgets with its file. Does nothing where the file may not be written.
+/// kernel drops when its file is closed. Does nothing if the file is not writable.
 class CpuLatencyRequest {
  public:
   CpuLatencyRequest() noexcept;

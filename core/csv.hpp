@@ -25,7 +25,7 @@ struct CsvTable {
 };
 
 /// Reads a whole table whose header must be exactly `columns`. Fields may be quoted as in RFC 4180. With
-/// `may_be_cut_in_header` a file that ends before its header does is a table without rows, `cut_short`.
+/// `may_be_cut_in_header`, a file that ends within its header is a table without rows, `cut_short`.
 /// Errors: InputError with file and line.
 CsvTable read_csv(const std::filesystem::path& file, const std::vector<std::string>& columns,
                   bool may_be_cut_in_header = false);
@@ -33,7 +33,7 @@ CsvTable read_csv(const std::filesystem::path& file, const std::vector<std::stri
 /// Fields of one line.
 std::vector<std::string> split_csv_line(std::string_view line);
 
-/// `text` as one CSV field on one line, quoted if it must be; line ends become blanks.
+/// `text` as one CSV field on one line, quoted if necessary; line ends become blanks.
 std::string csv_field(std::string_view text);
 
 }  // namespace tankrig

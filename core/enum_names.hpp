@@ -6,7 +6,8 @@
 
 namespace tankrig {
 
-/// Beside each enumeration that stands in files: template <> inline constexpr std::array kNames<E>{"first", ...}.
+/// Each enumeration that appears in files has template <> inline constexpr std::array kNames<E>{"first", ...} beside
+/// it.
 template <class E>
 inline constexpr std::array<const char*, 0> kNames{};
 

@@ -1,4 +1,4 @@
-// What is known of one frame of a scan: the recorder writes it, every method reads it.
+// One frame of a scan as a record: the recorder writes it, every method reads it.
 #pragma once
 
 #include <cstdint>
@@ -31,7 +31,7 @@ struct FrameRecord {
   bool laser_on = false;         ///< emitting during the whole exposure
   std::optional<JointVector> q;  ///< joints interpolated at `stamp`; none if imported or refused
   Duration sync_residual{};      ///< distance in time to the nearer joint sample used
-  double sync_on_target = 0;     ///< what the laser plane moves by at the object in that time [m]
+  double sync_on_target = 0;     ///< how far the laser plane moves at the object in that time [m]
   std::optional<Plane> cPl;      ///< laser plane in the camera frame, where it is given per frame (imported sessions)
   std::string file;              ///< relative to the session, e.g. frames/mono/000012.png
 };

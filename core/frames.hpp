@@ -46,7 +46,7 @@ Transform make_transform_rpy(const Vector3d& translation, const Vector3d& roll_p
 /// (x, y, z, w) of aMb's rotation, w >= 0.
 Eigen::Vector4d quaternion_xyzw(const Transform& aMb);
 
-/// What make_transform() makes of translation and quaternion_xyzw(): in its last bits another one.
+/// aMb as a session stores it, by make_transform() of translation and quaternion_xyzw(): its last bits may differ.
 Transform as_stored(const Transform& aMb);
 
 }  // namespace tankrig

@@ -1,4 +1,4 @@
-// Whether a thread that the rig depends on still goes round: told by the thread, asked by others.
+// Whether a thread that the rig depends on still runs: the thread reports, others ask.
 #pragma once
 
 #include <atomic>
@@ -9,25 +9,25 @@
 
 namespace tankrig {
 
-/// A thread that has ended, or has not come round for longer than `longest`, is dead to those who depend on it.
-/// Threads: the thread gives and rests, whoever gives it work expects, any asks.
+/// A thread that has ended, or has not reported for longer than `longest`, counts as dead.
+/// Threads: the thread gives and rests; whoever hands it work calls expect; any asks.
 /// RT: safe.
 class Heartbeat {
  public:
-  /// A thread that waits for its device comes round several times within this.
+  /// A thread that waits for its device reports several times within this.
   static constexpr Duration kUsual = std::chrono::seconds(1);
 
   explicit Heartbeat(Duration longest = kUsual) noexcept : longest_(longest) {}
 
   void give(Stamp now) noexcept { given_ns_.store(now.ns, std::memory_order_relaxed); }
-  /// It waits for work: no sign is due until one is expected.
+  /// It waits for work: no report is due until expect().
   void rest() noexcept { given_ns_.store(kResting, std::memory_order_relaxed); }
-  /// Work has come, if it rests.
+  /// Work has come: a resting thread must report again.
   void expect(Stamp now) noexcept {
     std::int64_t resting = kResting;
     given_ns_.compare_exchange_strong(resting, now.ns, std::memory_order_relaxed);
   }
-  /// It has ended though nobody asked it to; for good.
+  /// It ended without being asked to; for good.
   void end() noexcept { ended_.store(true, std::memory_order_relaxed); }
 
   bool missing(Stamp now) const noexcept {

@@ -1,4 +1,4 @@
-// Durations counted in bins whose width grows with them: percentiles of millions of cycles in a fixed, small memory.
+// Durations counted in bins that widen with them: percentiles of millions of cycles in small, fixed memory.
 #pragma once
 
 #include <algorithm>
@@ -11,14 +11,14 @@
 
 namespace tankrig {
 
-/// Log-linear bins, as HdrHistogram has them: every power of two is cut into 64 equal ones, and below 128 ns each
-/// nanosecond has its own. What quantile() tells is never below the true value, and above it by less than 1/64 (1.6 %).
-/// min and max are exact. Durations below zero count as zero, those beyond 68 s as one bin.
+/// Log-linear bins as in HdrHistogram: every power of two has 64 equal ones, and below 128 ns each nanosecond has its
+/// own. quantile() is never below the true value, and above it by less than 1/64 (1.6 %).
+/// min and max are exact. Durations below zero count as zero; those beyond 68 s share one bin.
 /// Threads: one.
 /// RT: add() is safe; its memory is part of the object (17 kB).
 class Histogram {
  public:
-  /// Durations from `lower` up to and with `upper`, in nanoseconds.
+  /// Durations from `lower` to `upper`, both included, in nanoseconds.
   struct Bin {
     std::int64_t lower = 0, upper = 0;
     std::uint64_t count = 0;
@@ -34,14 +34,14 @@ class Histogram {
   }
 
   std::uint64_t count() const noexcept { return count_; }
-  /// 0 where nothing was added.
+  /// 0 if empty.
   Duration min() const noexcept { return Duration{count_ ? min_ : 0}; }
   Duration max() const noexcept { return Duration{max_}; }
   Duration mean() const noexcept {
     return Duration{count_ ? static_cast<std::int64_t>(sum_ / static_cast<double>(count_)) : 0};
   }
 
-  /// The smallest duration that at least `share` of all are not above, to the bin's upper end; share in [0, 1].
+  /// The smallest duration that at least `share` of all do not exceed, rounded up to its bin's end; share in [0, 1].
   Duration quantile(double share) const noexcept {
     const double wanted = share * static_cast<double>(count_);
     std::uint64_t seen = 0;

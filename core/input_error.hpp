@@ -1,4 +1,4 @@
-// The one exception of the offline tools: a file or an argument of the user's is not what was expected.
+// The one exception of the offline tools: a user's file or argument is not as expected.
 #pragma once
 
 #include <filesystem>

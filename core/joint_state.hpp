@@ -1,4 +1,4 @@
-// Joints at one moment: what an arm says of itself, and what a session keeps of it.
+// Joints at one moment, as the arm reports and a session keeps them.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@ namespace tankrig {
 /// Joints as measured by the arm's encoders.
 struct JointState {
   Stamp stamp{};                               ///< when the encoders were read, latency removed
-  std::array<Duration, kJoints> age{};         ///< a joint that was not read then: how much earlier it was
+  std::array<Duration, kJoints> age{};         ///< how much earlier this joint was read; 0: at `stamp`
   JointVector q = JointVector::Zero();         ///< rad
   JointVector velocity = JointVector::Zero();  ///< rad/s
   std::array<std::int32_t, kJoints> ticks{};   ///< raw, unwrapped

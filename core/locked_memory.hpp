@@ -1,14 +1,14 @@
-// Memory that stays where it is, so that a thread that keeps time never waits for a page.
+// Memory locked in place, so that a time-critical thread never waits for a page.
 #pragma once
 
 namespace tankrig {
 
-/// May this process lock all of its memory, whatever it will take? By CAP_IPC_LOCK, or no limit (`ulimit -l`).
+/// Whether this process may lock all its memory: it has CAP_IPC_LOCK, or no limit (`ulimit -l`).
 bool may_lock_memory() noexcept;
 
-/// While it lives, everything the process has mapped is in memory and stays there, and what it maps later stays from
-/// its first touch on. From its beginning on the heap returns nothing to the system and has a reserve already touched;
-/// that outlives it. Does nothing where may_lock_memory() is false: a limit would be met later, by an allocation.
+/// While it lives, mapped memory stays in RAM; later mappings stay from their first touch on. The heap returns nothing
+/// to the system and has a touched reserve, from construction to the end of the program. Does nothing if
+/// may_lock_memory() is false: a later allocation would hit the limit.
 /// Threads: one such object at a time.
 class LockedMemory {
  public:
@@ -23,7 +23,7 @@ class LockedMemory {
   bool locked_ = false;
 };
 
-/// Touches the part of the calling thread's stack that it will use: 256 kB.
+/// Touches the 256 kB of stack that the calling thread will use.
 void touch_stack() noexcept;
 
 }  // namespace tankrig

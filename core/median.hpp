@@ -7,7 +7,7 @@
 
 namespace tankrig {
 
-/// Of an even number of values the upper one of the middle two. Reorders `values`, of which there is at least one.
+/// For an even count, the upper of the middle two. Reorders `values`, which must not be empty.
 template <class T>
 T upper_median(std::vector<T>& values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);

@@ -1,13 +1,13 @@
-// Mesh files before assimp reads them: regular, of a bounded size, and with room for what their headers state.
+// Mesh files checked before assimp reads them: regular, of bounded size, and as long as their headers say.
 #pragma once
 
 #include <filesystem>
 
 namespace tankrig {
 
-/// assimp makes room for what a binary glTF, a PLY or an OFF says it holds, before it looks whether that is there.
-/// Errors: InputError if `file` cannot be read, is no regular file, is too large, or is one of these (by its name or
-/// its first bytes) and states more than it has bytes.
+/// assimp allocates what a binary glTF, a PLY or an OFF claims to hold before it looks whether the bytes are there.
+/// Errors: InputError if `file` cannot be read, is no regular file, is too large, or is one of these (by name or first
+/// bytes) and claims more than its size.
 void check_mesh_file(const std::filesystem::path& file);
 
 }  // namespace tankrig

@@ -13,7 +13,7 @@
 
 namespace tankrig {
 
-/// In double quotes; a text that is no UTF-8, such as an old file's name, without them where it can: its bytes stay.
+/// In double quotes. Text that is not UTF-8, such as an old file name, goes without them if it can, so its bytes stay.
 void emit_text(YAML::Emitter& out, const std::string& text);
 
 /// "[x, y, z]"

@@ -1,4 +1,4 @@
-// Lengths that belong to a tank. What is beyond them was most likely given in millimetres.
+// Lengths that fit a tank. Longer ones were probably given in millimetres.
 #pragma once
 
 #include <cmath>

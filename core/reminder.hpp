@@ -1,4 +1,4 @@
-// Says something again and again, whatever the one who wants it said is held up by.
+// Says something again and again from a thread of its own, even if its owner is held up.
 #pragma once
 
 #include <condition_variable>
@@ -10,7 +10,7 @@
 
 namespace tankrig {
 
-/// While it lives: `say` after `first`, then every `again`, in a thread of its own.
+/// While it lives, calls `say` after `first`, then every `again`, in its own thread.
 class Reminder {
  public:
   Reminder(Duration first, Duration again, std::function<void()> say);

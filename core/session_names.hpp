@@ -1,17 +1,17 @@
-// Names that a session, its tables or its spool give: of nothing outside the session, whoever wrote them.
+// Names found in a session, its tables or its spool may not lead out of the session, whoever wrote them.
 #pragma once
 
 #include <string_view>
 
 namespace tankrig {
 
-/// Whether `name` can be a file's or a folder's inside a session: no path, no control character.
+/// Whether `name` can name a file or folder inside a session: no path, no control character.
 bool is_file_name(std::string_view name);
 
-/// Whether it can be a camera's: also the field of a CSV table and a ROS topic.
+/// Whether `name` can name a camera: it is also a field of a CSV table and a ROS topic.
 bool is_camera_name(std::string_view name);
 
-/// Whether `file` is a picture's of `camera`: frames/CAMERA/..., without "." and "..".
+/// Whether `file` can be a picture of `camera`: frames/CAMERA/..., without "." and "..".
 bool is_picture_name(std::string_view file, std::string_view camera);
 
 }  // namespace tankrig

@@ -1,5 +1,5 @@
-// Settings said once: a table names each key, the member it fills, its range and its meaning. What reads them, writes
-// them and documents them follows from it.
+// Settings said once: a table names each key, the member it fills, its range and its meaning. Reading, writing and
+// documenting follow from it.
 #pragma once
 
 #include <yaml-cpp/emitter.h>
@@ -26,8 +26,8 @@
 
 namespace tankrig {
 
-/// Values are SI in memory; a key that ends in _ms, _mm or _deg, and that of a duration in _us, says another unit. A
-/// number with a unit of its own in its member's name keeps it.
+/// Values are SI in memory. A key in _ms, _mm or _deg, or _us for a duration, is converted. A number whose member's
+/// name has a unit keeps it.
 constexpr double to_si(std::string_view key, double number) {
   if (key.ends_with("_deg")) return from_degrees(number);
   return key.ends_with("_ms") || key.ends_with("_mm") ? 1e-3 * number : number;
@@ -42,7 +42,7 @@ inline constexpr bool kIsOptional = false;
 template <class T>
 inline constexpr bool kIsOptional<std::optional<T>> = true;
 
-/// How many numbers a value is; 0: any number of them.
+/// How many numbers a value has; 0: any.
 template <class T>
 inline constexpr int kNumbers = -1;
 template <>
@@ -114,8 +114,8 @@ T read_value(const ConfigNode& node, const char* key, const ConfigRange& range) 
     for (std::size_t i = 0; i < values.size(); ++i) {
       const double value = values[i];
       if (!(value >= range.lower && value <= range.upper) || (std::is_integral_v<Number> && value != std::floor(value)))
-        node.fail(key, "found " + yaml_of(values) + ", expected " + numbers_in_words<T>() + " from " +
-                           exact_text(range.lower) + " to " + exact_text(range.upper));
+        node.fail(key, "found " + yaml_of(values) + ", expected " + numbers_in_words<T>() +
+                           (shown_range(range).empty() ? "" : " from " + shown_range(range)));
       out[static_cast<decltype(out.size())>(i)] = static_cast<Number>(value);
     }
     return out;
@@ -189,11 +189,11 @@ std::string expected_of(const ConfigRange& range) {
 
 enum class Need : std::uint8_t {
   kOptional,
-  kRequired,  ///< in a whole section; what changes one may leave it out
+  kRequired,  ///< in a whole section; a partial one may leave it out
   kSparse,    ///< optional, and written only where it is not zero, empty or the first of its names
 };
 
-/// A value that follows none of the rules above. `write` puts the value alone; null: it is never written.
+/// A value that follows none of the rules above. `write` writes the value alone; null: it is never written.
 template <class S>
 struct OtherValue {
   void (*read)(const ConfigNode& node, const char* key, S& settings);
@@ -254,14 +254,14 @@ struct Setting {
         rows(other.rows ? [=](const std::string& place, const S&) { return other.rows(place_of(place, key)); }
                         : decltype(rows)(row(key, meaning, other.expected, need, other.write))) {}
 
-  /// The keys of a member, in a mapping of their own below `key`, or beside the others where it is empty.
+  /// The keys of a member, in a mapping below `key`, or beside the others if `key` is empty.
   template <class T, class B>
   requires std::derived_from<S, B> Setting(const char* key, T B::*member, const SettingsTable<T>& table,
                                            Need need = Need::kOptional, YAML::EMITTER_MANIP style = YAML::Block)
       : Setting(
             key, table, [member](auto& settings) -> auto& { return settings.*member; }, need, style) {}
 
-  /// Keys of S itself, or of what it derives from, likewise.
+  /// Keys of S itself, or of its base class, in the same way.
   template <class T>
   requires std::derived_from<S, T> Setting(const char* key, const SettingsTable<T>& table, Need need = Need::kOptional)
       : Setting(
@@ -307,14 +307,14 @@ struct Setting {
   }
 };
 
-/// The keys of a mapping, in the order in which they are written, and what they demand of each other.
+/// The keys of a mapping, in writing order, and a check across them.
 template <class S>
 struct SettingsTable {
   std::span<const Setting<S>> rows;
   void (*check)(const ConfigNode& node, const S& settings) = nullptr;  ///< errors: InputError
 };
 
-/// Reads the keys of `node`; those that are not there keep their values. `complete`: what is required must be there.
+/// Reads the keys of `node`; absent ones keep their values. `complete`: required keys must be there.
 /// Errors: InputError with file, line and key.
 template <class S>
 void read_settings(const ConfigNode& node, const std::type_identity_t<SettingsTable<S>>& table, S& settings,
@@ -323,7 +323,7 @@ void read_settings(const ConfigNode& node, const std::type_identity_t<SettingsTa
   if (table.check) table.check(node, settings);
 }
 
-/// All of `node`: a key that is in no table is an error too.
+/// Reads all of `node`: a key in no table is an error too.
 template <class S>
 S settings_from(const ConfigNode& node, const SettingsTable<S>& table) {
   S settings;
@@ -332,7 +332,7 @@ S settings_from(const ConfigNode& node, const SettingsTable<S>& table) {
   return settings;
 }
 
-/// Into a mapping that is open.
+/// Writes into an open mapping.
 template <class S>
 void write_settings(YAML::Emitter& out, const std::type_identity_t<SettingsTable<S>>& table, const S& settings) {
   for (const Setting<S>& setting : table.rows) setting.write(out, settings);

@@ -8,13 +8,13 @@
 namespace tankrig {
 
 /// Threads: one writer (try_push), one reader (try_pop).
-/// RT: both never block; memory is taken at construction, and assigning a T must not allocate.
+/// RT: both are safe and never block; memory is allocated at construction, and assigning a T must not allocate.
 template <class T>
 class SpscRing {
  public:
   explicit SpscRing(std::size_t capacity) : slots_(capacity + 1) {}
 
-  /// False if full: the element is dropped, and counted by the caller.
+  /// False if full: the element is dropped, and the caller counts it.
   bool try_push(const T& element) noexcept {
     const std::size_t head = head_.load(std::memory_order_relaxed);
     const std::size_t next = (head + 1) % slots_.size();

@@ -1,4 +1,4 @@
-// For how long something that should go round has not, as far as its watcher was there to see it.
+// For how long something periodic has stood still, as far as its watcher was there to see.
 #pragma once
 
 #include <algorithm>
@@ -8,8 +8,8 @@
 
 namespace tankrig {
 
-/// A watcher that was away, or suspended with the whole program, saw nothing meanwhile: so one look adds at most
-/// `longest_look`, however long ago the one before was.
+/// A watcher that was away or suspended saw nothing meanwhile. So one look adds at most `longest_look`, however long
+/// ago the last look was.
 /// Threads: the watcher's.
 /// RT: safe.
 class StallDetector {
@@ -19,7 +19,7 @@ class StallDetector {
 
   void restart(Stamp from) noexcept { *this = StallDetector(longest_look_, from); }
 
-  /// `rounds`: how often it has gone round, from 0 at the start of the watch.
+  /// `rounds`: how many rounds it has made, from 0 at the start of the watch.
   void look(Stamp now, std::uint64_t rounds) noexcept {
     silent_ = rounds != rounds_ ? Duration{0} : silent_ + std::min(now - looked_, longest_look_);
     rounds_ = rounds;

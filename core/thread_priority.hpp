@@ -1,13 +1,13 @@
-// How threads that keep time ask for the processor.
+// Scheduling of time-critical threads.
 #pragma once
 
 namespace tankrig {
 
-/// Gives the calling thread SCHED_FIFO at `priority` (1 .. 99) and a name of at most 15 characters. Where the system
-/// does not allow it the thread stays as it was, and works on an idle machine. True if it was allowed.
+/// Gives the calling thread SCHED_FIFO at `priority` (1 .. 99) and a name of at most 15 characters. Returns false and
+/// leaves the scheduling as it is if the system does not allow it; on an idle machine the thread still works.
 bool set_fifo(const char* name, int priority) noexcept;
 
-/// Runs the calling thread on processor `cpu` only. False, and nothing changed, if it may not or there is no such one.
+/// Pins the calling thread to processor `cpu`. Returns false and changes nothing if it may not or there is none.
 bool pin_to_cpu(int cpu) noexcept;
 
 }  // namespace tankrig

@@ -21,7 +21,7 @@ struct TriggerPairingSettings {
   std::size_t most_waiting = 8;                       ///< frames that wait for a partner
 };
 
-/// Why frames stayed single; one count a frame.
+/// Why frames stayed single; one count per frame.
 struct TriggerPairingCounts {
   std::uint64_t pairs = 0;
   std::uint64_t before_first_pair = 0;  ///< the other camera was not exposing yet
@@ -32,8 +32,8 @@ struct TriggerPairingCounts {
   std::uint64_t renumbered = 0;         ///< pairs at which the cameras' numbers shifted against one another
 };
 
-/// Pure. A pair is two frames within the tolerance; the trigger number (a camera's own sequence, and how far the two
-/// are shifted, learnt at each pair) tells why a frame has none. Each stream in the order of its sequence.
+/// Pure. A pair is two frames within the tolerance. The trigger number (a camera's own sequence; the offset between the
+/// cameras is learnt at each pair) tells why a frame has no partner. Each stream comes in the order of its sequence.
 /// `Frame` has a std::uint64_t `sequence` and a Stamp `stamp`, the middle of its exposure.
 template <class Frame>
 class TriggerPairing {
@@ -48,15 +48,15 @@ class TriggerPairing {
 
  private:
   static std::int64_t number(const Frame& frame) { return static_cast<std::int64_t>(frame.sequence); }
-  /// Takes the oldest frame of `own` away. `shift`: its partner's number less its own.
+  /// Removes the oldest frame of `own`. `shift`: its partner's number minus its own.
   void drop(std::deque<Frame>& own, const std::deque<Frame>& other, std::optional<std::int64_t> shift);
   void bound(std::deque<Frame>& own, const std::deque<Frame>& other);
 
   TriggerPairingSettings settings_;
   std::deque<Frame> left_, right_;
   std::optional<std::int64_t> shift_;  ///< right's number less left's
-  /// Left's number of a single frame whose partner by number is there, but later: off time, or the partner's number
-  /// belongs to the next trigger, because its camera missed this one. What comes next tells.
+  /// Left's number of a single frame whose partner by number came, but later. Either it is off time, or its camera
+  /// missed this trigger and the number belongs to the next. The next frame decides.
   std::optional<std::int64_t> doubtful_;
   TriggerPairingCounts counts_;
 };

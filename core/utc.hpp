@@ -1,4 +1,4 @@
-// Wall time: for people, and what ties a run's stamps to it. Nothing computes with it.
+// Wall time: for people, and to relate a run's stamps to it. Nothing is computed with it.
 #pragma once
 
 #include <string>

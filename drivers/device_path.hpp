@@ -1,4 +1,4 @@
-// Where a rig file's device lies: an absolute path, or one in the runtime folder that emulated devices share.
+// The path of a rig file's device: absolute, or in the runtime folder of emulated devices.
 #pragma once
 
 #include <filesystem>
@@ -7,7 +7,7 @@
 
 namespace tankrig {
 
-/// "runtime/NAME" is NAME in `runtime`; anything else stays as it is.
+/// "runtime/NAME" is NAME in `runtime`; other paths stay.
 inline std::string device_path(const std::string& text, const std::filesystem::path& runtime) {
   constexpr std::string_view kPrefix = "runtime/";
   return text.starts_with(kPrefix) ? (runtime / text.substr(kPrefix.size())).string() : text;

@@ -11,7 +11,7 @@ namespace tankrig {
 /// RT: safe, never blocks.
 class OutputRight {
  public:
-  /// Joint velocities [rad/s]; returns what is really applied.
+  /// Joint velocities [rad/s]; returns the velocities really applied.
   Result<JointVector> move(Arm& arm, const JointVector& velocity) const noexcept {
     return arm.write_velocity(velocity);
   }

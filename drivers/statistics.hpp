@@ -1,4 +1,4 @@
-// What a device counted and measured, for the session and the doctor.
+// A device's counts and measurements, for the session and the doctor.
 #pragma once
 
 #include <string>
@@ -11,7 +11,7 @@ struct Statistic {
   double value = 0;
 };
 
-/// In a fixed order; also what is zero.
+/// In a fixed order, including zeros.
 using Statistics = std::vector<Statistic>;
 
 }  // namespace tankrig

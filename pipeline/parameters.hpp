@@ -1,4 +1,4 @@
-// What the rig file says of everything after a scan: its `reconstruction`, `workspace` and `evaluation` sections.
+// The rig file's `reconstruction`, `workspace` and `evaluation` sections.
 #pragma once
 
 #include <optional>
@@ -22,13 +22,13 @@ struct PipelineParameters {
   MetricThresholds thresholds;
 };
 
-/// Errors: InputError with file and line; sections that are not there keep their defaults.
+/// Errors: InputError with file and line. Absent sections keep their defaults.
 PipelineParameters pipeline_parameters(const ConfigNode& rig_file);
 
 /// Every key of these sections with its default, range and meaning, as rows of a Markdown table.
 std::string pipeline_key_rows();
 
-/// Of the rig.yaml inside the session; defaults for an imported session, which has none.
+/// From the session's rig.yaml; defaults for an imported session, which has none.
 PipelineParameters pipeline_parameters(const Session& session);
 
 }  // namespace tankrig

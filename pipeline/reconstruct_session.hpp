@@ -13,13 +13,14 @@
 
 namespace tankrig {
 
-/// `fraction` of `stage` is done, in [0, 1]. May be called from any thread; empty: nobody wants to know.
+/// `fraction` of `stage` is done, in [0, 1]. Empty: no progress is wanted.
+/// Threads: any may call it.
 using ProgressCallback = std::function<void(const std::string& stage, double fraction)>;
 
 /// The methods in the order they are reported.
 inline const std::vector<std::string> kMethods{"laser", "laser_paper", "stereo", "stereo_paper"};
 
-/// A stripe method of the mono camera; the others are the stereo pair's.
+/// Whether the method uses the mono camera's stripe; the others use the stereo pair.
 inline bool by_laser(std::string_view method) { return method.starts_with("laser"); }
 
 struct Reconstruction {

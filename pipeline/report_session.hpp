@@ -1,4 +1,4 @@
-// The pictures of a session and its report: what people look at first.
+// The pictures of a session and its report.
 #pragma once
 
 #include <atomic>
@@ -11,16 +11,15 @@
 
 namespace tankrig {
 
-/// The rig from outside, with the arm at `q`: BGR. Empty where nobody can draw it: a picture of it that is there already
-/// is kept.
+/// The rig from outside, with the arm at `q`: BGR. Empty if it cannot be drawn: an existing picture is kept.
 using OutsideView = std::function<cv::Mat(const JointVector& q, bool laser_on)>;
 
 /// Writes pictures/*.png and report.html into the session.
 void write_pictures_and_report(const Session& session, const ObjectSurface& object, const std::vector<Score>& scores,
                                const OutsideView& outside = {});
 
-/// Clouds, scores, pictures, report.html and SHA256SUMS. Nothing if `stop` was set on the way: then there is no report,
-/// and the check sums are of what there is.
+/// Clouds, scores, pictures, report.html and SHA256SUMS. Nothing if `stop` was set meanwhile: then there is no report,
+/// and the check sums cover what exists.
 std::optional<std::vector<Score>> reconstruct_and_report(const Session& session, const PipelineParameters& parameters,
                                                          const std::atomic<bool>& stop,
                                                          const ProgressCallback& progress = {},

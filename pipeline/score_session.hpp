@@ -30,12 +30,12 @@ ObjectSurface object_of(const Session& session, const MetricThresholds& threshol
 PointCloud cloud_in_object(const Session& session, const Reconstruction& reconstruction);
 
 /// One method's figures; writes nothing.
-/// Errors: InputError if the session has no calibration to see the ceiling by.
+/// Errors: InputError if the session has no calibration to compute the coverage ceiling.
 Score score_reconstruction(const Session& session, const MetricThresholds& thresholds, const ObjectSurface& object,
                            Reconstruction reconstruction);
 
-/// All methods the session has cameras for: clouds written, scored against `object`, results/METHOD.json written. Ends
-/// early, with the methods done, when `stop` is set.
+/// All methods the session has cameras for: writes clouds and results/METHOD.json, scores against `object`. Returns
+/// early, with the methods done, if `stop` is set.
 std::vector<Score> reconstruct_and_score(const Session& session, const PipelineParameters& parameters,
                                          const ObjectSurface& object, const std::atomic<bool>& stop,
                                          const ProgressCallback& progress = {});

@@ -1,4 +1,4 @@
-// The manipulator, as the executive sees it: joint angles in, joint velocities out.
+// The manipulator as the executive sees it: joint angles in, joint velocities out.
 #pragma once
 
 #include <optional>
@@ -11,17 +11,17 @@ namespace tankrig {
 
 class OutputRight;
 
-/// Anybody may stop it; motion is for who holds the right to it: OutputRight.
+/// Anybody may stop it; only the holder of an OutputRight may move it.
 /// Threads: one (the cycle's), except where said.
 class Arm {
  public:
   virtual ~Arm() = default;
 
-  /// Newest state not yet returned; nothing if none has come since.
+  /// Newest state not yet returned; nothing if there is no new one.
   /// RT: safe, never blocks.
   virtual Result<std::optional<JointState>> try_read() noexcept = 0;
 
-  /// Asks for rest as a set-point: tells, where stop() does not, that the arm cannot be driven.
+  /// A set-point of rest. Unlike stop(), it reports that the arm cannot be driven.
   /// Errors: the driver's.
   Status rest() noexcept {
     const auto applied = write_velocity(JointVector::Zero());
@@ -32,12 +32,12 @@ class Arm {
   /// RT: safe. May be called from any thread, also after a failure.
   virtual Status stop() noexcept = 0;
 
-  /// The program is dying: rest, whatever its threads are doing; from here on nothing else is demanded. Call it again
-  /// and again: a single demand may be lost in one that a dead thread left half-sent.
-  /// Threads: any, also in the middle of any other call.  Async-signal-safe; never blocks.
+  /// The program is dying: demands rest, whatever its threads are doing; nothing else is demanded from here on. Call it
+  /// repeatedly: one demand may be lost inside a request that a dead thread left half-sent.
+  /// Threads: any, also during any other call.  Async-signal-safe; never blocks.
   virtual void last_resort() noexcept { [[maybe_unused]] const Status rest = stop(); }
 
-  /// How often the carrier exchanges set-point and state; at most the cycle's rate is useful.
+  /// How often the carrier exchanges set-point and state. More than the cycle's rate is useless.
   virtual Duration exchange_period() const noexcept = 0;
 
   /// Threads: any, never the cycle's.
@@ -45,11 +45,11 @@ class Arm {
 
  protected:
   friend OutputRight;
-  /// Sets joint velocities [rad/s]; returns what is really applied (rounded, limited).
-  /// RT: safe, never blocks. Lasts until the next call; a driver stops the arm by itself when none comes within its
-  /// watchdog time.
+  /// Sets joint velocities [rad/s]; returns the velocities really applied (rounded, limited). They last until the next
+  /// call; without one, the driver stops the arm after its watchdog time.
+  /// RT: safe, never blocks.
   virtual Result<JointVector> write_velocity(const JointVector& velocity) noexcept = 0;
-  /// For an arm that stands before another.
+  /// For an arm that wraps another.
   static Result<JointVector> write_velocity(Arm& behind, const JointVector& velocity) noexcept {
     return behind.write_velocity(velocity);
   }

@@ -19,20 +19,20 @@ enum class ArmCarrier : std::uint8_t { kCan, kSerial };
 template <>
 inline constexpr std::array kNames<ArmCarrier>{"can", "serial"};
 
-/// kNone: the axis has no stop to find; where it stands is taken for its rest angle.
+/// kNone: the axis has no stop; its posture counts as its rest angle.
 enum class HomeDirection : std::uint8_t { kNegative, kPositive, kNone };
 template <>
 inline constexpr std::array kNames<HomeDirection>{"negative", "positive", "none"};
 
-/// Directions are of the actuator: negative makes ticks fewer. Source: the laboratory's public start-up file homes
-/// slew, shoulder and elbow at speed 1500, negative, until the arm takes 1 A, with 5 s between axes; the wrist is not
-/// homed.
+/// Directions are the actuator's: negative means fewer ticks.
+/// Source: the laboratory's public start-up file homes slew, shoulder and elbow at speed 1500, negative, until the arm
+/// draws 1 A, with 5 s between axes; the wrist is not homed.
 struct HomingSettings {
   std::array<HomeDirection, kJoints> direction{HomeDirection::kNegative, HomeDirection::kNegative,
                                                HomeDirection::kNegative, HomeDirection::kNone, HomeDirection::kNone};
   std::array<double, kJoints> rest_angle{};  ///< of the axes without a stop [rad]
   int speed_ticks_per_s = 1500;
-  double stop_current_a = 1;  ///< of the whole arm: above it, and at rest, the axis stands at its stop
+  double stop_current_a = 1;  ///< of the whole arm; a standing axis above it is at its stop
   Duration pause = std::chrono::seconds(5);
   Duration longest = std::chrono::seconds(40);  ///< one axis; the longest, the shoulder, takes 15 s at 1500 ticks/s
 };
@@ -44,7 +44,7 @@ struct Arm5eSettings {
   ArmCanIds can_ids;
   SerialSettings serial;
   double exchange_rate_hz = 100;    ///< a request and its answer; at most 70 % of what the carrier can
-  std::optional<Joint> fast_joint;  ///< on CAN: in every exchange, the others in turn; empty: all in all of them
+  std::optional<Joint> fast_joint;  ///< on CAN: in every exchange, the others in turn; empty: all joints in all
   Duration encoder_latency{};       ///< from reading the encoders to the first bit of the answer
   Duration reply_timeout = std::chrono::milliseconds(20);     ///< beyond the wire's own time
   Duration silence_timeout = std::chrono::milliseconds(250);  ///< without an answer the arm is lost
@@ -65,7 +65,7 @@ struct Arm5eSettings {
 
 inline constexpr double kLargestCarrierLoad = 0.70;
 
-/// What an exchange rate asks of its carrier.
+/// The load of an exchange rate on its carrier.
 struct CarrierLoad {
   double load = 0;             ///< share of the carrier's time
   double largest_rate_hz = 0;  ///< at which the load is 1
@@ -76,7 +76,7 @@ CarrierLoad carrier_load(const Arm5eSettings& settings);
 /// Errors: InputError when the load is above 70 %, naming rate, load and the largest rate allowed.
 void check_carrier_load(const Arm5eSettings& settings);
 
-/// The caller finishes the section. Paths that begin with "runtime/" lie in `runtime`.
+/// The caller finishes the section. Paths that begin with "runtime/" are in `runtime`.
 /// `carrier`: "can" or "serial" instead of the section's own; empty: its own.
 /// Errors: InputError with line.
 Arm5eSettings arm5e_settings_from(const ConfigNode& arm, const std::filesystem::path& runtime,

@@ -1,4 +1,4 @@
-// What the arm's driver counts and last measured, for any thread to ask.
+// Counts and last measurements of the arm's driver, readable by any thread.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 
 namespace tankrig {
 
-/// Threads: counted and published by who is inside the driver, asked by any.
+/// Threads: whoever is inside the driver counts and publishes; any may read.
 /// RT: all but statistics().
 struct ArmCounts {
   using Count = std::atomic<std::uint64_t>;

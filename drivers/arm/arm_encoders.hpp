@@ -1,5 +1,4 @@
-// The arm's five encoders: what each is believed to read, whether they move with what is demanded, and the joint state
-// that follows.
+// The arm's five encoders: believed readings, whether they follow the demands, and the resulting joint state.
 #pragma once
 
 #include <array>
@@ -17,27 +16,27 @@ class ArmEncoders {
  public:
   explicit ArmEncoders(const Arm5eSettings& settings);
 
-  /// From `now` on each joint shall move so fast.
+  /// Each joint is demanded to move at this speed from `now` on.
   void demand(const std::array<double, kJoints>& ticks_per_s, Stamp now) noexcept;
 
-  /// How many of an answer's readings were not believed, and how many encoders have lost their reference.
+  /// How many of an answer's readings were rejected, and how many encoders have lost their reference.
   struct Doubts {
     int rejected = 0, jumped = 0;
   };
-  /// The readings of `has`. `stalled`: the arm draws what it draws at a stop.
+  /// Takes the readings of the joints in `has`. `stalled`: the arm draws its stall current.
   Doubts take(const ArmReadings& readings, const ArmExchange& has, bool stalled) noexcept;
-  /// Begins anew; the zeros stay.
+  /// Starts again; the zeros stay.
   void restart() noexcept;
   void set_zero(const std::array<std::uint16_t, kJoints>& raw) noexcept;
 
-  /// Is every one of them believed?
+  /// Whether every encoder is believed.
   bool started() const noexcept;
-  /// Does one repeat what it read though it is driven?
+  /// Whether one repeats its reading though it is driven.
   bool frozen() const noexcept { return evidence_.frozen(); }
   const EncoderTrack& operator[](std::size_t joint) const noexcept { return tracks_[joint]; }
   std::array<std::uint16_t, kJoints> raw() const noexcept;
   std::array<double, kJoints> ticks() const noexcept;
-  /// As of `readings`. Angles are numbers where the arm is `homed`.
+  /// State as of `readings`. Angles are numbers only if `homed`.
   JointState state(const ArmModel& model, const ArmReadings& readings, bool homed) const noexcept;
 
  private:

@@ -1,4 +1,4 @@
-// What one request to the arm carries and asks for: everything at once, or the swept joint and the others in turn.
+// What one request to the arm carries and asks for: everything, or the swept joint and the others in turn.
 #pragma once
 
 #include <algorithm>
@@ -28,10 +28,10 @@ struct ArmExchange {
   bool operator==(const ArmExchange&) const = default;
 };
 
-/// The order of requests. Without a fast joint each is a whole one. With one, each carries that joint's demand, asks
-/// for its sensor slot, and has one thing more: another joint's demand, another joint's sensor slot, or the master's
-/// bytes, in turn. So a request and its answer are three slots at most, and everything has come round after kFastRound
-/// of them. No two that follow each other are alike.
+/// The order of requests. Without a fast joint every request is whole. With one, each request carries that joint's
+/// demand, asks for its sensor slot, and adds one more thing in turn: another joint's demand, another joint's sensor
+/// slot, or the master's bytes. So request and answer have at most three slots, and everything comes round within
+/// kFastRound requests. No two successive requests are alike.
 /// RT: safe.
 class ExchangeSchedule {
  public:
@@ -53,13 +53,13 @@ class ExchangeSchedule {
     return exchange;
   }
 
-  /// next() is on its way: the one after it is due.
+  /// next() is on its way; moves on to the following one.
   void advance() noexcept {
     if (std::exchange(whole_next_, false)) return;
     turn_ = (turn_ + 1) % kFastRound;
   }
 
-  /// The next one is whole.
+  /// Makes the next request a whole one.
   void begin_whole() noexcept { whole_next_ = true; }
 
  private:
@@ -68,7 +68,7 @@ class ExchangeSchedule {
   bool whole_next_ = false;
 };
 
-/// When the arm has last spoken of each joint and of itself.
+/// When the arm last reported each joint and itself.
 /// RT: safe.
 class LastHeard {
  public:

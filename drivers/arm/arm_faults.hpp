@@ -1,4 +1,4 @@
-// What makes the arm unfit to be driven until somebody has seen to it.
+// Faults that make the arm unfit to be driven.
 #pragma once
 
 #include <optional>
@@ -12,7 +12,7 @@ namespace tankrig {
 
 enum class ArmFault : std::uint8_t { kNone, kOverCurrent, kWater, kEncoder, kPosture, kSuspended };
 
-/// The first fault is kept: told once, refusing set-points until the program ends or homing cures it.
+/// The first fault is kept: it is reported once, and refuses set-points until the program ends or homing cures it.
 /// Threads: one.
 /// RT: safe.
 class ArmFaults {
@@ -20,15 +20,15 @@ class ArmFaults {
   /// `settings` outlive it.
   explicit ArmFaults(const Arm5eSettings& settings) : settings_(settings) {}
 
-  /// What the readings themselves show; the caller raises it.
+  /// The fault that the readings show; the caller raises it.
   ArmFault seen_in(const ArmReadings& readings) noexcept;
-  /// True if none was there before.
+  /// True if there was no fault before.
   bool raise(ArmFault fault) noexcept;
-  /// The first time after raise().
+  /// The fault, on the first call after raise().
   std::optional<Error> tell(Stamp now) noexcept;
-  /// Of a set-point; `homing` may drive where it is the cure.
+  /// Refusal of a set-point; `homing` may drive if homing is the cure.
   Status refusal(Stamp now, bool homing) const noexcept;
-  /// A homing has begun or ended well.
+  /// Homing has begun, or has ended well.
   void reference_found() noexcept;
 
  private:
@@ -38,7 +38,7 @@ class ArmFaults {
   OverCurrentWatch current_;
 };
 
-/// Is a joint farther outside its limits than `margin` [rad]? One that turns without end never is.
+/// Whether a joint is farther outside its limits than `margin` [rad]. An endless joint never is.
 /// RT: safe.
 bool outside_limits(const ArmModel& model, const JointVector& q, double margin) noexcept;
 

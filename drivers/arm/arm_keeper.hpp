@@ -1,4 +1,4 @@
-// The thread beside the cycle that looks after the arm: how it runs, and whether it still does.
+// The thread beside the cycle that watches the arm: how it runs, and whether it still does.
 #pragma once
 
 #include <condition_variable>
@@ -16,8 +16,8 @@ namespace tankrig {
 /// RT: missing().
 class ArmKeeper {
  public:
-  /// Called again and again: was the machine suspended since the last time? One that takes its time gives a heartbeat
-  /// before anybody is to rely on the thread again.
+  /// Called repeatedly; the argument tells whether the machine was suspended since the last call. A long call gives a
+  /// heartbeat before it returns.
   using Round = std::function<void(bool suspended, Heartbeat& life)>;
 
   /// `clock`: real, and outlives it.
@@ -26,7 +26,7 @@ class ArmKeeper {
   ArmKeeper(const ArmKeeper&) = delete;
   ArmKeeper& operator=(const ArmKeeper&) = delete;
 
-  /// Is the thread dead or stuck?
+  /// Whether the thread is dead or stuck.
   bool missing(Stamp now) const noexcept { return life_.missing(now); }
 
  private:

@@ -1,4 +1,4 @@
-// What carries the joint slots between host and arm: CAN frames or the 51-byte serial frame.
+// Carries the joint slots between host and arm: CAN frames or the 51-byte serial frame.
 #pragma once
 
 #include <array>
@@ -15,11 +15,11 @@ namespace tankrig {
 
 using ArmDemands = std::array<DemandSlot, kJoints>;  ///< in the order of `Joint`
 
-/// What the arm answered to one request.
+/// The arm's answer to one request.
 struct ArmAnswer {
   Stamp read{};          ///< when the encoders were read
   bool sensors = false;  ///< else an echo or an acknowledgement
-  ArmExchange has{};     ///< what has come with it; the rest of what follows is older
+  ArmExchange has{};     ///< what came with it; the rest of what follows is older
   std::array<SensorSlot, kJoints> joints{};
   MasterBytes master;
 };
@@ -33,45 +33,46 @@ struct ArmLinkCounters {
   std::uint64_t reopened = 0;
 };
 
-/// One request is on its way at a time; a stop may overtake. An answer is to the oldest that is outstanding.
+/// One request is on its way at a time; only a stop may overtake. An answer belongs to the oldest outstanding request.
 /// Threads: one at a time, except where said.
 /// RT: all but reopen().
 class ArmLink {
  public:
   virtual ~ArmLink() = default;
 
-  /// Sends those demands that `exchange` names, whole or not at all as far as the carrier can, and asks for what it
-  /// names. A carrier that cannot do less exchanges everything.
-  /// Errors: kRefused when its buffer is full (ordinary, counted), kDisconnected.
+  /// Sends the demands that `exchange` names, whole or not at all as far as the carrier can, and asks for the slots it
+  /// names. A carrier without partial exchanges exchanges everything.
+  /// Errors: kRefused when its buffer is full (normal, counted), kDisconnected.
   virtual Status try_send(const ArmDemands& demands, const ArmExchange& exchange, Stamp now) noexcept = 0;
   virtual Status try_send(const PidSlot& gains, Stamp now) noexcept = 0;
 
-  /// Puts whole demands on the wire, whatever state it is in and another thread is doing with it. They may fall into
-  /// the middle of that one's request: once more, and they are understood.
+  /// Writes whole demands to the wire, whatever its state and whatever another thread is doing with it. They may land
+  /// inside that thread's request: sent once more, they are understood.
   /// Threads: any. Async-signal-safe.
   virtual void send_regardless(const ArmDemands& demands) const noexcept = 0;
 
-  /// Next whole answer that has come; nothing if none.
+  /// Next whole answer; nothing if none has come.
   /// Errors: kDisconnected and what the carrier says.
   virtual Result<std::optional<ArmAnswer>> try_receive(Stamp now) noexcept = 0;
 
-  /// Would what is sent now come out? Errors: kNotReady (bus-off).
+  /// Whether a frame sent now would leave.
+  /// Errors: kNotReady (bus-off).
   virtual Status sends() const noexcept { return {}; }
-  /// Requests sent, not answered and not forgotten.
+  /// Requests sent, unanswered and not forgotten.
   virtual int outstanding() const noexcept = 0;
-  /// Nothing will come of them any more; drops any part of an answer.
+  /// Forgets outstanding requests, and drops any part of an answer.
   virtual void forget() noexcept = 0;
 
   /// After kDisconnected, from a thread that may wait.
   /// Errors: kNotReady while the device is away.
   virtual Status reopen() noexcept = 0;
-  /// It does not come back without reopen().
+  /// The line stays lost until reopen().
   virtual bool needs_reopen() const noexcept = 0;
 
   /// Wire time of a whole request and its answer.
   virtual Duration exchange_time() const noexcept = 0;
   virtual ArmLinkCounters counters() const noexcept = 0;
-  /// Of what lies below, if it counts.
+  /// Counters of the layer below, if any.
   /// Threads: any.
   virtual Statistics carrier_statistics() const { return {}; }
 };

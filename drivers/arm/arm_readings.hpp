@@ -1,4 +1,4 @@
-// What the arm says about itself: raw encoders, water, temperatures, currents.
+// What the arm reports about itself: raw encoders, water, temperatures, currents.
 #pragma once
 
 #include <algorithm>
@@ -8,7 +8,7 @@
 
 namespace tankrig {
 
-/// Of each joint and of the master the newest that has come.
+/// The newest values of each joint and of the master.
 struct ArmReadings {
   Stamp stamp{};                              ///< of the newest answer
   std::array<Stamp, kJoints> read{};          ///< of each joint's own

@@ -1,5 +1,5 @@
-// The requests to the arm and their answers: when the next is due and what it says, which answers count, when one is
-// given up, and when the arm is silent or its carrier lost.
+// Requests to the arm and their answers: when the next request is due and what it says, which answers count, when a
+// request is given up, and when the arm is silent or its carrier lost.
 #pragma once
 
 #include <array>
@@ -12,9 +12,9 @@
 
 namespace tankrig {
 
-/// The encoders were read at some time between a request and its answer, and nothing in an answer says to which request
-/// it is. So nothing but a stop is sent while an answer may still come, and one that comes too late, unasked, or first
-/// after such a one or after none, is counted and left.
+/// The encoders were read some time between a request and its answer, and an answer does not say which request it
+/// belongs to. So only a stop is sent while an answer may still come. An answer is counted and discarded if it is late
+/// or unasked, or the first one after a late or a missing one.
 /// Threads: one at a time, except where said.
 /// RT: all but reopen() and carrier_statistics().
 class ArmRequests {
@@ -22,15 +22,15 @@ class ArmRequests {
   /// An answer with readings that count.
   struct News {
     ArmAnswer answer;
-    bool powered_up = false;  ///< after a silence, and every encoder reads as at power-up, which they did not before
+    bool powered_up = false;  ///< after a silence every encoder reads as at power-up, which they did not before
   };
 
   /// `settings` and `counts` outlive it.
   ArmRequests(const Arm5eSettings& settings, std::unique_ptr<ArmLink> link, Stamp now, ArmCounts& counts);
 
-  /// Of each joint [ticks/s]; sent with what is due.
+  /// Velocity of each joint [ticks/s]; sent with the next due request.
   void demand(const std::array<double, kJoints>& ticks_per_s) noexcept;
-  /// Is a demand not rest?
+  /// Whether a demand is other than rest.
   /// Threads: any.
   bool driven() const noexcept { return driven_; }
   Duration period() const noexcept { return period_; }
@@ -38,30 +38,31 @@ class ArmRequests {
   /// Sends what is due: the gains first, then the newest demands, at the exchange rate.
   /// Errors: "arm: ...".
   Status send_due(Stamp now) noexcept { return send(now, false); }
-  /// Where rest is demanded: at once, unless every joint's newest demand on the wire is rest.
+  /// If rest is demanded: sends at once, unless every joint's newest demand on the wire is rest.
   Status send_rest(Stamp now) noexcept { return send(now, !stop_sent_); }
-  /// Past whoever is inside, who may be dead or hang.
+  /// Sends rest past the thread inside, which may be dead or hang.
   /// Threads: any. Async-signal-safe.
   void send_rest_regardless() const noexcept { link_->send_regardless(rest_); }
-  /// The same, and from here on nothing else is sent.
+  /// The same, and nothing else is sent from here on.
   /// Threads: any. Async-signal-safe.
   void last_resort() noexcept {
     dying_ = true;
     send_rest_regardless();
   }
 
-  /// Somebody listens: silence counts from here where nobody did for long.
+  /// Somebody listens: after a long pause, silence counts from here.
   void listen(Stamp now) noexcept;
   /// The next answer that counts; nothing if none has come.
   /// Errors: the carrier's, once it is lost.
   Result<std::optional<News>> receive(Stamp now) noexcept;
-  /// Has anything not been heard of for too long? Then the next request is whole, and the gains are sent again.
+  /// Whether any joint, or the arm itself, has been silent for too long. Then the next request is whole, and the gains
+  /// are sent again.
   bool silent(Stamp now) noexcept;
-  /// The arm may have been without supply: it gets its gains again.
+  /// The arm may have lost its supply: sends its gains again.
   void send_gains_again() noexcept;
 
   bool connected() const noexcept { return connected_; }
-  /// It does not come back without reopen().
+  /// The line stays lost until reopen().
   /// Threads: any.
   bool line_lost() const noexcept { return line_lost_; }
   Status reopen() noexcept { return link_->reopen(); }
@@ -99,7 +100,7 @@ class ArmRequests {
   int stop_awaits_ = 0;     ///< answers up to the one to a stop
   bool connected_ = true, was_silent_ = false;
   Stamp next_send_{}, sent_at_{}, listened_{};
-  Stamp asked_at_{};  ///< the oldest request that is not answered, or an older one
+  Stamp asked_at_{};  ///< the oldest unanswered request, or an older one
   std::atomic<bool> driven_{false}, line_lost_{false}, dying_{false};
 };
 

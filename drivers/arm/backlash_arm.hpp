@@ -1,4 +1,4 @@
-// An arm whose joints are told where its links are, not its encoders: the backlash between them taken off.
+// An arm whose joints report their links instead of their encoders: backlash between them is removed.
 #pragma once
 
 #include <array>
@@ -7,13 +7,15 @@
 
 namespace tankrig {
 
-/// The encoders sit at the actuators; a link trails behind its encoder by half the backlash in the direction of its
-/// last motion. Each link is dragged along by its encoder, as in the real axis; until a joint has first moved by its
-/// backlash it is taken to stand in the middle. Commands, ticks and measured velocities pass unchanged. Threads, RT,
-/// Errors: those of the arm behind it.
+/// The encoders sit at the actuators; a link trails its encoder by half the backlash in the direction of its last
+/// motion. The encoder drags the link along, as in the real axis; until a joint has first moved by its backlash, its
+/// link counts as in the middle. Commands, ticks and measured velocities pass unchanged.
+/// Threads: those of the arm behind it.
+/// RT: the same.
+/// Errors: the same.
 class BacklashArm final : public Arm {
  public:
-  /// `arm` outlives it. `play_ticks`: from end to end, of every axis; 0 where it is not known.
+  /// `arm` outlives it. `play_ticks`: from end to end, of every axis; 0 if unknown.
   BacklashArm(Arm& arm, const ArmModel& model, const std::array<double, kJoints>& play_ticks)
       : arm_(arm), model_(model), play_(play_ticks) {}
 

@@ -10,9 +10,9 @@
 
 namespace tankrig {
 
-/// Which identifier means what, in the order of `Joint`. No vendor map of this arm is public: these defaults, the order
-/// of the frames and the moment of reading are this project's own convention (docs/reference/arm5e.md), and every identifier
-/// stands in the rig file.
+/// Which identifier means what, in the order of `Joint`. No vendor map of this arm is public. These defaults, the order
+/// of the frames and the moment of reading are this project's convention (docs/reference/arm5e.md); the rig file may
+/// set every identifier.
 struct ArmCanIds {
   std::array<std::uint16_t, kJoints> demand{0x201, 0x202, 0x203, 0x204, 0x205};       ///< host -> arm
   std::array<std::uint16_t, kJoints> pid{0x211, 0x212, 0x213, 0x214, 0x215};          ///< host -> arm
@@ -35,7 +35,7 @@ extern const SettingsTable<ArmCanIds> kArmCanIdKeys;
 /// the master's bytes before them if kAskMaster is set.
 inline constexpr std::uint8_t kActAtOnce = 0x80, kAskMaster = 0x20;
 
-/// Bits one exchange takes at worst: five demands, the master's bytes, five sensor slots; or, of a fast one, three
+/// Worst-case bits of one exchange: five demands, the master's bytes, five sensor slots; a fast exchange has three
 /// slots.
 int can_exchange_bits(bool fast = false) noexcept;
 

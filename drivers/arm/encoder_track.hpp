@@ -1,4 +1,4 @@
-// One relative 16-bit encoder: unwrapped, freed of the false zeros it reports now and then.
+// One relative 16-bit encoder: unwrapped, without the false zeros it sometimes reports.
 #pragma once
 
 #include <cstdint>
@@ -10,12 +10,13 @@ namespace tankrig {
 
 struct EncoderTrackSettings {
   int jump_ticks = 40;            ///< how well a reading's time is known: 20 ms at the laboratory's 2000 ticks/s
-  int persists_samples = 3;       ///< a reading that is not believed is, once so many in a row agree with it
-  double max_ticks_per_s = 4095;  ///< no axis is faster, nor its speed known better
+  int persists_samples = 3;       ///< a rejected reading is believed once so many in a row agree with it
+  double max_ticks_per_s = 4095;  ///< no axis is faster, nor is its speed known better
 };
 
-/// A reading is believed where the speed before it takes the encoder, within `jump_ticks` and what the fastest axis
-/// does meanwhile; exactly 0, which is what a false one reads, only within kFalseZero of there or of where it was.
+/// A reading is believed if it is near the position that the last speed predicts: within `jump_ticks` plus what the
+/// fastest axis travels meanwhile. A reading of exactly 0, the value of a false one, must be within kFalseZero of that
+/// position or of the last one.
 /// Threads: one.
 /// RT: safe.
 class EncoderTrack {
@@ -23,28 +24,28 @@ class EncoderTrack {
   enum class Reading : std::uint8_t {
     kStarting,  ///< too few readings agree yet
     kGood,
-    kRejected,  ///< nothing is known by it
-    kJumped,    ///< a place that no axis reaches persisted: the encoder has lost its reference, or the arm its supply
+    kRejected,  ///< it says nothing
+    kJumped,    ///< unreachable readings persisted: the encoder lost its reference, or the arm its supply
   };
 
   explicit EncoderTrack(const EncoderTrackSettings& settings = {}) : settings_(settings) {}
 
   Reading take(std::uint16_t raw, Stamp when) noexcept;
-  /// Begins anew, as after construction; the zero stays.
+  /// Starts again as after construction; the zero stays.
   void restart() noexcept;
 
   bool started() const noexcept { return started_; }
 
-  /// The raw reading that is tick 0 of the actuator. It outlives a restart of this program, not one of the arm.
+  /// The raw reading at the actuator's tick 0. It survives a restart of this program, not of the arm.
   void set_zero(std::uint16_t raw) noexcept;
 
-  /// As last believed: since power-up, or since the zero where there is one; unwrapped.
+  /// The last believed position since power-up, or since the zero if there is one; unwrapped.
   std::int32_t ticks() const noexcept { return started_ ? newest().ticks : 0; }
   std::uint16_t raw() const noexcept { return raw_; }
   /// When that was read.
   Stamp when() const noexcept { return started_ ? newest().when : Stamp{}; }
-  /// Over about the last 40 ms or five readings, whichever is longer [ticks/s]. An encoder that wavers by a tick about
-  /// its place is at rest.
+  /// Speed over about the last 40 ms or five readings, whichever is longer [ticks/s]. An encoder that wavers by one
+  /// tick is at rest.
   double speed() const noexcept;
 
  private:

@@ -40,9 +40,9 @@ struct HomingResult {
   std::string message() const;
 };
 
-/// Drives slew, shoulder, elbow, jaw rotation and jaw opening, one after the other, as the arm's settings say, and
-/// gives the arm its new zero if all went well. `stop` is looked at in every step of a few milliseconds. Whatever ends
-/// it, the arm has been told to rest.
+/// Drives slew, shoulder, elbow, jaw rotation and jaw opening into their stops, one after the other, as the arm's
+/// settings say. If all went well, the arm gets its new zero. `stop` is checked every few milliseconds. However it
+/// ends, the arm is told to rest.
 /// Threads: takes the place of the cycle.
 /// RT: never.
 HomingResult home_axes(Arm5e& arm, Clock& clock, const std::atomic<bool>* stop = nullptr,

@@ -1,4 +1,4 @@
-// One joint's slot: the eight data bytes that the arm and its host exchange about one joint, whatever carries them.
+// One joint's slot: the eight data bytes that arm and host exchange about a joint, on any carrier.
 #pragma once
 
 #include <array>
@@ -52,23 +52,23 @@ struct PidSlot {
 
 struct SensorSlot {
   std::uint16_t position = 0;      ///< relative encoder, zero at power-up, wraps [ticks]
-  std::uint16_t speed = 0;         ///< two's complement of the signed speed; its unit is not public, taken as ticks/s
+  std::uint16_t speed = 0;         ///< two's complement of the signed speed; its unit is not public, assumed ticks/s
   std::uint8_t water_ingress = 0;  ///< raw
   std::uint8_t temperature = 0;    ///< raw
-  std::uint16_t tail = 0;          ///< bytes 7..8, little-endian: the sources disagree what they are
+  std::uint16_t tail = 0;          ///< bytes 7..8, little-endian: the sources disagree on their meaning
 
   bool operator==(const SensorSlot&) const = default;
 };
 
 /// What the disputed bytes 7..8 of a sensor slot are.
 enum class TailMeaning : std::uint8_t {
-  kMaster,  ///< nothing of use: current is known of the whole arm only
+  kMaster,  ///< unused: only the whole arm's current is known
   kLe16,    ///< the joint's motor current, little-endian (source A), scaled as the master's
 };
 template <>
 inline constexpr std::array kNames<TailMeaning>{"master", "le16"};
 
-/// A demand whose low byte is 0x0A is never sent; the next larger one is (source A).
+/// A demand whose low byte is 0x0A is never sent; the next larger one is sent instead (source A).
 constexpr std::uint16_t sendable(std::uint16_t demand) noexcept {
   return (demand & 0xFF) == 0x0A ? static_cast<std::uint16_t>(demand + 1) : demand;
 }
@@ -98,7 +98,7 @@ constexpr SlotBytes encode(const SensorSlot& slot) noexcept {
           slot.water_ingress, slot.temperature,    low(slot.tail),  high(slot.tail)};
 }
 
-/// Types above 6 come through as they are: see known().
+/// Types above 6 pass unchanged: see known().
 constexpr DemandSlot decode_demand(const SlotBytes& b) noexcept {
   const auto big = [](std::uint8_t high, std::uint8_t low) { return static_cast<std::uint16_t>(high << 8 | low); };
   return {static_cast<DemandType>(b[0]), big(b[1], b[2]), big(b[3], b[4]), big(b[5], b[6])};

@@ -1,4 +1,4 @@
-// Whether the encoders move with what is demanded, or repeat what they once read.
+// Whether the encoders follow the demands, or repeat an old reading.
 #pragma once
 
 #include <algorithm>
@@ -11,19 +11,19 @@
 
 namespace tankrig {
 
-/// An encoder is frozen once it has read the same for longer than `longest` while its joint was driven and the arm drew
-/// no stall current, or for half of that when the drive ended; until it reads something else. An arm at rest repeats
-/// its readings too: of a frozen encoder nobody can tell whether its joint stands. Times are those of readings, so
-/// silence is not standing.
+/// An encoder is frozen once it has repeated a reading for longer than `longest` while its joint was driven without
+/// stall current; for half of that if the drive then ended. It stays frozen until its reading changes. An arm at rest
+/// repeats its readings too, so a frozen encoder does not show whether its joint stands. Times are those of readings,
+/// so silence does not count.
 /// Threads: one.
 /// RT: safe.
 class MotionEvidence {
  public:
-  static constexpr int kDrivenTicks = 50;  ///< slower demands may well move nothing [ticks/s]
+  static constexpr int kDrivenTicks = 50;  ///< slower demands may not move the joint [ticks/s]
 
   explicit MotionEvidence(Duration longest) : longest_(longest) {}
 
-  /// From `now` on a joint shall move at `speed` [ticks/s], in whatever direction.
+  /// From `now` on the joint is driven at `speed` [ticks/s], in either direction.
   void demand(std::size_t joint, int speed, Stamp now) noexcept {
     Encoder& e = encoders_[joint];
     const bool driven = speed >= kDrivenTicks;
@@ -32,7 +32,7 @@ class MotionEvidence {
     e.driven = driven;
   }
 
-  /// A reading that is believed. `stalled`: the arm draws what it draws at a stop.
+  /// A believed reading. `stalled`: the arm draws its stall current.
   void read(std::size_t joint, std::uint16_t raw, Stamp when, bool stalled) noexcept {
     Encoder& e = encoders_[joint];
     if (raw != e.raw) e.frozen = false;

@@ -1,4 +1,4 @@
-// When the arm's supply current has been too high for too long.
+// Whether the arm's supply current has been too high for too long.
 #pragma once
 
 #include <optional>
@@ -7,7 +7,7 @@
 
 namespace tankrig {
 
-/// Source of the defaults: the laboratory's public controller stops for good when the arm takes more than 2 A for 1.5
+/// Source of the defaults: the laboratory's public controller stops for good when the arm draws more than 2 A for 1.5
 /// s.
 struct OverCurrentLimit {
   double amperes = 2;  ///< of the whole arm
@@ -18,7 +18,7 @@ struct OverCurrentLimit {
 /// RT: safe.
 class OverCurrentWatch {
  public:
-  /// Is it over `limit` at this reading, and has been at every reading of the last `limit.duration`?
+  /// Whether the current is over `limit` now, and has been at every reading of the last `limit.duration`.
   bool step(const OverCurrentLimit& limit, Stamp stamp, double amperes) noexcept {
     if (!(amperes > limit.amperes)) {
       since_.reset();

@@ -45,16 +45,16 @@ struct SerialDecoderCounters {
   std::uint64_t resyncs = 0;  ///< good frames found again after garbage
 };
 
-/// Finds frames in a stream of bytes. E7 and E5 are also data, so a start counts only with its end and its sum; after a
+/// Finds frames in a stream of bytes. E7 and E5 are also data, so a start counts only with a valid end and sum; after a
 /// failure every byte is tried as a start.
 /// Threads: one.
 /// RT: safe.
 class SerialDecoder {
  public:
-  /// Takes one byte; true when it completes a frame, which content() then holds.
+  /// Takes one byte; true if it completes a frame, now in content().
   bool push(std::uint8_t byte) noexcept;
   const SerialContent& content() const noexcept { return content_; }
-  /// Forgets a frame that has begun: its rest will not come.
+  /// Drops a partial frame: its rest will not come.
   void give_up() noexcept;
   const SerialDecoderCounters& counters() const noexcept { return counters_; }
 

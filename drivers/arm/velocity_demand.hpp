@@ -15,13 +15,13 @@ namespace tankrig {
 struct VelocityShaping {
   double creep = 0.01;  ///< slower commands are rest [rad/s]
   JointVector dead_zone = (JointVector() << 0.06, 0.06, 0.06, 0.2, 0.1)
-                              .finished();  ///< slower commands, but for creep, are raised to it [rad/s]
+                              .finished();  ///< slower commands above creep are raised to it [rad/s]
   double max_ticks_per_s = 2000;            ///< all axes are slowed together when one exceeds it
 };
 
 struct VelocityDemand {
   std::array<double, kJoints> ticks_per_s{};  ///< whole numbers
-  JointVector applied = JointVector::Zero();  ///< what they are worth [rad/s]
+  JointVector applied = JointVector::Zero();  ///< their velocity [rad/s]
 };
 
 /// dq/dticks, with its sign [rad/tick].
@@ -29,7 +29,7 @@ inline double signed_slope(const Actuator& actuator, double ticks) noexcept {
   return actuator.d == 0 ? actuator.rad_per_tick : actuator.sign * actuator.resolution(actuator.angle(ticks));
 }
 
-/// The demand of axes that stand at `ticks`; nothing if a velocity is not a number.
+/// The demand for axes at `ticks`; nothing if a velocity is not a number.
 /// RT: safe.
 inline std::optional<VelocityDemand> velocity_demand(const ArmModel& model, const VelocityShaping& shaping,
                                                      const std::array<double, kJoints>& ticks,
@@ -57,7 +57,7 @@ inline std::optional<VelocityDemand> velocity_demand(const ArmModel& model, cons
   return demand;
 }
 
-/// What the wire makes of it: no demand's low byte is 0x0A.
+/// The demands that the wire can carry: none has the low byte 0x0A.
 /// RT: safe.
 inline void make_sendable(VelocityDemand& demand) noexcept {
   for (std::size_t j = 0; j < kJoints; ++j) {

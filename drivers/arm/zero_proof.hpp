@@ -1,4 +1,4 @@
-// Whether the zero on disk still holds, by what the encoders read at the start and what the last program left.
+// Whether the zero on disk still holds, by the first encoder readings and the last program's end.
 #pragma once
 
 #include <array>
@@ -13,42 +13,42 @@
 
 namespace tankrig {
 
-/// Before anything is said to an arm or its laser.
-/// Errors: InputError where another program moves the arm whose zero is kept there.
+/// Call before any contact with an arm or its laser.
+/// Errors: InputError if another program moves the arm of this zero file.
 void check_nobody_moves(const std::filesystem::path& zero_file);
 
-/// A zero is believed if the program that moved the arm last saw it at rest at its end and kept that posture in the
-/// file, if the encoders read the same now, within kSettled, and if no joint that homing drives reads as at power-up.
-/// While a program may move the arm, the file holds no such posture, so that whoever is killed leaves no proof; that
-/// program holds the lock FILE.lock.
+/// A zero is believed if the last program to move the arm saw it at rest at its end and stored that posture, if the
+/// encoders still read the same within kSettled, and if no homed joint reads as at power-up.
+/// While a program may move the arm, the file has no such posture, so a killed program leaves no proof. That program
+/// holds the lock FILE.lock.
 /// Threads: one.
 /// RT: judge() and what is const and noexcept.
 class ZeroProof {
  public:
-  /// An encoder at rest wavers by a tick, and an arm left to itself settles by a few: 5 ticks of the elbow are 2 mrad.
+  /// An encoder at rest wavers by a tick, and an arm left alone settles by a few: 5 ticks of the elbow are 2 mrad.
   static constexpr int kSettled = 5;
 
-  /// Loads the file if it is there. `driven`: the joints that homing drives.
-  /// Errors: InputError, also where another program moves the arm.
+  /// Loads the file if it exists. `driven`: the joints that homing drives.
+  /// Errors: InputError, also if another program moves the arm.
   ZeroProof(std::filesystem::path file, JointSet driven);
 
   const std::optional<ArmZero>& zero() const noexcept { return zero_; }
-  /// Is there a posture to compare with, and has it not been done?
+  /// Whether a stored posture still waits to be compared.
   bool undecided() const noexcept { return doubt_ == Doubt::kUndecided; }
-  /// Does the zero hold, by the encoders' first readings? Asked once.
+  /// Whether the zero holds, by the encoders' first readings. Call once.
   bool judge(const std::array<std::uint16_t, kJoints>& raw) noexcept;
-  /// Why it does not; empty if it does.
+  /// Why it does not hold; empty if it does.
   std::string why_not() const;
 
-  /// Before the arm may move: takes the lock, and the posture from the file.
-  /// Errors: InputError where another program moves it, or the file cannot be written.
+  /// Before the arm may move: takes the lock, and removes the posture from the file.
+  /// Errors: InputError if another program moves it, or the file cannot be written.
   void begin_motion();
-  /// The zero that homing found, kept by whoever homed.
+  /// Stores the zero that homing found.
   void replace(const ArmZero& zero);
-  /// It holds no longer; on disk too, unless another program has written the file since: what that one left is its own.
-  /// Errors: InputError, also where another program moves the arm.
+  /// Voids the zero, on disk too, unless another program has written the file since.
+  /// Errors: InputError, also if another program moves the arm.
   void void_it(const std::string& why);
-  /// At the end: the posture of an arm that is seen at rest; nothing of another. Gives the lock back.
+  /// At the end: stores the posture of an arm seen at rest, nothing otherwise. Releases the lock.
   /// Errors: InputError.
   void end_motion(const std::optional<std::array<std::uint16_t, kJoints>>& at_rest);
 

@@ -33,7 +33,7 @@ struct AravisSettings {
   enum class StampAt { kExposureStart, kExposureEnd, kTransferStart } stamp_at = StampAt::kExposureStart;
   bool chunk_stamps = false;  ///< the stamp is the chunk Timestamp, not the leader's
   Duration readout{};
-  /// Of a device whose clock cannot be asked: from the end of the exposure to the first packet, and its one sigma.
+  /// For a device whose clock cannot be read: from the end of the exposure to the first packet, and its one sigma.
   Duration transfer_delay = std::chrono::microseconds(200);
   Duration transfer_delay_sigma = std::chrono::microseconds(500);
   Duration clock_interval = std::chrono::seconds(1);  ///< between readings of the device's clock
@@ -57,34 +57,31 @@ struct AravisDevice {
   std::string address, serial, vendor, model, id;
 };
 
-/// Everything that answers a search now; takes about a second.
+/// Every camera that answers a search now; takes about a second.
 /// Threads: any.
 std::vector<AravisDevice> find_aravis_devices();
 
-/// Frame stamps are the middle of the exposure: the device's stamp, moved by half an exposure, on our clock through a
-/// fitted line. The line goes through readings of the device's clock (GigE Vision timestamp latch, bracketed by
-/// readings of ours; sigma from the width of the bracket), taken at opening and then by a thread of the camera's own; a
-/// device without the latch is fitted to the earliest arrivals less `transfer_delay`, and the sigma says so. A frame is
-/// given out when that thread has read the clock once more after it came: one whose clock has jumped is not
-/// (ClockTrust).
+/// Frame stamps are mid-exposure: the device's stamp, moved by half an exposure and mapped to our clock by a fitted
+/// line. The line goes through readings of the device's clock (GigE Vision timestamp latch, bracketed by readings of
+/// ours; sigma from the width of the bracket), taken at opening and then by the camera's own thread. A device without
+/// the latch is fitted to the earliest arrivals minus `transfer_delay`, with a larger sigma. A frame is given out after
+/// one more clock reading has confirmed its clock (ClockTrust).
 ///
-/// Copies: Mono8 and BGR8 pictures are the memory the packets were gathered in, which returns to the camera when the
-/// last cv::Mat on it is gone; other formats are converted once.
+/// Copies: Mono8 and BGR8 pictures are the memory that received the packets, which returns to the camera with the last
+/// cv::Mat on it. Other formats are converted once.
 ///
-/// Losses: an incomplete frame (packets missing, or smaller than promised) is counted and not given out; a frame number
-/// never seen is lost, or overrun if all buffers were waiting for their reader; what came and was not taken before
-/// stop() is unread, or incomplete, also if it came after. Numbers count from the first frame seen after start(): what
-/// was lost before it is not counted.
+/// Losses: an incomplete frame (packets missing, or smaller than promised) is counted and not given out. A frame number
+/// never seen is lost, or overrun if all buffers waited for their reader. Frames not taken before stop() are unread, or
+/// incomplete. Numbers count from the first frame after start(): earlier losses are not counted.
 ///
-/// A camera that vanishes is kDisconnected at every try_grab until it is back; it is searched for, opened and started
-/// again by the camera's thread, and `sequence` goes on. A free-running camera without frames for `stall_periods` is
-/// one kTimeout; so is a clock that does not answer while a frame waits for it.
+/// A vanished camera gives kDisconnected at every try_grab until it is back. The camera's thread finds, opens and
+/// starts it again, and `sequence` goes on. A free-running camera without frames for `stall_periods` gives one
+/// kTimeout; so does a clock that does not answer while a frame waits for it.
 ///
-/// Threads: as Camera; try_grab and trigger may be in different threads. try_grab never waits for the device; stop does
-/// not for one that has stalled: its own thread does.
+/// Threads: as Camera; try_grab and trigger may be in different threads. try_grab never waits for the device, and stop
+/// never for a stalled one: the camera's own thread does.
 /// Errors: kInternal if that thread has ended; the constructor throws InputError with what to do. The destructor takes
-/// up to 10 s while a vanished camera's connection is being ended (Aravis' control time-outs), else a fraction of a
-/// second.
+/// a fraction of a second, or up to 10 s for a vanished camera (Aravis' control time-outs).
 class AravisCamera final : public Camera {
  public:
   explicit AravisCamera(const AravisSettings& settings);

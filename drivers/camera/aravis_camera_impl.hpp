@@ -1,4 +1,4 @@
-// What the reader of an Aravis camera and its keeper share. For their two sources only.
+// State shared by an Aravis camera's reader and its keeper. For their two sources only.
 #pragma once
 
 #include <atomic>
@@ -55,9 +55,9 @@ struct AravisCamera::Impl {
   }
 
   void first_reading(AravisLink& l);
-  /// Asks the device's clock until two readings agree, or a reading with the line.
+  /// Reads the device's clock until two readings agree, or one agrees with the line.
   Status read_clock(AravisLink& l, int tries, bool keep);
-  /// Counts what came and nobody will take.
+  /// Counts frames that nobody will take.
   void count_leftovers(AravisLink& l);
   Status start(AravisLink& l) {
     count_leftovers(l);
@@ -87,7 +87,7 @@ struct AravisCamera::Impl {
   std::condition_variable wake;
   std::shared_ptr<AravisLink> link;
   bool running = false, stopping = false, poked = false, suspect = false;
-  bool stop_owed = false;  ///< to a camera that may have gone: it would keep its reader waiting
+  bool stop_owed = false;  ///< a stop is owed to a camera that may have gone: it would keep its reader waiting
   Heartbeat keeper_life;
   std::atomic<bool> latch{false};  ///< the device's clock can be asked
   ClockTrust trust;

@@ -1,4 +1,4 @@
-// Finding a camera by its serial number or address, and saying what was found instead.
+// Finds a camera by serial number or address, and says what was found instead.
 #pragma once
 
 #include "drivers/camera/aravis_camera.hpp"

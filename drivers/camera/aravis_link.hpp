@@ -48,17 +48,17 @@ class AravisLink {
   struct Flushed {
     std::uint64_t whole = 0, torn = 0;
   };
-  /// Throws away what has come and nobody popped.
+  /// Discards frames that have come and were not popped.
   Flushed flush() noexcept;
 
   /// The device's clock between two readings of ours, the narrowest of `tries`. Nothing: the device has no latch.
   /// Errors: kDisconnected if it does not answer.
   Result<std::optional<ClockSample>> read_clock(int tries);
-  /// True if the device can be reached; asks on the wire.
+  /// Whether the device can be reached; asks on the wire.
   bool answers() const;
-  /// The device gave our control away, or does not answer its heartbeat.
+  /// The device took our control away, or does not answer its heartbeat.
   bool control_lost() const noexcept { return control_lost_; }
-  /// Let the destructor not wait for a camera that is gone.
+  /// Keeps the destructor from waiting for a camera that is gone.
   void abandon() noexcept { abandoned_ = true; }
 
   Duration exposure() const noexcept { return exposure_; }
@@ -78,8 +78,8 @@ class AravisLink {
   void read_back();
   void open_stream();
   void add_buffer();
-  /// Between us and the stream's thread, whenever a slot changes hands. Aravis' queues order that too, but inside of a
-  /// library into which no checker of threads sees.
+  /// Orders us and the stream's thread whenever a slot changes hands. Aravis' queues do so too, but inside a library
+  /// that thread checkers cannot see into.
   void hand_over() noexcept { handed_over_.fetch_add(1, std::memory_order_acq_rel); }
   cv::Mat free_memory();
   std::int64_t device_stamp(ArvBuffer* buffer) const;

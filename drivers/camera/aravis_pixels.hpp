@@ -18,8 +18,8 @@ struct AravisPixels {
 
 std::optional<AravisPixels> aravis_pixels(std::string_view name);
 
-/// The picture in `memory`, a continuous 8-bit row that holds at least size.area() pixels of the format, as 8 bit and
-/// 1 or 3 (BGR) channels. Shares the memory where nothing has to be converted; Mono16 keeps the upper 8 bits.
+/// The picture in `memory`, a continuous 8-bit row of at least size.area() pixels of the format, as 8 bit and 1 or 3
+/// (BGR) channels. Shares the memory if nothing must be converted; Mono16 keeps the upper 8 bits.
 cv::Mat picture_from(const cv::Mat& memory, cv::Size size, const AravisPixels& pixels, int channels);
 
 }  // namespace tankrig

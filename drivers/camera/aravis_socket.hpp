@@ -1,4 +1,4 @@
-// Which kind of socket takes a camera's frames on this machine, and how large its buffer must be.
+// Which kind of socket receives a camera's frames on this machine, and how large its buffer must be.
 #pragma once
 
 #include <cstddef>
@@ -23,15 +23,15 @@ struct SocketPlan {
   int buffer_bytes = 0;  ///< of a datagram socket
 };
 
-/// An ordinary socket whose buffer holds two frames (eight, where the system allows that): it is the faster one; else a
-/// packet socket. With the default buffer nearly every frame loses packets.
+/// A datagram socket if its buffer may hold two frames (eight if the system allows): it is faster. Otherwise a packet
+/// socket. With the default buffer nearly every frame loses packets.
 /// Errors: InputError with the command that cures it.
 SocketPlan plan_socket(const std::string& camera, AravisSettings::Socket wanted, std::size_t frame_bytes,
                        const SocketLimits& limits);
 
-/// Gives this process's datagram socket that listens at `port` a receive buffer of at least `bytes`, or what the system
-/// allows. Aravis does so only when a stream's first packet is there, when the rest of its frame may be lost already,
-/// and keeps the socket to itself. False if there is none.
+/// Gives this process's datagram socket at `port` a receive buffer of at least `bytes`, or what the system allows.
+/// Aravis does so only after a stream's first packet, when the rest of its frame may be lost already, and does not
+/// expose the socket. False if there is none.
 bool enlarge_receive_buffer(std::uint16_t port, int bytes);
 
 }  // namespace tankrig

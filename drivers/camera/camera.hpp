@@ -26,8 +26,8 @@ struct CameraInfo {
   double rate_hz = 0;
 };
 
-/// What became of the frames, for the session and the doctor. A frame is in one of these, once; what a frame's number
-/// skips since the one before it is counted before the frame is given out.
+/// What became of the frames, for the session and the doctor. Each frame is counted once. A gap in the frame numbers is
+/// counted before the next frame is given out.
 struct CameraCounters {
   std::uint64_t delivered = 0;
   std::uint64_t lost = 0;          ///< never came
@@ -39,7 +39,7 @@ struct CameraCounters {
   std::uint64_t left_out() const noexcept { return lost + incomplete + overrun + unread + clock_unsure; }
 };
 
-/// Threads: start, try_grab and stop from one thread, trigger from any, none the cycle's.
+/// Threads: start, try_grab and stop from one thread, trigger from any; never the cycle's.
 /// RT: never.
 class Camera {
  public:
@@ -49,12 +49,12 @@ class Camera {
   /// The next complete frame; nothing if none is ready.
   /// Errors: kNotReady before start().
   virtual Result<std::optional<Frame>> try_grab() = 0;
-  /// When the next frame may be ready, if the camera knows (paced ones do): lets a waiting thread sleep.
+  /// When the next frame may be ready, if the camera knows it, so that a waiting thread can sleep.
   virtual std::optional<Stamp> next_frame_at() const { return std::nullopt; }
   virtual void stop() noexcept = 0;
   virtual CameraCounters counters() const = 0;
-  /// Exposes one frame now, on a started camera that is set to software trigger.
-  /// Errors: kRefused on one that is not set to it, kNotReady before start().
+  /// Exposes one frame now. The camera must be started and set to software trigger.
+  /// Errors: kRefused if it is not set to it, kNotReady before start().
   virtual Status trigger() { return Error{ErrorCode::kRefused, 0, {}, "camera: not set to software trigger"}; }
   virtual Statistics statistics() const { return {}; }
 };

@@ -1,4 +1,4 @@
-// A device's clock in terms of ours: a straight line through pairs of readings, with an honest sigma.
+// Maps a device's clock to ours: a straight line through pairs of readings, with an honest sigma.
 #pragma once
 
 #include <cstdint>
@@ -31,9 +31,9 @@ struct ClockFitSettings {
   Duration outlier_floor = std::chrono::microseconds(50);  ///< no sample nearer than this is an outlier
 };
 
-/// host = line(device), weighted least squares over a sliding window. The rate has a prior, so that one sample already
-/// maps, with the sigma it deserves. A sample far off the line is put aside; two in a row that agree with each other
-/// and not with the line are a clock that was set or reset, and the fit begins anew from them.
+/// host = line(device), weighted least squares over a sliding window. The rate has a prior, so one sample already maps,
+/// with a suitable sigma. A sample far off the line is put aside. If two in a row agree with each other and not with
+/// the line, the clock was set or reset, and the fit starts again from them.
 /// Threads: one.
 class ClockFit {
  public:
@@ -42,13 +42,13 @@ class ClockFit {
   explicit ClockFit(const ClockFitSettings& settings = {}) : settings_(settings) {}
 
   Verdict add(const ClockSample& sample);
-  /// Whether the line, as it is, explains the sample. False before the first one.
+  /// Whether the current line explains the sample. False before the first one.
   bool agrees(const ClockSample& sample) const;
   /// Nothing before the first sample.
   std::optional<MappedStamp> map(std::int64_t device_ns) const;
   void reset();
 
-  /// How much faster than ours the device's clock runs [ppm], and one sigma of it.
+  /// How much faster than ours the device's clock runs [ppm], and its one sigma.
   double drift_ppm() const { return -rate_error_ * 1e6; }
   double drift_sigma_ppm() const { return rate_sigma_ * 1e6; }
   std::size_t samples() const { return window_.size(); }
@@ -71,16 +71,16 @@ class ClockFit {
   std::int64_t newest_ns_ = 0;
 };
 
-/// For a device whose clock cannot be asked: frames arrive after they were stamped, never before, so the earliest
-/// arrivals of a while, less the known transfer delay, are readings of both clocks.
+/// For a device whose clock cannot be read. Frames arrive after they were stamped, never before. So the earliest
+/// arrivals of a period, minus the known transfer delay, are readings of both clocks.
 /// Threads: one.
 class ArrivalEnvelope {
  public:
-  /// `frames` arrivals make one sample; `floor` is the least sigma it claims.
+  /// `frames` arrivals make one sample; `floor` is its least sigma.
   explicit ArrivalEnvelope(std::size_t frames = 25, Duration floor = std::chrono::microseconds(20))
       : frames_(frames), floor_(floor) {}
 
-  /// `arrival`: when the frame came, less the delay that every frame has.
+  /// `arrival`: when the frame came, minus the delay of every frame.
   std::optional<ClockSample> add(std::int64_t device_ns, Stamp arrival);
   void reset() { arrivals_.clear(); }
 

@@ -31,8 +31,8 @@ constexpr bool is_lone_field(FieldLayout layout) noexcept {
 /// The lines of one field, a view into `picture`; `picture` has two fields and an even number of rows.
 cv::Mat field_lines(const cv::Mat& picture, FieldLayout layout, Parity parity);
 
-/// A field at the picture's full size: its own rows where they belong, and between them the mean of their neighbours
-/// (at the edge, the neighbour). Row y is scene row y, so the camera model holds.
+/// A field at the picture's full size: its own rows in place, and between them the mean of their neighbours (at the
+/// edge, the neighbour). Row y is scene row y, so the camera model holds.
 cv::Mat full_height(const cv::Mat& lines, Parity parity);
 
 /// Both fields in one picture, rows in place.

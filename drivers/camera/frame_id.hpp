@@ -1,4 +1,4 @@
-// A camera's frame numbers, unwrapped: what was lost between two frames, and when the camera began anew.
+// A camera's frame numbers, unwrapped: losses between two frames, and restarts of the camera.
 #pragma once
 
 #include <algorithm>
@@ -6,9 +6,9 @@
 
 namespace tankrig {
 
-/// GigE Vision block ids to a sequence that only grows. A 16-bit id runs 1 .. 65535 and then 1 again (0 means "no
-/// frame"); a 64-bit extended id never wraps. An id a few places back is a late frame; one further back is a camera
-/// that began anew. A loss of more than 32767 frames between two 16-bit ids cannot be told from that.
+/// Turns GigE Vision block ids into an increasing sequence. A 16-bit id runs 1 .. 65535, then 1 again (0 means "no
+/// frame"); a 64-bit extended id never wraps. An id a few places back is a late frame; one farther back is a restarted
+/// camera. A loss of more than 32767 frames between two 16-bit ids looks like a restart.
 class FrameIdSequence {
  public:
   enum class Width { k16, k64 };
@@ -16,13 +16,13 @@ class FrameIdSequence {
   struct Step {
     std::uint64_t sequence = 0;  ///< 0 for the first frame
     std::uint64_t lost = 0;      ///< ids skipped since the newest frame
-    bool restarted = false;      ///< the camera counts anew: what was lost meanwhile is unknown, the sequence goes on
-    bool late = false;           ///< older than the newest frame, or the same once more
+    bool restarted = false;      ///< the camera restarted: losses meanwhile are unknown, the sequence goes on
+    bool late = false;           ///< older than the newest frame, or a repeat of it
   };
 
   explicit FrameIdSequence(Width width = Width::k16) : width_(width) {}
 
-  /// `unnumbered`: frames that came since the newest one, but whose own number was lost; they are not lost.
+  /// `unnumbered`: frames since the newest one whose number was lost; they do not count as lost.
   Step next(std::uint64_t id, std::uint64_t unnumbered = 0) noexcept {
     if (anew_) {
       const bool again = begun_;
@@ -42,7 +42,7 @@ class FrameIdSequence {
     return {sequence_, ahead - 1 - std::min(ahead - 1, unnumbered), false, false};
   }
 
-  /// The next id is the first of a camera that was switched on or opened again.
+  /// The next id is the first of a camera that was switched on or reopened.
   void restart() noexcept { anew_ = true; }
 
  private:

@@ -1,4 +1,4 @@
-// Whether a GigE Vision camera is there at all.
+// Whether a GigE Vision camera is reachable.
 #pragma once
 
 #include <string>
@@ -7,8 +7,8 @@
 
 namespace tankrig {
 
-/// True if a GigE Vision device answers at the address within `timeout`. Asks beside Aravis, whose own answer to a
-/// vanished camera takes seconds.
+/// True if a GigE Vision device at the address answers within `timeout`. Bypasses Aravis, which takes seconds for a
+/// vanished camera.
 bool gige_device_answers(const std::string& address, Duration timeout);
 
 }  // namespace tankrig

@@ -1,4 +1,4 @@
-// One picture of a motion-JPEG stream, decoded without a word on the terminal whatever its bytes are.
+// Decodes one picture of a motion-JPEG stream, without terminal output whatever its bytes are.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// Pictures as a camera's wire carries them, and the rig's 8-bit image made of them in one pass.
+// Pictures as a camera sends them, converted to the rig's 8-bit image in one pass.
 #pragma once
 
 #include <array>
@@ -49,7 +49,7 @@ std::size_t row_bytes(PixelFormat format, int width) noexcept;
 /// Bytes a picture needs when its rows begin `stride` bytes apart (the last row needs no padding); 0 for kMjpeg.
 std::size_t picture_bytes(PixelFormat format, int width, int height, std::size_t stride) noexcept;
 
-/// A picture in somebody else's memory.
+/// A picture in foreign memory.
 struct RawPicture {
   PixelFormat format = PixelFormat::kGrey;
   int width = 0, height = 0;  ///< [px]; a JPEG must have exactly these
@@ -58,9 +58,9 @@ struct RawPicture {
   bool full_range = false;  ///< kYuyv, kUyvy: Y and chroma use 0..255; else ITU-R BT.601's 16..235, 16..240
 };
 
-/// An image of its own memory, 8-bit, `channels` 1 or 3 (BGR). It does the conversion and no other copy. To one
-/// channel: luma as coded (YUV; head room above 235 is kept), weighted 0.299 R + 0.587 G + 0.114 B (RGB, Bayer). To
-/// three: ITU-R BT.601 (YUV), bilinear (Bayer). JPEG: full range, as JFIF says.
+/// Converts to an image with its own memory, 8-bit, `channels` 1 or 3 (BGR), without another copy. To one channel: luma
+/// as coded (YUV; head room above 235 is kept), weighted 0.299 R + 0.587 G + 0.114 B (RGB, Bayer). To three: ITU-R
+/// BT.601 (YUV), bilinear (Bayer). JPEG: full range, as in JFIF.
 /// Errors: kProtocol, the bytes are short or damaged; kOutOfRange, a width, height, stride or channel count cannot be.
 /// Threads: any.
 /// RT: never.

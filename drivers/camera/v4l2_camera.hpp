@@ -1,4 +1,4 @@
-// A Video for Linux camera: the kernel's own pictures, stamped, counted, and found again after they were lost.
+// A Video for Linux camera: the kernel's pictures, stamped, counted, and found again after a loss.
 #pragma once
 
 #include <memory>
@@ -11,12 +11,12 @@
 
 namespace tankrig {
 
-/// Streams from memory-mapped buffers; a picture is copied once, by its conversion to 8-bit grey or BGR. A lost device
-/// is looked for again from try_grab, every `settings.retry`; it must come back as it was.
+/// Streams from memory-mapped buffers; a picture is copied once, by its conversion to 8-bit grey or BGR. try_grab looks
+/// for a lost device every `settings.retry`; the device must come back unchanged.
 /// Threads: one, never the cycle's.
 /// RT: never.
 /// Errors: the constructor throws InputError, one line that says what to do. try_grab: kDisconnected while the device
-/// is away; kTimeout once when it is silent for `settings.timeout`; kIo when it fails again and again.
+/// is away; kTimeout once when it is silent for `settings.timeout`; kIo after repeated failures.
 class V4l2Camera final : public Camera {
  public:
   explicit V4l2Camera(const V4l2CameraSettings& settings) : V4l2Camera(settings, kernel_v4l2_device()) {}
@@ -24,7 +24,7 @@ class V4l2Camera final : public Camera {
   ~V4l2Camera() override;
 
   CameraInfo info() const override;
-  /// Also begins again after an error.
+  /// Also restarts after an error.
   Status start() override;
   Result<std::optional<Frame>> try_grab() override;
   std::optional<Stamp> next_frame_at() const override;
@@ -32,9 +32,9 @@ class V4l2Camera final : public Camera {
   CameraCounters counters() const override;
   Statistics statistics() const override;
 
-  /// Sleeps until try_grab may have news, `timeout` at most.
+  /// Sleeps until try_grab may have a frame, at most `timeout`.
   void wait(Duration timeout) noexcept;
-  /// What is not as asked or not as a measuring camera should be, one line each.
+  /// What differs from the request or is unsuitable for measuring, one line each.
   const std::vector<std::string>& warnings() const;
   /// One line for the session and the doctor: device, format, field order, controls.
   std::string description() const;

@@ -1,4 +1,4 @@
-// A camera's controls by the names v4l2-ctl gives them, and its automatics switched off for measuring.
+// A camera's controls by their v4l2-ctl names, and its automatics switched off for measuring.
 #pragma once
 
 #include <cstdint>
@@ -26,16 +26,16 @@ class V4l2Controls {
   explicit V4l2Controls(V4l2Device& device);
 
   const std::vector<V4l2ControlInfo>& all() const { return all_; }
-  /// By name or by id ("0x00980913", "9963795"). Names that kernel 5.17 changed are known by both, the old and the new.
+  /// By name or by id ("0x00980913", "9963795"). Names that kernel 5.17 changed are known in both forms.
   const V4l2ControlInfo* find(const std::string& name_or_id) const;
 
-  /// Returns what the device then has.
-  /// Errors: InputError, naming what it has or the range it takes.
+  /// Returns the value that the device then has.
+  /// Errors: InputError, naming the controls it has or the range it accepts.
   std::int32_t set(const std::string& name_or_id, std::int32_t value);
   std::optional<std::int32_t> get(std::uint32_t id) const;
 
-  /// Exposure, gain, white balance, focus, hue and brightness to manual, the frame rate fixed, where the device has
-  /// them, except those in `but`. Returns what was set, and adds to `stubborn` a line for each that would not.
+  /// Sets exposure, gain, white balance, focus, hue and brightness to manual and fixes the frame rate, as far as the
+  /// device has them, except those in `but`. Returns what was set; adds to `stubborn` a line for each that failed.
   std::vector<V4l2Control> switch_automatics_off(const std::vector<V4l2Control>& but,
                                                  std::vector<std::string>& stubborn);
 

@@ -1,4 +1,4 @@
-// What a Video for Linux driver asks of the kernel, and nothing else: a test can stand in for the device behind it.
+// A Video for Linux driver's kernel calls, so that a test can replace the device.
 #pragma once
 
 #include <cstddef>
@@ -16,10 +16,10 @@ namespace tankrig {
 class V4l2Device {
  public:
   virtual ~V4l2Device() = default;
-  /// For reading and writing, without blocking. Closes what was open.
+  /// For reading and writing, non-blocking. Closes an open one first.
   virtual int open(const std::string& path) noexcept = 0;
   virtual void close() noexcept = 0;
-  /// ioctl; begun again when a signal interrupts it.
+  /// ioctl, repeated when a signal interrupts it.
   virtual int call(unsigned long request, void* argument) noexcept = 0;
   /// Null if it fails.
   virtual std::uint8_t* map(std::size_t length, std::int64_t offset) noexcept = 0;

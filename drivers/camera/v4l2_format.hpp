@@ -1,4 +1,4 @@
-// Opening a capture device and agreeing with it on input, size, pixel format and rate.
+// Opens a capture device and agrees with it on input, size, pixel format and rate.
 #pragma once
 
 #include <cstdint>
@@ -33,8 +33,8 @@ FieldLayout field_layout(std::uint32_t field, bool top_first) noexcept;
 /// As v4l2-ctl writes it without spaces: "none", "interlaced-tb", "alternate" ...
 std::string field_order_name(std::uint32_t field);
 
-/// Opens `settings.device`, checks that it captures and streams, and agrees on a format; adds to `warnings` what is not
-/// as asked but can be lived with.
+/// Opens `settings.device`, checks that it captures and streams, and agrees on a format. Adds tolerable differences
+/// from the request to `warnings`.
 /// Errors: InputError, one line that says what to do.
 V4l2Format open_v4l2(V4l2Device& device, const V4l2CameraSettings& settings, std::vector<std::string>& warnings);
 

@@ -16,13 +16,13 @@ struct v4l2_buffer;
 
 namespace tankrig {
 
-/// What a buffer told besides its pictures.
+/// What a buffer says besides its pictures.
 struct V4l2Taken {
   std::uint64_t missed = 0;      ///< frames that never came before it
   std::uint64_t incomplete = 0;  ///< frames that will not be whole any more
 };
 
-/// A buffer gives none, one or (two fields) two frames, in the order of their exposure.
+/// A buffer gives no frame, one, or two (one per field), in the order of their exposure.
 /// Threads: one.
 /// RT: never.
 class V4l2Pictures {
@@ -37,15 +37,15 @@ class V4l2Pictures {
 
   V4l2Pictures(const V4l2CameraSettings& settings, const V4l2Format& format, std::optional<Duration> exposure);
 
-  /// `last_empty` and `now`: the looks between which the buffer arrived.
+  /// `last_empty` and `now`: the two polls between which the buffer arrived.
   V4l2Taken add(const v4l2_buffer& buffer, std::span<const std::uint8_t> memory, Stamp last_empty, Stamp now);
   std::optional<Frame> pop();
 
-  /// The device begins to count again.
+  /// The device counts from the beginning again.
   void restart();
-  /// Likewise, and nobody wanted what it exposed meanwhile.
+  /// The same, and nobody wanted what it exposed meanwhile.
   void begin_anew();
-  /// Drops what waits.
+  /// Drops waiting fields.
   void forget();
   const Counts& counts() const { return counts_; }
   /// Frames delivered per frame of the device: 2 when each field is one.

@@ -1,4 +1,4 @@
-// A device's 32-bit picture count made a 64-bit one that survives wraps, repeats and restarts.
+// Extends a device's 32-bit picture count to 64 bits, across wraps, repeats and restarts.
 #pragma once
 
 #include <cmath>
@@ -19,8 +19,8 @@ class V4l2Sequence {
     std::uint64_t missed = 0;  ///< pictures between this one and the last
   };
 
-  /// A count that stands still or runs backwards tells nothing (the device does not count, or began anew): then the
-  /// stamps do, if `period` is not zero.
+  /// If the count stands still or runs backwards (the device does not count, or restarted), the stamps decide, unless
+  /// `period` is zero.
   Place place(std::uint32_t counted, Stamp stamp, Duration period) noexcept {
     const std::uint32_t ahead = last_ ? counted - *last_ : 0;
     std::uint64_t step = ahead;
@@ -33,7 +33,7 @@ class V4l2Sequence {
     return place;
   }
 
-  /// The device counts from the beginning again: what is missing is told from the stamps.
+  /// The device counts from the beginning again: the stamps tell what is missing.
   void restart() noexcept { last_.reset(); }
   /// Nobody wanted what it exposed meanwhile: nothing is missing.
   void begin_anew() noexcept {

@@ -1,4 +1,4 @@
-// What a rig file says of a Video for Linux camera.
+// A Video for Linux camera's settings in the rig file.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@
 
 namespace tankrig {
 
-/// What becomes of the two fields of an interlaced camera. Delivered pictures always have the full height.
+/// What is done with the two fields of an interlaced camera. Delivered pictures always have the full height.
 enum class FieldUse : std::uint8_t {
   kWeave,   ///< one picture of both; rows alternate between two instants a field period apart
   kFirst,   ///< the older field alone
@@ -25,7 +25,7 @@ inline constexpr std::array kNames<FieldUse>{"weave", "first", "second", "both"}
 
 /// Which clock a buffer's stamp is on.
 enum class StampClock : std::uint8_t {
-  kDeclared,   ///< as the driver's flags say; undeclared ones are not used, the time of arrival is
+  kDeclared,   ///< as the driver's flags say; if they say nothing, the time of arrival
   kMonotonic,  ///< CLOCK_MONOTONIC, though the driver does not declare it
   kArrival,    ///< never the driver's: the time of arrival
 };

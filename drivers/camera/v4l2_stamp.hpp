@@ -1,4 +1,4 @@
-// From the moment a driver stamps to the middle of the exposure.
+// From a driver's stamp to the middle of the exposure.
 #pragma once
 
 #include <optional>
@@ -8,7 +8,7 @@
 
 namespace tankrig {
 
-/// A buffer's times as the driver and the host tell them.
+/// A buffer's times, from the driver and the host.
 struct V4l2BufferTimes {
   Stamp stamp{};           ///< the driver's; only meaningful if `monotonic`
   bool monotonic = false;  ///< declared to be on CLOCK_MONOTONIC (or the settings say so)
@@ -32,12 +32,12 @@ struct MidExposure {
   Duration exposure{};  ///< 0 if unknown
 };
 
-/// Of a picture exposed at once, or of the middle row of a rolling shutter:
+/// For a picture exposed at once, or the middle row of a rolling shutter:
 ///   stamped at the start:  mid = stamp + exposure / 2              (rolling: + readout / 2)
 ///   stamped at the end:    mid = stamp - readout - exposure / 2    (rolling: - readout / 2 - exposure / 2)
-/// An unknown exposure is taken as half the period, uniform over it. A stamp on no known clock is replaced by the
+/// An unknown exposure counts as half the period, with a uniform error. A stamp on no known clock is replaced by the
 /// middle of the interval in which the buffer arrived, at the end of the frame; sigma is that interval over sqrt(12).
-/// Sigma covers jitter and what is unknown of the exposure, not a read-out time that the rig file leaves out.
+/// Sigma covers jitter and an unknown exposure, not a read-out time missing from the rig file.
 MidExposure mid_exposure(const V4l2BufferTimes& times, const V4l2Exposure& exposure) noexcept;
 
 /// The two fields of one buffer are half a frame period apart; this is the older or the newer one's.

@@ -1,4 +1,4 @@
-// The kernel's picture buffers, mapped: filled ones come out, emptied ones go back.
+// The kernel's mapped picture buffers: full ones come out, empty ones go back.
 #pragma once
 
 #include <cstddef>
@@ -24,17 +24,17 @@ class V4l2Stream {
   V4l2Stream(const V4l2Stream&) = delete;
   V4l2Stream& operator=(const V4l2Stream&) = delete;
 
-  /// Takes `count` buffers (the device may give fewer or more, at least two) and streams.
+  /// Requests `count` buffers (the device may give fewer or more, at least two) and streams.
   /// Errors: kRefused, kDisconnected, kInternal (no memory), kIo.
   Status start(int count);
-  /// Gives everything back; also after the device is gone.
+  /// Returns everything; also after the device is gone.
   void stop() noexcept;
   bool running() const noexcept { return !buffers_.empty(); }
   int buffers() const noexcept { return static_cast<int>(buffers_.size()); }
 
   /// The oldest filled buffer; 0, EAGAIN if none is, or errno.
   int take(v4l2_buffer& buffer) noexcept;
-  /// Its whole memory: what of it is picture, `buffer.bytesused` says.
+  /// Its whole memory; `buffer.bytesused` of it is picture.
   std::span<const std::uint8_t> memory(const v4l2_buffer& buffer) const noexcept;
   int give_back(v4l2_buffer& buffer) noexcept;
 
@@ -46,7 +46,7 @@ class V4l2Stream {
   bool requested_ = false;  ///< the driver keeps buffers for us
 };
 
-/// kDisconnected for what a device that is gone answers, kIo for the rest.
+/// kDisconnected for errors of a device that is gone, kIo for others.
 ErrorCode code_of_errno(int problem) noexcept;
 
 }  // namespace tankrig

@@ -37,25 +37,25 @@ Statistics statistics_of(const CanCounters& counters, CanState state);
 class CanBus {
  public:
   virtual ~CanBus() = default;
-  /// kRefused with os_errno ENOBUFS when the queue is full: an ordinary outcome, counted.
+  /// Sends a frame. kRefused with os_errno ENOBUFS when the queue is full: normal, and counted.
   /// RT: safe.
-  /// Errors: kDisconnected (interface down or gone), kNotReady (bus-off: handed on, but hardly sent), kOutOfRange.
+  /// Errors: kDisconnected (interface down or gone), kNotReady (bus-off: accepted, but hardly sent), kOutOfRange.
   virtual Status try_send(const CanFrame& frame) noexcept = 0;
-  /// Sends, whatever state the bus is in and another thread is doing with it; uncounted.
+  /// Sends, whatever the bus's state and whatever another thread is doing with it; uncounted.
   /// Threads: any.  Async-signal-safe.
   virtual void send_regardless(const CanFrame& frame) noexcept = 0;
   /// Next received frame; nothing if none waits.
   /// RT: safe.
   /// Errors: kDisconnected with os_errno ENETDOWN or ENODEV for as long as the interface is down or gone.
   virtual Result<std::optional<CanFrame>> try_receive() noexcept = 0;
-  /// As the error frames read so far tell it, and the interface.
+  /// By the error frames read so far, and the interface.
   virtual CanState state() const noexcept = 0;
   virtual CanCounters counters() const noexcept = 0;
-  /// Looks for an interface or hub that went away, and takes it up again: after kDisconnected, again and again, from a
-  /// thread that may wait.
+  /// After kDisconnected: looks for the lost interface or hub and takes it up again. Call it repeatedly, from a thread
+  /// that may wait.
   /// Errors: kNotReady while it is away.
   virtual Status reopen() noexcept = 0;
-  /// Readable when a frame waits; for poll. -1 while there is none to ask.
+  /// Readable when a frame waits; for poll. -1 while there is no descriptor.
   virtual int descriptor() const noexcept = 0;
 };
 

@@ -1,4 +1,4 @@
-// What carries the frames: a kernel interface, the hub of a cross-process bus, or the other end of a pair.
+// Carries the frames: a kernel interface, the hub of a cross-process bus, or the other end of a pair.
 #pragma once
 
 #include <linux/can.h>
@@ -13,7 +13,7 @@
 
 namespace tankrig {
 
-/// A descriptor that sends and receives `struct can_frame`, and how to get it back.
+/// A descriptor that sends and receives `struct can_frame`, and the way to restore it.
 /// Threads: one; send_regardless() any.
 class CanCarrier {
  public:
@@ -28,17 +28,17 @@ class CanCarrier {
 
   /// -1 while a hub or the other end of a pair is gone; an interface keeps its descriptor.
   int descriptor() const noexcept { return fd_.get(); }
-  /// What a log calls it: the interface, or the socket's file name without its ending.
+  /// Its name in a log: the interface, or the socket's file name without extension.
   const std::string& name() const noexcept { return name_; }
 
-  /// Is it there? Binds or connects again where that is what it takes. Never waits for the other side; binding to an
-  /// interface that has come back takes the kernel's network configuration lock, for as long as an `ip link` holds it.
+  /// Whether it is there; binds or connects again if needed. Never waits for the other side. Binding to an interface
+  /// that has come back takes the kernel's network configuration lock, for as long as an `ip link` holds it.
   Presence look() noexcept;
-  /// The other side has closed, or does not answer any more.
+  /// The other side has closed, or no longer answers.
   void lose() noexcept;
-  /// Of the controller, when it was opened.
+  /// The controller's value when it was opened.
   CanState first_state() const noexcept { return first_state_; }
-  /// Leaves a bus-off by itself (restart-ms), as far as the kernel told.
+  /// Leaves bus-off by itself (restart-ms), as far as the kernel said.
   bool restarts() const noexcept { return restarts_; }
 
  private:

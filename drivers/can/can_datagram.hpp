@@ -25,10 +25,11 @@ struct CanDatagram {
 /// RT: safe.
 CanDatagram receive_datagram(int descriptor) noexcept;
 
-/// After an empty datagram: will the other side send nothing more, and has everything been read?  RT: safe.
+/// Whether, after an empty datagram, the other side sends no more and everything has been read.
+/// RT: safe.
 bool at_end(int descriptor) noexcept;
 
-/// Has stamps and drops reported with each datagram.
+/// Requests stamps and drop counts with each datagram.
 void enable_reports(int descriptor) noexcept;
 
 }  // namespace tankrig

@@ -12,8 +12,8 @@ namespace tankrig {
 
 /// Layout: linux/can/error.h and Documentation/networking/can.rst of the Linux kernel.
 struct CanErrorReport {
-  /// The fault confinement state the frame tells, if it tells one: bus-off, restarted (error-active), the controller's
-  /// state bits, or else the error counters it carries.
+  /// The fault confinement state in the frame, if any: bus-off, restarted (error-active), the controller's state bits,
+  /// or else its error counters.
   std::optional<CanState> state;
   bool bus_off = false;
   bool restarted = false;         ///< after bus-off, by restart-ms or by hand
@@ -26,7 +26,7 @@ struct CanErrorReport {
   std::optional<std::uint8_t> transmit_errors, receive_errors;  ///< counters, where the frame carries them
 };
 
-/// Nothing in particular of a frame that is no error frame.
+/// Empty for a frame that is no error frame.
 /// RT: safe.
 CanErrorReport decode_error_frame(const can_frame& frame) noexcept;
 

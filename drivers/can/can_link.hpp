@@ -1,4 +1,4 @@
-// How a CAN interface is set up, as `ip -details link show can0` tells it.
+// An interface's CAN settings, as in `ip -details link show can0`.
 #pragma once
 
 #include <optional>
@@ -8,7 +8,7 @@
 
 namespace tankrig {
 
-/// What a virtual interface has not stays empty.
+/// Fields that a virtual interface lacks stay empty.
 struct CanLink {
   std::string kind;               ///< "can" (a controller), "vcan", ...
   std::optional<int> bitrate;     ///< [bit/s]

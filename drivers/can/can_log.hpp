@@ -17,7 +17,7 @@ struct CanLogEntry {
   std::int64_t wall_ns = 0;  ///< CLOCK_REALTIME
   bool nanoseconds = false;  ///< nine digits of a second instead of six
   std::string interface;
-  int column = 0;         ///< width the interface's name is filled up to, when several were logged
+  int column = 0;         ///< width the interface's name is padded to, if several were logged
   canfd_frame frame{};    ///< can_id with its EFF, RTR and ERR flags
   bool fd = false;        ///< CAN FD, `frame.flags` valid
   std::uint8_t dlc = 0;   ///< 9 to 15 on a classic frame of eight bytes sent with such a code
@@ -26,7 +26,7 @@ struct CanLogEntry {
   friend bool operator==(const CanLogEntry&, const CanLogEntry&);
 };
 
-/// Without the end of line. What was read from a log of candump's comes out byte for byte.
+/// Without the line end. Entries read from candump's log are written back byte for byte.
 void append_line(const CanLogEntry& entry, std::string& text);
 
 /// Errors: InputError "FILE:LINE: ...".

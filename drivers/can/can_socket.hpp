@@ -1,4 +1,4 @@
-// A node of a CAN bus on a descriptor that carries `struct can_frame`: one code for every carrier.
+// A node of a CAN bus on a descriptor that carries `struct can_frame`: the same code for every carrier.
 #pragma once
 
 #include <linux/can.h>
@@ -13,8 +13,8 @@
 
 namespace tankrig {
 
-/// A bus-off ends with the kernel's restart (restart-ms, or by hand `ip link set can0 type can restart`), with the
-/// interface set down and up, or with the first frame received.
+/// A bus-off ends with the kernel's restart (restart-ms, or `ip link set can0 type can restart`), with the interface
+/// set down and up, or with the first frame received.
 /// Threads: one at a time; state(), counters() and send_regardless() any.
 /// RT: all but the constructor and reopen().
 class CanSocket final : public CanBus {
@@ -23,7 +23,7 @@ class CanSocket final : public CanBus {
 
   Status try_send(const CanFrame& frame) noexcept override;
   void send_regardless(const CanFrame& frame) noexcept override;
-  /// Passes over at most kLook frames that are not for this node; then nothing, though more may wait.
+  /// Skips at most kLook frames for other nodes, then returns nothing, though more may wait.
   Result<std::optional<CanFrame>> try_receive() noexcept override;
   CanState state() const noexcept override { return state_.load(std::memory_order_relaxed); }
   CanCounters counters() const noexcept override;

@@ -10,8 +10,8 @@
 
 namespace tankrig {
 
-/// Bits a classic frame takes from its start of frame to the end of the intermission, with the stuff bits of its very
-/// content. Layout, CRC-15 (polynomial 0x4599) and stuffing: Bosch CAN Specification 2.0 (1991), ISO 11898-1.
+/// Bits of a classic frame from its start of frame to the end of the intermission, with the stuff bits of its content.
+/// Layout, CRC-15 (polynomial 0x4599) and stuffing: Bosch CAN Specification 2.0 (1991), ISO 11898-1.
 /// RT: safe.
 int frame_bits(const can_frame& frame) noexcept;
 
@@ -28,13 +28,13 @@ constexpr Duration bits_duration(std::int64_t bits, int bitrate) noexcept {
   return Duration{(bits * 1'000'000'000 + bitrate - 1) / bitrate};
 }
 
-/// Frames of one kind, sent again and again.
+/// Frames of one kind, sent repeatedly.
 struct CanTraffic {
   double frames_per_s = 0;
   int length = 8;  ///< bytes
 };
 
-/// Share of the bus's time that 11-bit frames take at worst; above 1 they cannot be sent.
+/// Worst-case share of the bus's time for 11-bit frames; above 1 they cannot be sent.
 double bus_load(std::span<const CanTraffic> traffic, int bitrate) noexcept;
 
 }  // namespace tankrig

@@ -1,4 +1,4 @@
-// The kernel's receive stamps, which follow the wall clock, turned into the rig's time.
+// Turns the kernel's receive stamps, which follow the wall clock, into the rig's time.
 #pragma once
 
 #include <ctime>
@@ -8,13 +8,13 @@
 
 namespace tankrig {
 
-/// Reads both clocks close together. Never later than now, never earlier than the stamp before: a step of the wall
+/// Reads both clocks close together. Never later than now, never earlier than the previous stamp: a step of the wall
 /// clock between a frame and its reading costs at most that frame's accuracy, not the order.
 /// Threads: one.
 /// RT: safe.
 class StampConverter {
  public:
-  /// Of a clock that does not keep real time every stamp is its now().
+  /// If the clock does not keep real time, every stamp is its now().
   explicit StampConverter(const Clock& clock) : clock_(clock) {}
   Stamp operator()(const std::optional<timespec>& wall) noexcept;
 

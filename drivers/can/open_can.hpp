@@ -1,4 +1,4 @@
-// Opening a CAN bus: a kernel interface ("can0"), a bus that spans processes ("unix:PATH"), or a pair in this process.
+// Opens a CAN bus: a kernel interface ("can0"), a bus that spans processes ("unix:PATH"), or a pair in this process.
 #pragma once
 
 #include <filesystem>
@@ -13,7 +13,7 @@
 
 namespace tankrig {
 
-/// Accepts a standard data frame whose id agrees with `id` in the bits of `mask`.
+/// Accepts a standard data frame whose id equals `id` in the bits of `mask`.
 struct CanFilter {
   std::uint16_t id = 0;
   std::uint16_t mask = 0x7FF;
@@ -34,12 +34,12 @@ extern const SettingsTable<CanSettings> kCanKeys;
 /// "unix:runtime/NAME" lies in `runtime`. The filters are the device's, not the file's.
 CanSettings can_settings_from(const ConfigNode& node, const std::filesystem::path& runtime);
 
-/// Errors: InputError that says what to do: no such interface, down, another bit rate, listening only, no CAN in this
+/// Errors: InputError that says what to do: no such interface, down, another bit rate, listen-only, no CAN in this
 /// kernel, no permission, no hub.
 /// `clock` outlives the bus.
 std::unique_ptr<CanBus> open_can(const CanSettings& settings, const Clock& clock);
 
-/// Two nodes of a bus without a wire, in this process. Each may be handed to a thread or a forked process of its own.
+/// Two nodes of a bus without a wire, in this process. Each may move to its own thread or forked process.
 std::pair<std::unique_ptr<CanBus>, std::unique_ptr<CanBus>> make_can_pair(const Clock& clock);
 
 }  // namespace tankrig

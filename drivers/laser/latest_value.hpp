@@ -7,7 +7,7 @@
 
 namespace tankrig {
 
-/// Three slots: the writer always has one of its own, the reader another, the newest complete value lies in the third.
+/// Three slots: one is the writer's, one the reader's, and the third has the newest complete value.
 /// Threads: one writer, one reader.
 /// RT: both wait-free.
 template <class T>

@@ -1,4 +1,4 @@
-// The laser on a supply relay that listens to a serial line.
+// The laser on a supply relay with a serial line.
 #pragma once
 
 #include <array>
@@ -33,8 +33,8 @@ struct RelayLaserSettings {
                                                           ///< watchdog then opens when this program dies
   Duration query_period = std::chrono::milliseconds{50};  ///< with a status query: contacts are read so often
   Duration answer_timeout = std::chrono::milliseconds{50};
-  int attempts = 3;  ///< so many failed answers in a row: the relay is not to be trusted, laser off
-  /// On without set() or state() for longer: laser off. Shorter than the arm's watchdog: the laser goes off first.
+  int attempts = 3;  ///< so many failed answers in a row: the relay is not trusted, laser off
+  /// On without set() or state() for longer: laser off. Shorter than the arm's watchdog, so the laser goes off first.
   Duration caller_timeout = std::chrono::milliseconds{250};
   Duration opening_timeout = std::chrono::seconds{3};
 };
@@ -42,27 +42,28 @@ struct RelayLaserSettings {
 /// The rig file's `devices: laser:`.
 extern const SettingsTable<RelayLaserSettings> kRelayKeys;
 
-/// `device` in `runtime` where it begins with "runtime/".
+/// A `device` that begins with "runtime/" is in `runtime`.
 /// Errors: InputError.
 RelayLaserSettings relay_laser_settings_from(const ConfigNode& laser, const std::filesystem::path& runtime);
 
-/// Where the cycle hangs, the laser must go off before the arm is stopped.
+/// If the cycle hangs, the laser must go off before the arm is stopped.
 /// Errors: InputError unless the caller_timeout of `settings`, read from `laser`, is shorter than `arm_watchdog`.
 void check_goes_off_first(const ConfigNode& laser, const RelayLaserSettings& settings, Duration arm_watchdog);
 
-/// De-energised whenever in doubt: off is sent first on opening and after every return of the line, and last at the
-/// end; a line that hangs up, a relay that does not answer or answers wrongly, a caller that has gone silent, and a
-/// machine that was suspended, which no time-out sees, drop the command, which stays off until it is set again.
-/// `powered` is the read-back contact where a status query is configured, else the last echo. `since` is when the
-/// answer came: the contact moved at most answer_timeout before.
+/// Off when in doubt. Off is sent first on opening and after every return of the line, and last at the end. The command
+/// is dropped, and must be set again, if the line hangs up, the relay does not answer or answers wrongly, the caller
+/// falls silent, or the machine was suspended (which no time-out sees).
+/// `powered` is the read-back contact if there is a status query, else the last echo. `since` is the time of the
+/// answer: the contact moved at most answer_timeout earlier.
 /// Threads: as Laser; its own thread talks to the line.
-/// RT: set() and state() never wait, lock or allocate. Errors of state(): kDisconnected (the line is gone), kTimeout
-/// (no answer), kProtocol (a wrong one), kSuspended (until the relay has confirmed off after it), kInternal (its thread
-/// has ended or hangs: the refreshes end, and a relay with a watchdog opens); set(true) is refused with the same while
-/// they last. set(false) is always taken; state() says when it is true.
+/// RT: set() and state() never wait, lock or allocate.
+/// Errors: state() gives kDisconnected (the line is gone), kTimeout (no answer), kProtocol (a wrong one), kSuspended
+/// (until the relay has confirmed off afterwards), kInternal (its thread has ended or hangs: the refreshes end, and a
+/// relay with a watchdog opens). set(true) is refused with the same error while it lasts. set(false) is always
+/// accepted; state() tells when it is done.
 class RelayLaser final : public Laser {
  public:
-  /// Waits until the relay has confirmed off. `clock`: real, and outlives it.
+  /// Waits until the relay has confirmed off. `clock`: real; it outlives this object.
   /// Errors: InputError: SerialPort's, no answer, wrong answer.
   explicit RelayLaser(const RelayLaserSettings& settings, const Clock& clock = MonotonicClock::one());
   /// Sends off, at least twice if it is not confirmed.
@@ -76,7 +77,7 @@ class RelayLaser final : public Laser {
   void last_resort() noexcept override;
   Statistics statistics() const override;
 
-  /// The interlock's loop as last read back; nothing without a status query, and while the relay is not to be trusted.
+  /// The interlock's loop as last read back; nothing without a status query, or while the relay is not trusted.
   /// Threads: any.
   /// RT: safe.
   std::optional<bool> interlock_closed() const noexcept;
@@ -84,7 +85,7 @@ class RelayLaser final : public Laser {
  private:
   enum class Request : std::uint8_t { kNone, kOff, kOn, kQuery };
 
-  /// What the device thread knows, as told to the cycle.
+  /// The device thread's knowledge, as published to the cycle.
   struct Reading {
     bool trusted = false;  ///< the relay answers
     bool powered = false;

@@ -12,8 +12,8 @@
 
 namespace tankrig {
 
-/// Asks again until an answer decodes or the time is over; bytes that belong to no answer are skipped one by one; a
-/// line that has gone is opened again as soon as it is back.
+/// Asks until an answer decodes or the time is over. Bytes that belong to no answer are skipped one by one. A lost line
+/// is reopened as soon as it is back.
 /// Threads: one.
 /// RT: never.
 class LuxLine {
@@ -21,7 +21,8 @@ class LuxLine {
   /// `no_answer` and `no_sense` say what to do: string literals for Error::where.
   LuxLine(const SerialSettings& serial, Duration reply_timeout, const char* no_answer, const char* no_sense);
 
-  /// Answers have `length` bytes and begin with `prefix`; `decode` takes such bytes to a Result<T>. `last` ends it all.
+  /// Answers have `length` bytes and begin with `prefix`; `decode` turns them into a Result<T>. `last` is the overall
+  /// deadline.
   /// Errors: kTimeout, kProtocol (bytes came, none made sense), kDisconnected.
   template <class Decode>
   auto ask(std::span<const std::uint8_t> request, std::span<const std::uint8_t> prefix, std::size_t length,
@@ -45,7 +46,7 @@ class LuxLine {
     }
   }
 
-  /// When the request of the last answer was sent.
+  /// When the last answered request was sent.
   Stamp asked() const noexcept { return asked_; }
   Statistics statistics() const;
 

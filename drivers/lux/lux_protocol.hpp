@@ -1,4 +1,4 @@
-// What the protocols of both lux meters share: the units they may show, and a reply that none can have sent.
+// Common parts of both lux meters' protocols: units, and the error for an impossible reply.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@ enum class LuxUnit : std::uint8_t { kLux, kFootCandle };
 template <>
 inline constexpr std::array kNames<LuxUnit>{"lux", "foot_candle"};
 
-/// A lumen on a square foot: 1 / 0.3048^2.
+/// One lumen per square foot: 1 / 0.3048^2.
 constexpr double kLuxPerFootCandle = 1 / (0.3048 * 0.3048);
 
 constexpr double to_lux(double value, LuxUnit unit) {

@@ -1,4 +1,4 @@
-// The lux meter that the rig file names.
+// Opens the lux meter of the rig file.
 #pragma once
 
 #include <filesystem>

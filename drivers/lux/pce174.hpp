@@ -12,12 +12,12 @@ struct Pce174Settings {
   Duration reply_timeout = std::chrono::milliseconds{500};  ///< of one question; it is repeated within read()'s
 };
 
-/// Lux whatever unit the meter shows. The stamp is when the question was sent; the meter's value is up to half a second
-/// older.
-/// Errors of read(): LuxLine's; kNotReady if the meter is in hold or shows anything but the present value; kOutOfRange.
+/// Lux, whatever unit the meter shows. The stamp is when the question was sent; the meter's value is up to half a
+/// second older.
+/// Errors: those of LuxLine; kNotReady if the meter is in hold or shows anything but the present value; kOutOfRange.
 class Pce174 final : public LuxMeter {
  public:
-  /// Errors: InputError, as SerialPort. A meter that is switched off is noticed by read().
+  /// Errors: InputError, as SerialPort. A meter that is off is noticed by read().
   explicit Pce174(const Pce174Settings& settings);
 
   Result<LuxReading> read(Duration timeout) override;

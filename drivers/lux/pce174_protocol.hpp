@@ -31,8 +31,8 @@ struct Pce174Live {
   Pce174Memory memory = Pce174Memory::kNone;
 
   double lux() const noexcept { return to_lux(value, unit); }
-  /// The display has 4000 counts in every range; how the meter sends its "OL" is not public, so more counts are taken
-  /// for it.
+  /// The display has 4000 counts in every range. How the meter sends its "OL" is not public, so more counts are treated
+  /// as "OL".
   bool overload() const noexcept { return counts > 4000; }
 };
 

@@ -14,15 +14,15 @@ struct T10aSettings {
   bool colour_correction = false;                           ///< apply the factor set on the meter
   LuxUnit unit = LuxUnit::kLux;                             ///< set on the meter; its answers do not tell
   Duration reply_timeout = std::chrono::milliseconds{500};  ///< of one question; it is repeated within read()'s
-  Duration settling = std::chrono::milliseconds{500};       ///< after it was told that a computer listens
+  Duration settling = std::chrono::milliseconds{500};       ///< after it was told that a computer is connected
 };
 
 /// The stamp is when the question was sent; the meter's value is up to half a second older.
-/// Errors of read(): LuxLine's; kNotReady (hold, head without power, still settling or choosing its range),
-/// kOutOfRange, kInternal (its memory has failed).
+/// Errors: those of LuxLine; kNotReady (hold, head without power, still settling or choosing its range), kOutOfRange,
+/// kInternal (its memory has failed).
 class T10a final : public LuxMeter {
  public:
-  /// Errors: InputError, as SerialPort. A meter that is switched off is noticed by read().
+  /// Errors: InputError, as SerialPort. A meter that is off is noticed by read().
   explicit T10a(const T10aSettings& settings);
 
   Result<LuxReading> read(Duration timeout) override;

@@ -26,7 +26,7 @@ std::uint8_t t10a_bcc(std::span<const std::uint8_t> from_head_to_etx) noexcept;
 /// `head` 0 .. 29 (99: all), `command` 0 .. 99, `parameters` 4 characters.
 T10aShort encode_t10a(int head, int command, std::string_view parameters) noexcept;
 
-/// Command 54: without it the meter answers nothing else.
+/// Command 54: before it the meter answers nothing else.
 T10aShort t10a_pc_mode() noexcept;
 /// Command 10: running, automatic range; with or without the colour correction factor set on the meter.
 T10aShort t10a_read(int head, bool colour_correction) noexcept;

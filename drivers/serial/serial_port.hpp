@@ -1,4 +1,4 @@
-// A serial line, set by libserial, read and written without ever blocking.
+// A serial line, set up by libserial, read and written without blocking.
 //
 // libserial puts baud rate, framing and flow control on it (serial_settings.hpp). The rest is ours, because libserial's
 // - Open() changes the settings of a line that another program has: ours is locked first;
@@ -18,13 +18,13 @@
 
 namespace tankrig {
 
-/// Opened for itself alone: a second open of the same line is refused.
+/// Opened exclusively: a second open of the same line is refused.
 /// Threads: one, except where said.
 /// RT: try_read, try_write, discard_input are safe; open, reopen and wait_readable never.
 class SerialPort {
  public:
-  /// Errors: InputError that says what to do: no such device, no permission (which group), in use, not a terminal, baud
-  /// rate the line does not know.
+  /// Errors: InputError that says what to do: no such device, no permission (which group), in use, not a terminal,
+  /// unsupported baud rate.
   explicit SerialPort(const SerialSettings& settings);
   ~SerialPort();
   SerialPort(SerialPort&&) noexcept;
@@ -33,20 +33,20 @@ class SerialPort {
   /// Bytes read, 0 if none wait.
   /// Errors: kDisconnected when the line has hung up or the device is gone.
   Result<std::size_t> try_read(std::span<std::uint8_t> into) noexcept;
-  /// Bytes taken, fewer than given when the line's buffer is full.
+  /// Returns the bytes accepted: fewer than given when the line's buffer is full.
   /// Errors: kDisconnected.
   Result<std::size_t> try_write(std::span<const std::uint8_t> bytes) noexcept;
-  /// Writes what the line takes, whatever state it is in and another thread is doing with it: bytes may fall into the
-  /// middle of that one's.
+  /// Writes what the line accepts, whatever its state and whatever another thread is doing with it: the bytes may land
+  /// inside that thread's.
   /// Threads: any. Async-signal-safe.
   void write_regardless(std::span<const std::uint8_t> bytes) const noexcept;
-  /// Forgets what has been received and not read.
+  /// Discards received bytes.
   Status discard_input() noexcept;
   /// Waits until bytes can be read.
   /// Errors: kTimeout, kDisconnected.
   Status wait_readable(Duration timeout) noexcept;
-  /// Closes the line, and opens it again: after kDisconnected, soon, so that an adapter that is plugged in again finds
-  /// its name free.
+  /// Closes the line and opens it again. Call it soon after kDisconnected, so that a replugged adapter finds its name
+  /// free.
   /// Errors: kNotReady while the device is away.
   Status reopen() noexcept;
 

@@ -13,15 +13,15 @@ struct SerialSettings {
   int stop_bits = 1;
 };
 
-/// Errors: InputError for settings that no line has.
+/// Errors: InputError for impossible settings.
 void check_serial_settings(const SerialSettings& settings);
 
-/// It carries whole bytes whatever its framing, and its emulator holds it open.
+/// Carries whole bytes whatever its framing, and its emulator holds it open.
 bool is_pseudo_terminal(int fd) noexcept;
 
-/// Sets the line that `fd` has open: raw bytes, no flow control, reads that do not wait; a damaged byte is read as 0.
-/// Returns 0, or the errno of a line that has gone meanwhile.
-/// Errors: InputError for a rate or framing that it does not have.
+/// Sets the open line `fd`: raw bytes, no flow control, non-blocking reads; a damaged byte reads as 0. Returns 0, or
+/// the errno of a line that has gone meanwhile.
+/// Errors: InputError for an unsupported rate or framing.
 int set_serial_line(int fd, const SerialSettings& settings);
 
 }  // namespace tankrig

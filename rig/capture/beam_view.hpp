@@ -1,4 +1,4 @@
-// Where the laser's stripe should be seen: whether a camera can be asked for it.
+// Where a camera should see the laser's stripe.
 #pragma once
 
 #include "rig/capture/beam_watch.hpp"
@@ -6,15 +6,15 @@
 
 namespace tankrig {
 
-/// The stripe on an empty tank's floor and walls, as the rig file has camera, arm and laser. It need not be exact: it
-/// only tells a stripe that is out of view from one that is missing.
+/// The stripe on an empty tank's floor and walls, from the rig file's camera, arm and laser. It need not be exact: it
+/// only tells a stripe out of view from a missing one.
 /// Threads: const and safe.
 /// RT: never.
 class BeamView {
  public:
   BeamView(const RigConfig& rig, const RigCamera& camera);
 
-  /// A good part of the stripe crosses the picture.
+  /// Whether a good part of the stripe crosses the picture.
   bool expects_stripe(const JointVector& q) const;
 
  private:

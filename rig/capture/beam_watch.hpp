@@ -1,4 +1,4 @@
-// The cameras' word on the laser: its stripe is there when the device says on, and not there when it says off.
+// What the cameras say of the laser: the stripe is there when the device says on, and gone when it says off.
 #pragma once
 
 #include <deque>
@@ -17,32 +17,33 @@
 
 namespace tankrig {
 
-/// Whether a camera should see the stripe with the arm in this posture. Empty: unknown, its absence says nothing.
+/// Whether a camera should see the stripe with the arm in this posture. Empty: unknown; then a missing stripe says
+/// nothing.
 using StripeInView = std::function<bool(const JointVector& q)>;
 
-/// What a camera sees in the dark is learnt from its first frames before any light, however few came. From then on
-/// every frame testifies, except around a switching. `frames` contradictions of one camera in a row are a verdict,
-/// which stays. A camera whose lit picture stays the same, bit for bit, though the arm moves is no witness.
+/// Each camera learns the dark from its first frames before any light, however few. From then on every frame testifies,
+/// except around a switching. `frames` contradictions of one camera in a row are a verdict, and it stays. A camera
+/// whose lit picture stays the same, bit for bit, while the arm moves is no witness.
 /// Threads: one, the supervisor's.
 /// RT: never.
 class BeamWatch {
  public:
-  /// `settle`: so long before and after a switching no frame testifies. `laser` and `joints` outlive it.
+  /// No frame testifies for `settle` before and after a switching. `laser` and `joints` outlive it.
   BeamWatch(const BeamSettings& settings, Duration settle, const LaserTimeline& laser, const JointHistory& joints)
       : settings_(settings), settle_(settle), laser_(laser), joints_(joints) {}
 
-  /// Its number is the count of those before. One that is waived is not looked at.
+  /// Cameras are numbered in the order they are added. A waived one is ignored.
   void add_camera(const std::string& name, StripeInView in_view);
   /// In order of their stamps.
   void add(const CycleRecord& record);
   void add(int camera, const Frame& frame);
 
-  /// Judges the frames whose light is known by now, and of lit ones the joints.
+  /// Judges the frames whose light is known by now; lit ones also need their joints.
   BeamVerdict judge();
 
   /// The camera that has repeated its lit picture in `frames` frames in a row.
   std::optional<int> repeating() const { return repeating_; }
-  /// A camera of which no picture of the dark came before the light: it can say nothing.
+  /// A camera without a dark picture before the light: it cannot testify.
   std::optional<int> blind() const { return blind_; }
 
   /// "beam seen in 200 of 200 lit frames, not seen in 24 of 24 dark ones; waived: mono"

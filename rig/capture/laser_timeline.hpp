@@ -1,4 +1,4 @@
-// When the laser really shone, as far as the cycle has told: for tagging frames.
+// When the laser really shone, as far as the cycle has reported: for tagging frames.
 #pragma once
 
 #include <deque>
@@ -14,12 +14,12 @@ class LaserTimeline {
  public:
   enum class Light { kOff, kOn, kMixed, kNotYetKnown };
 
-  /// Records in order of their stamps. One that could not read the laser says nothing of it.
+  /// Records in order of their stamps. One without a laser reading says nothing.
   void add(const CycleRecord& record) {
     if (record.laser) add(record.stamp, *record.laser);
   }
 
-  /// What the laser told at `now`.
+  /// What the laser reported at `now`.
   void add(Stamp now, const LaserState& laser) {
     if (edges_.empty() || edges_.back().emitting != laser.emitting)
       edges_.push_back(

@@ -18,7 +18,7 @@ class ScanSink {
   virtual ~ScanSink() = default;
   /// Every joint sample, in order of its stamp.
   virtual void joints(const JointState& state) = 0;
-  /// A frame joined to its joints. `record.file` is the sink's to choose; the rest is filled in.
+  /// A frame joined to its joints. The sink may choose `record.file`; the rest is filled in.
   virtual void frame(const FrameRecord& record, const cv::Mat& image) = 0;
   /// `kind`: one of event_kinds.hpp.
   virtual void event(Stamp when, std::string_view kind, const std::string& text) = 0;

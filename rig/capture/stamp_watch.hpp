@@ -1,4 +1,4 @@
-// Whether the stamps of a camera's frames go with time: its clock may jump.
+// Whether a camera's clock has jumped, by the stamps of its frames.
 #pragma once
 
 #include <fmt/format.h>
@@ -11,16 +11,16 @@
 
 namespace tankrig {
 
-/// A frame that is stamped after it came, or before the one before it, was stamped by a clock that has jumped, and what
-/// follows would be joined to the joints of another time without a word.  Not noticed: back by less than a frame's
-/// period, ahead by less than kMostOffset and the time a frame takes to come.
+/// A stamp after the frame's arrival, or before the previous stamp, means that the clock has jumped: later frames would
+/// silently be joined to the wrong joints. Not noticed: a jump back by less than a frame's period, or ahead by less
+/// than kMostOffset plus the frame's transfer time.
 /// Threads: one.
 class StampWatch {
  public:
-  static constexpr Duration kMostOffset = std::chrono::milliseconds{100};  ///< of a camera that is not calibrated yet
+  static constexpr Duration kMostOffset = std::chrono::milliseconds{100};  ///< of an uncalibrated camera
 
-  /// What is wrong with the next frame, as its driver stamped it; empty: nothing. What a stamp's own sigma allows is
-  /// the sync gate's to refuse.
+  /// What is wrong with the next frame's stamp, as given by its driver; empty: nothing. Errors within the stamp's own
+  /// sigma are left to the sync gate.
   std::string judge(const Frame& frame, Stamp arrival) {
     const Duration slack = allowed(frame.stamp_sigma);
     if (const Duration ahead = frame.stamp - arrival; ahead > kMostOffset + slack) return told(ahead, "after it came");

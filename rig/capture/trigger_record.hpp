@@ -1,4 +1,4 @@
-// Triggers held against the frames that came of them: delay, losses.
+// Triggers matched with their frames: delay, losses.
 #pragma once
 
 #include <deque>
@@ -9,27 +9,27 @@
 
 namespace tankrig {
 
-/// Of one camera. A frame belongs to the last trigger before its exposure began; triggers before that which have no
-/// frame are lost. So a camera must begin to expose before its next trigger.
+/// For one camera. A frame belongs to the last trigger before its exposure began; earlier triggers without a frame are
+/// lost. So a camera must begin to expose before its next trigger.
 /// Threads: one.
 /// RT: never.
 class TriggerRecord {
  public:
   /// In the order they were fired.
   void add(const FiredTrigger& trigger) { triggers_.push_back(trigger); }
-  /// In the order of their stamps, on the joints' clock. It may come before its trigger is told of.
+  /// In the order of their stamps, on the joints' clock. A frame may come before its trigger is reported.
   void add_frame(Stamp middle, Duration exposure) { frames_.push_back({middle, exposure}); }
   /// Pairs what can be paired.
   void settle(Stamp now);
-  /// What still waits will have no partner.
+  /// What still waits gets no partner.
   void finish();
 
-  /// From trigger() to mid-exposure: the median of the last few, once there are some.
+  /// From trigger() to mid-exposure: the median of the last few; nothing while there are none.
   std::optional<Duration> delay() const;
-  /// How far mid-exposures were from where they were wanted; this share is not further [s].
+  /// The distance of mid-exposures from the wanted time that this share does not exceed [s].
   double timing_error(double share) const;
 
-  /// When the oldest of the triggers that wait for a frame was fired, if there are several.
+  /// When the oldest waiting trigger was fired, if several wait for a frame.
   std::optional<Stamp> unanswered_since() const {
     return triggers_.size() < kSeveral ? std::nullopt : std::optional(triggers_.front().fired);
   }

@@ -1,4 +1,4 @@
-// When a triggered camera is to expose: at the elbow's next angle, or at the next whole period of the plan.
+// When a triggered camera exposes: at the elbow's next angle, or at the next whole period of the plan.
 #pragma once
 
 #include <atomic>
@@ -19,24 +19,25 @@ struct TriggerRequest {
   double angle = std::numeric_limits<double>::quiet_NaN();  ///< of the elbow at `middle` [rad]; none at equal times
 };
 
-/// Of one camera. Mid-exposure falls on the angle or the time; trigger() is called earlier by the camera's delay.
+/// For one camera. Mid-exposure falls on the angle or the time; trigger() is called earlier by the camera's delay.
 ///   kSoftware  mid-exposures at whole periods of plan time
 ///   kPosition  in sweeps at sweep_from + (n + pass / passes) * spacing, n whole, in either direction, from sweep_from
 ///              to sweep_to, both included: the crossing is predicted from the newest joint sample and its velocity; in
 ///              dark blocks at whole periods
-/// Only where the camera records, and only while the executive runs its plan.
-/// Threads: next() in the cycle's thread, everything else from any.  RT: all are safe.
+/// Only while the camera records and the executive runs its plan.
+/// Threads: next() in the cycle's thread, everything else from any.
+/// RT: all are safe.
 class TriggerSchedule {
  public:
   /// `period` of frames at equal times [s].
   TriggerSchedule(const ScanPlan& plan, const ScanSettings& settings, const TriggerSettings& trigger, RecordWhen record,
                   double period);
 
-  /// What is to be fired before the next cycle, if anything. At most one: a camera is slower than the cycle.
+  /// The trigger to fire before the next cycle, if any. At most one: a camera is slower than the cycle.
   std::optional<TriggerRequest> next(const CycleRecord& record) noexcept;
 
   void set_delay(Duration delay) noexcept { delay_ns_.store(delay.count(), std::memory_order_relaxed); }
-  /// Angles and times of the recorded part that had passed before they could be asked for.
+  /// Angles and times of the recorded part that passed before they could be requested.
   std::uint64_t skipped() const noexcept { return skipped_.load(std::memory_order_relaxed); }
 
  private:

@@ -1,4 +1,4 @@
-// The device thread that triggers one camera: a bounded queue in, what became of the triggers out.
+// The device thread that triggers one camera: a bounded queue in, the fate of each trigger out.
 #pragma once
 
 #include <atomic>
@@ -17,35 +17,35 @@ struct FiredTrigger {
   TriggerRequest request;
   Stamp fired{};  ///< when Camera::trigger() was called
   bool accepted = false;
-  Error error{};  ///< of one that was not
+  Error error{};  ///< of a trigger that failed
 };
 
-/// Calls Camera::trigger() when a request says so. In real time a thread of its own sleeps until then, so a camera that
-/// takes its time holds up nobody; under a virtual clock fire_due() does the same in the caller's turn.
+/// Calls Camera::trigger() when a request is due. In real time its own thread sleeps until then, so a slow camera holds
+/// up nobody; under a virtual clock fire_due() does the same in the caller's turn.
 /// Threads: request() in the cycle's, everything else in one other.
 /// RT: request is safe.
 class TriggerThread {
  public:
-  static constexpr std::size_t kWaiting = 16;  ///< requests; a camera that answers has none or one
+  static constexpr std::size_t kWaiting = 16;  ///< requests; a camera that answers has at most one
 
   TriggerThread(Camera& camera, Clock& clock);
   ~TriggerThread();
   TriggerThread(const TriggerThread&) = delete;
   TriggerThread& operator=(const TriggerThread&) = delete;
 
-  /// False if too many wait: it is dropped, and counted by the caller.
+  /// False if too many wait: the request is dropped, and the caller counts it.
   bool request(const TriggerRequest& request) noexcept;
 
-  /// Starts the thread where time is real.
+  /// Starts the thread, in real time only.
   void begin();
-  /// Waits for the trigger that is being given; none is given after it. Not for a dead thread.
+  /// Waits for the trigger in progress; none follows. Does not wait for a dead thread.
   void end();
-  /// Under a virtual clock: when the next trigger is due, and giving it; the clock moves on to it.
+  /// Under a virtual clock: when the next trigger is due; fires it and moves the clock on.
   std::optional<Stamp> due() noexcept;
   void fire_due() noexcept;
-  /// Next of what was fired.
+  /// The next fired trigger.
   bool try_pop(FiredTrigger& fired) noexcept { return fired_.try_pop(fired); }
-  /// The thread has ended though nobody asked it to, or a trigger does not come back from the camera.
+  /// The thread has ended unasked, or hangs in the camera's trigger().
   bool dead() const noexcept { return life_.missing(clock_.now()); }
 
  private:

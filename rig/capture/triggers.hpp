@@ -1,4 +1,4 @@
-// All triggered cameras of a scan: schedules in the cycle, a device thread each, and what became of their triggers.
+// All triggered cameras of a scan: schedules in the cycle, one device thread each, and the fate of their triggers.
 #pragma once
 
 #include <map>
@@ -14,7 +14,8 @@
 
 namespace tankrig {
 
-/// Threads: cycle() in the cycle's, everything else in the supervisor's.  RT: cycle is safe.
+/// Threads: cycle() in the cycle's, everything else in the supervisor's.
+/// RT: cycle is safe.
 ///
 /// Counts, under "CAMERA.REASON", where they are not 0:
 ///   trigger_dropped  the camera's thread was too busy for it
@@ -26,26 +27,27 @@ class Triggers final : public CycleListener {
   Triggers(const ScanPlan& plan, const ScanSettings& settings, Clock& clock, ScanSink& sink)
       : plan_(plan), settings_(settings), clock_(clock), sink_(sink) {}
 
-  /// Before begin(). `number` is the caller's for this camera; one that runs freely is left out.
+  /// Before begin(). `number` is the caller's for this camera; a free-running one is ignored.
   void add_camera(int number, Camera& camera, RecordWhen record, const TriggerSettings& trigger);
   void begin();
   void cycle(const CycleRecord& record) noexcept override;
   /// Under a virtual clock: fires what is due before the next cycle.
   void turn() noexcept;
-  /// Takes over what was fired since. What is wrong where a camera's thread is dead or stuck, else nothing.
+  /// Collects what was fired since the last call. Returns what is wrong if a camera's thread is dead or stuck, else
+  /// nothing.
   std::string collect();
-  /// Since when the triggers of this camera have brought no frame, if it leaves several unanswered.
+  /// Since when this camera's triggers have brought no frame, if several are unanswered.
   std::optional<Stamp> unanswered_since(int number) const;
   void add_frame(int number, const Frame& frame);
-  /// The camera was (re)started: triggers from before will bring no frame.
+  /// The camera was (re)started: earlier triggers bring no frame.
   void restarted(int number);
-  /// No frame and no cycle comes after it.
+  /// After the last frame and the last cycle.
   void finish();
-  /// Likewise, and tells nobody: for a sink that takes nothing any more.
+  /// The same without telling the sink, which takes nothing any more.
   void give_up();
 
   std::map<std::string, std::uint64_t> counts() const;
-  /// After finish(), of a triggered camera.
+  /// Of a triggered camera, after finish().
   struct Account {
     std::uint64_t expected = 0;  ///< frames: those that were to be triggered, and those that came without a trigger
     std::uint64_t lost = 0;      ///< triggers given of which no frame came

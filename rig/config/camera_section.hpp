@@ -8,12 +8,13 @@ namespace tankrig {
 
 extern const SettingsTable<RigCamera> kRigCameraKeys;
 
-/// Names and roles stand once, one camera records the sweep, and a stereo pair has two eyes.
+/// Names and roles are unique, one camera records the sweep, and a stereo pair has two cameras.
 /// Errors: InputError with file and line.
 void check_cameras(const ConfigNode& root, const RigConfig& rig);
 
-/// What the scan takes from cameras and object: the time between the sweep's frames, and where residuals are told.
-/// Errors: InputError where a camera's trigger and the scan contradict each other.
+/// Fills in what the scan takes from cameras and object: the time between the sweep's frames, and the target of
+/// residuals.
+/// Errors: InputError if a camera's trigger and the scan contradict each other.
 void settle_camera_timing(RigConfig& rig);
 
 }  // namespace tankrig

@@ -1,4 +1,4 @@
-// The rig file's `obstacles` section. Cameras and object are not in it.
+// The rig file's `obstacles` section, without cameras and object.
 #pragma once
 
 #include "core/settings_table.hpp"

@@ -17,7 +17,7 @@
 namespace tankrig {
 
 struct RigCamera : CalibratedCamera {
-  /// Its housing, in c [m]: an assumption on a small underwater camera, where the rig file says nothing.
+  /// Its housing, in c [m]. The default is an assumed small underwater camera.
   Eigen::AlignedBox3d body{Vector3d(-0.04, -0.04, -0.12), Vector3d(0.04, 0.04, 0.03)};
   RecordWhen record = RecordWhen::kAll;
   double rate_hz = 25;
@@ -27,7 +27,7 @@ struct RigCamera : CalibratedCamera {
   Box housing() const { return {bMc * Eigen::Translation3d(body.center()), body.sizes()}; }
 };
 
-/// Frames: e. The sheet is all that triangulation uses; origin and direction say what it can reach.
+/// Frames: e. Triangulation uses only the sheet; origin and direction limit its reach.
 struct RigLaser {
   Plane ePl;
   Vector3d origin_e = Vector3d::Zero();      ///< the projector's exit, on the sheet [m]
@@ -44,7 +44,7 @@ struct RigObject {
 inline constexpr std::array kForeignSections{"reconstruction", "evaluation", "mock",
                                              "workspace",      "devices",    "emulation"};
 
-/// A rig file, read and checked. `scan` is complete: laser and camera facts it needs are filled in from their sections.
+/// A rig file, read and checked. `scan` is complete: it includes the laser and camera facts it needs.
 struct RigConfig {
   explicit RigConfig(ConfigNode file_root) : file(file_root.file()), root(std::move(file_root)) {}
 
@@ -62,7 +62,7 @@ struct RigConfig {
   RigObject object;
   Obstacles obstacles;  ///< without cameras and object
 
-  /// One of kForeignSections; nothing if the file does not have it.
+  /// One of kForeignSections; nothing if the file lacks it.
   std::optional<ConfigNode> section(std::string_view name) const;
 
   const RigCamera* find_camera(CameraRole role) const;
@@ -70,19 +70,19 @@ struct RigConfig {
   ConfigNode root;  ///< the whole file, for section()
 };
 
-/// A rig file as YAML; with `base: FILE`, all that rig says and this file does not.
+/// A rig file as YAML, completed from its `base: FILE`.
 /// Errors: InputError.
 ConfigNode rig_file(const std::filesystem::path& file);
 
-/// Reads a rig file and applies one of its presets to its scan ("" for none). Keys of section()s are not looked at
-/// here: whoever reads one calls finish() on it.
-/// Errors: InputError "FILE:LINE: key: found ..., expected ..."; an unknown key is one.
+/// Reads a rig file and applies one of its presets to its scan ("" for none). Foreign sections are not checked here:
+/// their readers call finish().
+/// Errors: InputError "FILE:LINE: key: found ..., expected ...", also for an unknown key.
 RigConfig load_rig(const std::filesystem::path& file, const std::string& preset = "");
-/// The same of a rig file that is read already.
+/// The same for a rig file that is already read.
 RigConfig read_rig(const ConfigNode& file, const std::string& preset = "");
 
-/// The rig as it was used, presets and changes applied: a rig file again. `mesh` is what it names as the object's mesh,
-/// relative to where the text will be stored.
+/// The rig as used, presets and changes applied: a rig file again. `mesh` is its object's mesh, relative to where the
+/// text will be stored.
 std::string resolved_rig_yaml(const RigConfig& rig, const std::string& mesh);
 
 /// Every key of the sections read here with its default, range and meaning, as rows of a Markdown table.

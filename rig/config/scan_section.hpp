@@ -1,4 +1,4 @@
-// The rig file's `scan` section, and its presets, which are parts of one.
+// The rig file's `scan` section, and its presets, which are parts of it.
 #pragma once
 
 #include "core/settings_table.hpp"
@@ -8,7 +8,7 @@ namespace tankrig {
 
 extern const SettingsTable<ScanSettings> kScanKeys;
 
-/// Postures within the arm's limits and what the settings demand of each other; complaints point into `node`.
+/// Checks that postures are within the arm's limits, and the settings against each other; messages point into `node`.
 void check_scan_section(const ConfigNode& node, const ScanSettings& scan, const ArmModel& arm);
 
 }  // namespace tankrig

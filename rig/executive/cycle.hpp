@@ -17,42 +17,42 @@
 
 namespace tankrig {
 
-/// For how long no step may be made in real time.
+/// How long the cycle may make no step in real time.
 struct CyclePatience {
   Duration noticed = std::chrono::milliseconds{250};  ///< longer: it hangs
-  Duration given_up = std::chrono::seconds{3};        ///< so much longer: it does not come back
+  Duration given_up = std::chrono::seconds{3};        ///< so much longer: it is left behind
 };
 
 /// Steps the executive at every point of its grid, from begin() to end().
-/// In real time nothing the caller does holds a step up: a caller that hangs is noticed by its heartbeat. Overruns keep
-/// the grid and are counted; too many of them within their window stop the executive. A step that hangs is noticed by
-/// the caller's turns: from then on, and in every turn, the laser is switched off and the arm stopped past it. Under a
-/// virtual clock step and caller take turns, which makes a run bit-reproducible, and no time is taken.
+/// In real time the caller cannot hold up a step; its heartbeat shows if the caller hangs. Overruns keep the grid and
+/// are counted; too many within their window stop the executive. The caller's turns notice a step that hangs: from then
+/// on, every turn switches the laser off and stops the arm past it.
+/// Under a virtual clock step and caller take turns and no time passes, so a run is bit-reproducible.
 /// Threads: one, the supervisor's.
 /// RT: its thread allocates nothing, takes no lock and waits for nothing but the next point (tests/real_time).
 class Cycle {
  public:
-  /// Asks the system for what `real_time` says, and goes on without what it is refused: see check_real_time().
+  /// Asks the system for what `real_time` says, and goes on without what is refused: see check_real_time().
   Cycle(Executive& executive, Clock& clock, Duration period, const RealTimeSettings& real_time = {},
         const CyclePatience& patience = {});
-  /// The program dies, by its last resort, if the thread was left behind.
+  /// If the thread was left behind, the program dies by its last resort.
   ~Cycle() { end(); }
   Cycle(const Cycle&) = delete;
   Cycle& operator=(const Cycle&) = delete;
 
-  /// Does nothing the second time.
+  /// A second call does nothing.
   void begin();
-  /// Lets about one period pass; at least one step has been made when the first call returns, or it hangs.
+  /// Lets about one period pass. When the first call returns, at least one step has been made, or it hangs.
   void turn() noexcept;
-  /// No step is made after it returns true. False if its thread does not come back: then that is left behind, and with
-  /// it this object and all that it uses, to the end of the program. If it does come back, it goes on making safe.
+  /// True: no step follows. False: the thread does not come back. Then it is left behind with this object and
+  /// everything it uses, until the program ends. If it does come back, it keeps making safe.
   bool end() noexcept;
 
-  /// As the last turn saw it: inside a step, or without a processor, for longer than it may be.
+  /// At the last turn, it was too long inside a step or without a processor.
   bool hangs() const noexcept { return silence_.stalled_for() > patience_.noticed; }
-  /// Likewise: it will not come back.
+  /// At the last turn, it was considered lost.
   bool given_up() const noexcept { return silence_.stalled_for() > patience_.noticed + patience_.given_up; }
-  /// A cycle of this program was left behind, and may still use its devices.
+  /// A cycle of this program was left behind and may still use its devices.
   /// Threads: any.
   static bool any_left_behind() noexcept;
 
@@ -60,10 +60,10 @@ class Cycle {
   std::uint64_t overruns() const noexcept { return overruns_.load(std::memory_order_relaxed); }
   std::uint64_t missed_cycles() const noexcept { return missed_.load(std::memory_order_relaxed); }
 
-  /// Nothing under a virtual clock.
+  /// Empty under a virtual clock.
   /// Threads: after end().
   const std::optional<CycleTimes>& times() const noexcept { return times_; }
-  /// What the system gave.
+  /// What the system granted.
   /// Threads: after the first turn().
   const RealTimeGrant& granted() const noexcept { return granted_; }
 

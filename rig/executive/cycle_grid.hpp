@@ -1,4 +1,4 @@
-// The cycle's time grid: fixed period, counted overruns, never a burst of late cycles.
+// The cycle's time grid: fixed period, counted overruns, no burst of late cycles.
 #pragma once
 
 #include <algorithm>
@@ -9,7 +9,7 @@
 
 namespace tankrig {
 
-/// Grid points start + n * period. A cycle that ends after its successor's point drops the points it ran over.
+/// Grid points start + n * period. A cycle that ends after the next point drops the points it ran over.
 /// RT: safe.
 class CycleGrid {
  public:
@@ -17,8 +17,7 @@ class CycleGrid {
 
   Stamp next() const noexcept { return next_; }
 
-  /// Moves to the first grid point after the one just served that is not yet past at `now`. True if points were
-  /// dropped: an overrun.
+  /// Moves to the first later grid point that is not yet past at `now`. True if points were dropped: an overrun.
   bool advance(Stamp now) noexcept {
     next_ = next_ + period_;
     if (now <= next_) return false;
@@ -31,7 +30,7 @@ class CycleGrid {
 
   /// Goes on from `start`.
   void restart(Stamp start) noexcept { next_ = start; }
-  /// The next point and all after it come so much later.
+  /// Delays the next point and all after it by this.
   void shift(Duration by) noexcept { next_ = next_ + by; }
 
   std::uint64_t overruns() const noexcept { return overruns_; }     ///< cycles that ran past the next grid point
@@ -43,16 +42,15 @@ class CycleGrid {
   std::uint64_t overruns_ = 0, missed_ = 0;
 };
 
-/// Steers a grid so that it keeps its place among the samples of a device that has a clock of its own, where a fixed
-/// one would now and then meet two samples in a cycle, or none. A device that answers when it is asked is always in its
-/// place.
+/// Steers a grid so that it keeps its phase to a device that samples by its own clock. A fixed grid would now and then
+/// meet two samples in a cycle, or none. A device that answers on request is always in phase.
 /// RT: safe.
 class PhaseLock {
  public:
   explicit PhaseLock(Duration period) : period_(period) {}
 
-  /// `age` of the newest sample as a cycle begins; returns how much later the next one should. Half a period off is
-  /// mended within a hundred cycles, and a quarter, as jitter makes it, is left alone.
+  /// `age` of the newest sample as a cycle begins; returns by how much to delay the next one. Half a period is
+  /// corrected within a hundred cycles; a quarter, as from jitter, is left alone.
   Duration steer(Duration age) noexcept {
     youngest_ = std::min(youngest_, age);
     Duration off = (age - youngest_ - period_ / 8) % period_;
@@ -67,14 +65,14 @@ class PhaseLock {
   Duration youngest_ = Duration::max();
 };
 
-/// Were there `limit` overruns within `window`?
+/// Whether there were `limit` overruns within `window`.
 /// RT: add() is safe.
 class OverrunWindow {
  public:
   /// A limit of 0 is never reached.
   OverrunWindow(int limit, Duration window) : past_(static_cast<std::size_t>(limit)), window_(window) {}
 
-  /// One more, at `when`; true if that makes the limit.
+  /// Adds one at `when`; true if the limit is reached.
   bool add(Stamp when) noexcept {
     if (past_.empty()) return false;
     past_[count_++ % past_.size()] = when;

@@ -1,11 +1,11 @@
-// Who else hears of a cycle while it is made.
+// Listens to each cycle while it runs.
 #pragma once
 
 #include "rig/executive/cycle_record.hpp"
 
 namespace tankrig {
 
-/// Threads: called in the cycle's, with the record it is about to leave.
+/// Threads: called in the cycle's, with the record of the cycle before it leaves.
 /// RT: must be safe.
 class CycleListener {
  public:

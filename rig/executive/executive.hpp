@@ -20,7 +20,7 @@
 
 namespace tankrig {
 
-/// Owns arm and laser while it lives; everybody else talks to it through its switches and its ring.
+/// Owns arm and laser while it lives. Others use its switches and its ring.
 /// Threads: step() in the cycle's thread, everything else in one other.
 /// RT: step is safe: it never allocates, blocks or throws.
 class Executive {
@@ -29,38 +29,38 @@ class Executive {
   Executive(const ScanPlan& plan, const ScanSettings& settings, Arm& arm, Laser& laser,
             std::size_t ring_capacity = 1024);
 
-  /// One cycle at `now`, of a machine that has been `asleep` for so long by then.
+  /// One cycle at `now`, when the machine has been `asleep` for this long.
   void step(Stamp now, const TimeAsleep& asleep = {}) noexcept;
 
-  /// The plan's time 0; it must lie in the future. Until then the arm rests. A plan that does not begin where the arm
-  /// is measured to be is a following error before anything moves.
+  /// The plan's time 0; it must lie in the future. Until then the arm rests. If the plan does not begin at the arm's
+  /// measured posture, that is a following error before anything moves.
   void start(Stamp plan_zero) noexcept { plan_zero_ns_.store(plan_zero.ns, std::memory_order_release); }
 
   // Switches of the safety step; all off until they are set.
   void set_armed(bool on) noexcept { armed_.store(on, std::memory_order_relaxed); }
   void set_interlock(bool closed) noexcept { interlock_.store(closed, std::memory_order_relaxed); }
-  /// Whoever supervises the cycle was well at `when`.
+  /// The supervisor was well at `when`.
   void heartbeat(Stamp when) noexcept { heartbeat_ns_.store(when.ns, std::memory_order_relaxed); }
   /// Laser off, then arm stopped, in the next cycle, for good.
   void request_stop() noexcept { stop_.store(true, std::memory_order_relaxed); }
-  /// Likewise while `flag` is set, whoever sets it: it needs no supervisor to be passed on. Before the first cycle.
+  /// The same while `flag` is set by anyone: no supervisor has to pass it on. Call before the first cycle.
   void stop_also_on(const std::atomic<bool>& flag) noexcept { outside_stop_ = &flag; }
-  /// For whoever finds the cycle hanging: laser off, then arm stopped, past it; stopped if it goes on.
+  /// If the cycle hangs: laser off, then arm stopped, past it. The cycle stops if it goes on.
   void stop_past_cycle() noexcept {
     request_stop();
     guard_.force_safe_past_cycle();
   }
-  /// What the cameras say.
+  /// What the cameras say of the beam.
   /// Threads: any.
   void set_beam(BeamVerdict verdict) noexcept { beam_.store(verdict, std::memory_order_relaxed); }
-  /// A thread that the rig depends on has ended; for good.
+  /// A thread that the rig depends on has died; for good.
   /// Threads: any.
   void thread_died() noexcept { thread_died_.store(true, std::memory_order_relaxed); }
-  /// The cycle was late too often: a fault in the next one.
+  /// The cycle was late too often: the next one faults.
   /// Threads: any.
   void too_many_overruns() noexcept { overrun_.store(true, std::memory_order_relaxed); }
 
-  /// Hears of every cycle from then on, and outlives the executive. Before the first cycle.
+  /// `listener` hears every cycle and outlives the executive. Call before the first cycle.
   void set_listener(CycleListener* listener) noexcept { listener_ = listener; }
 
   /// When the newest joint state was read; zero before the first.

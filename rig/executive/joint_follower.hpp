@@ -1,4 +1,4 @@
-// Keeps the joints on the plan: planned velocities, corrected by where the encoders say the joints are.
+// Keeps the joints on the plan: planned velocities, corrected by the encoders.
 #pragma once
 
 #include "drivers/arm/arm.hpp"
@@ -15,17 +15,18 @@ JointVector planned_when_measured(const ScanPlan& plan, double plan_time, Durati
 ///
 ///   set-point = planned velocity (feed_forward_lead ahead) * (1 + correction) + position_gain * (planned - measured)
 ///
-/// * The feed-forward carries the motion. It is sent early by what the carrier and the actuator take to act.
-/// * The position error compares plan and encoder at the instant the encoder was read, however late that is heard of: a
-///   known latency costs no error. It also takes up what rounding does: whole ticks/s, demands the wire cannot say.
-/// * The correction learns how much faster or slower than asked an actuator is, one number per joint, kept from motion
-///   to motion: a proportional controller alone would trail by gain error * velocity / position_gain. It learns slowly
-///   and only at constant planned velocity, where an error is neither lag nor a dead zone, so that learning itself does
-///   not show in the velocity.
-/// * A joint never goes against its segment's direction, so backlash, once taken up by the lead-in, stays so; a
-///   set-point is rest or at least the dead zone's end.
+/// * The feed-forward carries the motion. It is sent early by the lag of carrier and actuators.
+/// * The position error compares plan and encoder at the instant of the reading, so a known latency costs no error. It
+///   also makes up for rounding: whole ticks/s, demands the wire cannot express.
+/// * The correction learns how much faster or slower than asked an actuator is: one number per joint, kept between
+///   motions. A proportional controller alone would trail by gain error * velocity / position_gain. It learns slowly,
+///   and only at constant planned velocity, where an error is neither lag nor dead zone. So the learning does not show
+///   in the velocity.
+/// * A joint never moves against its segment's direction, so backlash taken up by the lead-in stays so. A set-point is
+///   rest, or at least the dead zone's end.
 ///
-/// Threads: one.  RT: safe.
+/// Threads: one.
+/// RT: safe.
 class JointFollower {
  public:
   explicit JointFollower(const ScanSettings& settings) : settings_(settings) {}

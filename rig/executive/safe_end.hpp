@@ -1,4 +1,4 @@
-// Whether a scan really left the rig safe: the laser read back dark, the arm measured at rest.
+// Whether a scan left the rig safe: laser read back dark, arm measured at rest.
 #pragma once
 
 #include <optional>
@@ -10,7 +10,7 @@
 
 namespace tankrig {
 
-/// What was confirmed by the devices themselves after the end, not what was commanded.
+/// What the devices confirmed after the end, not what was commanded.
 struct EndState {
   bool laser_dark = false;   ///< Laser::state() was read: dark()
   bool arm_at_rest = false;  ///< measured velocities have been below creep for a while, and still are measured
@@ -21,16 +21,16 @@ struct EndState {
 
 /// "laser off, arm at rest", or for each that is not confirmed what the people at the tank must do.
 std::string to_string(const EndState& left);
-/// Only what must be cut, in the same words; empty where both are confirmed.
+/// Only what must be cut, in the same words; empty if both are confirmed.
 std::string to_cut(const EndState& left);
 
-/// Looks at the cycle's records from the end of the plan, a stop or a fault on.
+/// Watches the cycle's records from the end of the plan, a stop or a fault on.
 /// Threads: one.
 class SafeEnd {
  public:
-  /// The arm is not known to be at rest any more when it has not been heard of for longer.
+  /// After a longer silence the arm no longer counts as at rest.
   static constexpr Duration kNewsAge = std::chrono::milliseconds{250};
-  /// By then a laser that obeys is dark, and an arm that does is at rest.
+  /// By then an obedient laser is dark and an obedient arm at rest.
   static constexpr Duration kUsual = std::chrono::seconds{1};
 
   explicit SafeEnd(const SafetySettings& settings) : settings_(settings), rest_(settings.rest_velocity) {}
@@ -43,7 +43,7 @@ class SafeEnd {
   /// Ended, and both confirmed, or rest_timeout has passed.
   bool settled() const noexcept;
   EndState left() const noexcept { return left_; }
-  /// Confirmed, or soon to be: the stop was taken, the device answers, and kUsual is not over.
+  /// Confirmed, or soon to be: the stop was accepted, the device answers, and kUsual has not passed.
   EndState expected() const noexcept { return expected_; }
 
  private:

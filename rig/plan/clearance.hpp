@@ -1,4 +1,4 @@
-// How near the arm's bodies come to what stands around them and to each other, pair by pair.
+// Distances of the arm's bodies from their surroundings and each other, pair by pair.
 #pragma once
 
 #include <array>
@@ -16,11 +16,11 @@ inline constexpr std::array<const char*, 5> kPairKindNames{"object", "floor and 
                                                            "arm itself"};
 
 /// The arm is a chain of capsules: slew link, upper arm, elbow and forearm along the DH links, and what it carries.
-/// Each is paired with every obstacle, with the arm's base and with each other, except for what always touches: bodies
-/// that share a joint, base and upper arm, and the upper arm with what of the forearm is within kElbowRadii link radii of
-/// the elbow.
-/// Distances are FCL's between triangles: a capsule's axis is one of no width, a box has twelve. Its solver for solids,
-/// GJK, is not used: some of its distances are too large (FCL issue 508).
+/// Each is paired with every obstacle, with the arm's base and with the others. Left out are pairs that always touch:
+/// bodies with a common joint, base and upper arm, and the upper arm with the part of the forearm within kElbowRadii
+/// link radii of the elbow.
+/// FCL gives distances between triangles: a capsule's axis is one without width, a box has twelve. FCL's solver for
+/// solids, GJK, is not used, because some of its distances are too large (FCL issue 508).
 /// Frames: b.
 /// Threads: one at a time.
 class Clearance {
@@ -34,9 +34,9 @@ class Clearance {
   PairKind kind(std::size_t pair) const;
   std::string name(std::size_t pair) const;  ///< "camera mono: forearm"
 
-  /// From skin to skin; where bodies overlap, not below minus the sum of their radii [m].
+  /// From surface to surface; where bodies overlap, at least minus the sum of their radii [m].
   double at(std::size_t pair, const JointVector& q) const;
-  /// Bound of how fast at() changes, whatever the posture [m/s]. `velocity` [rad/s].
+  /// Upper bound of the rate of at(), in any posture [m/s]. `velocity` [rad/s].
   double closing_speed(std::size_t pair, const JointVector& velocity) const;
 
  private:

@@ -1,11 +1,11 @@
-// How the arm gets from rest to rest: constant velocity between two ramps whose acceleration and jerk are bounded.
+// How the arm gets from rest to rest: constant velocity between two ramps of bounded acceleration and jerk.
 #pragma once
 
 #include "core/arm_model.hpp"
 
 namespace tankrig {
 
-/// What a motion of one coordinate may reach, each > 0.
+/// Limits of a motion of one coordinate, each > 0.
 struct ProfileLimits {
   double velocity = 0, acceleration = 0, jerk = 0;
 };
@@ -15,9 +15,9 @@ struct ProfilePoint {
   double position = 0, velocity = 0, acceleration = 0, jerk = 0;
 };
 
-/// From rest to a velocity: jerk up, constant acceleration, jerk down; without the middle where the acceleration's
-/// limit is not reached. Point-symmetric about its middle, so it covers half of what the velocity would cover in its
-/// time.
+/// From rest to a velocity: jerk up, constant acceleration, jerk down. The middle is left out if the acceleration's
+/// limit is not reached. Symmetric about its middle, so it covers half the distance that its final velocity would
+/// cover.
 class Ramp {
  public:
   Ramp() = default;
@@ -37,8 +37,8 @@ class Ramp {
   double jerk_time_ = 0, duration_ = 0;  // [s]
 };
 
-/// Analytic seven-segment profile over [0, distance], distance >= 0: ramp, cruise, the ramp mirrored. Where the way is
-/// too short to cruise, the velocity is lower; where it is shorter still, the acceleration too.
+/// Analytic seven-segment profile over [0, distance], distance >= 0: ramp, cruise, mirrored ramp. If the distance is
+/// too short to cruise, the velocity is lower; if it is shorter still, so is the acceleration.
 class SCurveProfile {
  public:
   SCurveProfile() = default;
@@ -64,7 +64,7 @@ struct MotionPoint {
   JointVector acceleration = JointVector::Zero();
 };
 
-/// A straight line in joint space: all joints start and stop together, the one with the longest way sets the pace.
+/// A straight line in joint space: all joints start and stop together; the joint with the longest way sets the pace.
 class JointMove {
  public:
   JointMove() = default;

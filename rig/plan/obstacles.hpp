@@ -21,21 +21,21 @@ struct Box {
   Vector3d size = Vector3d::Zero();         ///< [m]
 };
 
-/// A body that is rigid with b, or with e.
+/// A body rigid with b or e.
 template <class Shape>
 struct Named {
   std::string name;
   Shape shape;
 };
 
-/// A surface of triangles: what is inside of it counts as free.
+/// A surface of triangles; its inside counts as free.
 struct Surface {
   std::vector<Vector3d> vertices;
   std::vector<Eigen::Vector3i> triangles;
 };
 
 /// What the arm must not touch, and how thick it is.
-/// Frames: b, but for what is carried.
+/// Frames: b; carried bodies e.
 /// Units: metres.
 struct Obstacles {
   Vector3d tank_size{2.0, 2.0, 1.5};  ///< inner x, y of the walls and their height; the floor's centre is w's origin

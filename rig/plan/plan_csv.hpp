@@ -1,4 +1,4 @@
-// plan.csv: a scan's plan as its session keeps it, in seconds from the plan's time 0.
+// plan.csv: a session's copy of the plan, in seconds from the plan's time 0.
 #pragma once
 
 #include <filesystem>
@@ -8,10 +8,10 @@
 
 namespace tankrig {
 
-/// One line a segment. Its motion is not written: what the arm did is in joints.csv.
+/// One line per segment. Its motion is not written: joints.csv has what the arm did.
 std::string plan_csv(const ScanPlan& plan);
 
-/// The segments with their times and phases, at rest: enough to tell which frames belong where.
+/// The segments with their times and phases, without motion: enough to tell which frames belong where.
 /// Errors: InputError with file, line and column.
 ScanPlan read_plan_csv(const std::filesystem::path& file);
 

@@ -9,7 +9,7 @@
 
 namespace tankrig {
 
-/// Errors: throws InputError that names the setting.
+/// Errors: InputError that names the setting.
 inline void require_positive(const std::string& setting, double value) {
   if (value > 0 && std::isfinite(value)) return;
   char number[32];

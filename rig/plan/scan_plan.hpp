@@ -27,8 +27,8 @@ struct Segment {
   double end() const noexcept { return begin + duration; }
 };
 
-/// Frames: joint space. Time 0 is on the frame grid: a frame of the sweep's camera is at mid-exposure at every whole
-/// frame period.
+/// Frames: joint space.
+/// Time 0 is on the frame grid: at every whole frame period, a frame of the sweep's camera is at mid-exposure.
 class ScanPlan {
  public:
   explicit ScanPlan(std::vector<Segment> segments) : segments_(std::move(segments)) {}
@@ -39,7 +39,7 @@ class ScanPlan {
   /// The least and largest angle of every joint.
   /// RT: safe.
   std::array<JointLimit, kJoints> reach() const noexcept;
-  /// Index of the segment that holds at `t`; the first before the plan, the last after it.
+  /// Index of the segment at `t`; the first before the plan, the last after it.
   /// RT: safe.
   std::size_t segment_at(double t) const noexcept;
   /// Set-point at `t`; at rest before and after the plan.
@@ -54,8 +54,8 @@ class ScanPlan {
 
 /// now -> start of the sweep -> dark block -> laser on, warm-up -> pass 0, 1, ... -> laser off -> dark block -> park.
 ///
-/// Passes interleave: pass k's frames see the elbow k / passes of a frame's step beside pass 0's, because its start is
-/// placed on the frame grid. Passes after the first run backwards in turn (there_and_back), or return and repeat.
+/// Passes interleave: their starts are placed on the frame grid so that pass k's frames lie k / passes of a frame's
+/// step beside pass 0's. Later passes alternate in direction (there_and_back), or return and repeat.
 /// Errors: InputError naming the setting, its value and what was expected.
 ScanPlan make_scan_plan(const ScanSettings& settings, const JointVector& now);
 

@@ -1,4 +1,4 @@
-// What a scan does and how strictly it is watched, as plain numbers: the rig file's `scan` section.
+// What a scan does and how strictly it is watched: the rig file's `scan` section as plain numbers.
 #pragma once
 
 #include <optional>
@@ -14,12 +14,12 @@
 
 namespace tankrig {
 
-/// In which phases a camera's frames are kept. Frames of a move are never kept.
+/// In which phases a camera's frames are kept; never those of a move.
 enum class RecordWhen : std::uint8_t { kAll, kDark, kSweep };
 template <>
 inline constexpr std::array kNames<RecordWhen>{"all", "dark", "sweep"};
 
-/// The recorded sweep: constant elbow velocity between two angles, ramps and lead-in outside of them.
+/// The recorded sweep: constant elbow velocity between two angles; ramps and lead-in lie outside.
 /// Units: SI, radians.
 struct SweepSettings {
   double from = 1.3;
@@ -45,27 +45,29 @@ struct MoveSettings {
   ProfileLimits limits() const { return {velocity, acceleration, jerk}; }
 };
 
-/// Frames and light. Units: seconds.
+/// Frames and light.
+/// Units: seconds.
 struct CaptureSettings {
   int dark_frames = 10;                   ///< per camera, before and after the sweep, laser off, arm at rest
   double frame_period = 0.04;             ///< of the camera that records the sweep
   double camera_lead = 0.1;               ///< a camera runs this long before its phase
   double laser_warm_up = 1.0;             ///< Laser::warm_up()
   bool laser_pairs = false;               ///< laser on in every second frame of the sweep only
-  bool laser_switches_per_frame = false;  ///< the rig declares that its laser can do so
+  bool laser_switches_per_frame = false;  ///< the rig file says that its laser can do so
   bool read_lux = true;                   ///< ask the lux meter before and after the sweep
 };
 
-/// How the joints follow the plan. Units: SI, radians.
+/// How the joints follow the plan.
+/// Units: SI, radians.
 struct ControlSettings {
   double feed_forward_lead = 0.035;  ///< planned velocity is sent this much early: the actuators' lag and the carrier's
   double position_gain = 6.0;        ///< velocity correction per position error [1/s]
   double learning_rate = 2.0;        ///< relative velocity correction per second and second of trail [1/s^2]
-  /// Slowest even speed of every joint: slower set-points are rounded to it or to rest [rad/s].
+  /// Slowest even speed of every joint; slower set-points become it or rest [rad/s].
   JointVector dead_zone = (JointVector() << 0.06, 0.06, 0.06, 0.2, 0.1).finished();
-  double following_error_limit = 0.05;  ///< planned minus measured, any joint; beyond it is a fault [rad]
+  double following_error_limit = 0.05;  ///< planned minus measured, any joint; more is a fault [rad]
   double feedback_timeout = 0.25;       ///< longest silence of the arm [s]
-  double heartbeat_timeout = 0.25;      ///< longest silence of whoever supervises the cycle [s]
+  double heartbeat_timeout = 0.25;      ///< longest silence of the cycle's supervisor [s]
   double max_joint_gap = 0.1;           ///< widest pair of joint samples a frame may be interpolated between [s]
 };
 
@@ -83,7 +85,7 @@ struct ScanSettings {
   SafetySettings safety;
   JointLimits limits;
   SyncGate sync;
-  std::optional<SyncTarget> target;  ///< what sync residuals are told on in millimetres
+  std::optional<SyncTarget> target;  ///< where sync residuals are measured in millimetres
 };
 
 }  // namespace tankrig

@@ -1,4 +1,4 @@
-// How a camera is made to expose: the rig file's `trigger` keys of a camera.
+// How a camera is triggered: the rig file's `trigger` keys of a camera.
 #pragma once
 
 #include <cstdint>

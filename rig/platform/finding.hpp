@@ -1,4 +1,4 @@
-// What a look at the machine found: a verdict, the measured number, and the cure.
+// One finding about the machine: a verdict, the measured number, and the cure.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// What the kernel says in one line.
+// The first line of a kernel file.
 #pragma once
 
 #include <filesystem>
@@ -7,7 +7,7 @@
 
 namespace tankrig {
 
-/// Of a file of /proc or /sys; empty where there is none.
+/// From a file of /proc or /sys; empty if it does not exist.
 inline std::string first_line(const std::filesystem::path& file) {
   std::ifstream in(file);
   std::string line;

@@ -1,4 +1,4 @@
-// What the cycle needs of the system, whether it is granted, and how to get it.
+// What the cycle needs from the system, whether it is granted, and how to get it.
 #pragma once
 
 #include <string>
@@ -16,17 +16,16 @@ struct RealTimeGrant {
   bool processors_awake = false;  ///< no deep sleep while it runs; a scan goes on without it
 };
 
-/// What of `settings` this process would be refused, in words that say how to get it; empty if nothing. Tries it on a
-/// thread of its own, and changes nothing.
+/// What this process would be refused of `settings`, with the cure; empty: nothing. Tries it on its own thread and
+/// changes nothing.
 std::string missing_real_time(const RealTimeSettings& settings);
 
-/// What run_scan refuses before anything moves, where the clock is real. Returns missing_real_time() where it is not
-/// required.
+/// run_scan's check before anything moves, in real time. Returns missing_real_time() if rights are not required.
 /// Errors: InputError, one line.
 std::string check_real_time(const RealTimeSettings& settings);
 
-/// Makes the calling thread the cycle's: name, priority, processor, a stack already touched. Memory and sleep are not
-/// its concern.
+/// Makes the calling thread the cycle's: name, priority, processor, a touched stack. Does not lock memory or prevent
+/// sleep.
 RealTimeGrant become_real_time(const RealTimeSettings& settings) noexcept;
 
 }  // namespace tankrig

@@ -1,4 +1,4 @@
-// How the cycle asks the system for the processor, as plain numbers: `real_time` in the rig file's `scan` section.
+// How the cycle asks for the processor: `real_time` in the rig file's `scan` section as plain numbers.
 #pragma once
 
 #include <optional>
@@ -9,14 +9,14 @@ namespace tankrig {
 
 enum class CyclePace : unsigned char {
   kClock,   ///< every 1 / cycle_hz
-  kDevice,  ///< likewise, steered by at most half a percent to keep step with an arm that samples by its own clock
+  kDevice,  ///< the same, steered by at most half a percent to keep step with an arm that samples by its own clock
 };
 template <>
 inline constexpr std::array kNames<CyclePace>{"clock", "device"};
 
-/// What the system must grant stands in docs/reference/real_time.md, with the files that grant it.
+/// docs/reference/real_time.md says what the system must grant, and which files grant it.
 struct RealTimeSettings {
-  bool required = true;     ///< false: what is not granted is told, and the scan goes on without it
+  bool required = true;     ///< false: missing rights are reported, and the scan goes on
   int priority = 80;        ///< of SCHED_FIFO, 1 .. 98
   std::optional<int> cpu;   ///< the only processor the cycle runs on
   bool lock_memory = true;  ///< the process's memory stays where it is

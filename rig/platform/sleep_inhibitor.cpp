@@ -10,7 +10,7 @@
 namespace tankrig {
 namespace {
 
-constexpr const char* kLocks[] = {"sleep", "handle-lid-switch"};  // of the lid, "sleep" alone has no say
+constexpr const char* kLocks[] = {"sleep", "handle-lid-switch", "shutdown"};  // of the lid, "sleep" alone has no say
 
 template <auto Free>
 struct Freed {

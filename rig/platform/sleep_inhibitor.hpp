@@ -1,4 +1,4 @@
-// Keeps the machine from being suspended while something may move or shine.
+// Keeps the machine awake while something may move or shine.
 #pragma once
 
 #include <string>
@@ -10,16 +10,16 @@
 
 namespace tankrig {
 
-/// While it lives, logind suspends this machine neither when somebody asks for it nor when its lid is closed. (Root may
-/// override that; a suspension that comes all the same is a fault of the cycle: SuspendWatch.) Where there is no
-/// logind, or it refuses, nothing is kept off and missing() says why.
+/// While it lives, logind neither suspends nor shuts down this machine on request, nor when its lid is closed. Root may override that; a
+/// suspension is then a fault of the cycle (SuspendWatch). Without logind, or if it refuses, nothing is inhibited and
+/// missing() says why.
 /// Threads: any; GLib has one of its own.
 class SleepInhibitor {
  public:
-  /// The longest it waits for logind.
+  /// The longest wait for logind.
   static constexpr Duration kPatience = std::chrono::seconds{2};
 
-  /// `bus`: the message bus's address; empty: the system's.
+  /// `bus`: the message bus's address; empty: the system bus.
   explicit SleepInhibitor(const std::string& bus = {}, Duration patience = kPatience);
 
   /// What may still suspend the machine, and why; empty: nothing.
@@ -30,7 +30,7 @@ class SleepInhibitor {
   std::string missing_;
 };
 
-/// Takes the inhibitor, and gives it back. Usable without: a scan goes on.
+/// Takes the inhibitor and gives it back. Without it the verdict is usable: a scan goes on.
 Finding suspend_finding(const std::string& bus = {});
 
 }  // namespace tankrig

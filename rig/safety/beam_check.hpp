@@ -1,4 +1,4 @@
-// Whether a camera sees the laser's stripe: one picture against what the same camera sees in the dark.
+// Whether a camera sees the laser's stripe, by comparing a picture with the same camera's dark ones.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -6,7 +6,7 @@
 
 namespace tankrig {
 
-/// Mean of some pictures without a beam.
+/// Mean of pictures without a beam.
 /// Threads: one.
 /// RT: never.
 class DarkReference {
@@ -22,15 +22,15 @@ class DarkReference {
   int count_ = 0;
 };
 
-/// What speaks for a stripe.
+/// Evidence of a stripe.
 struct StripeSign {
   int triples = 0;      ///< of neighbouring profiles whose highest ridges lie in a line; noise gives one in 20 pictures
   double contrast = 0;  ///< their median ridge over what is beside it [grey levels of one channel]
 };
 
 /// Looks across columns and across rows; the better one counts. A ridge is brighter than both of its sides, so edges,
-/// shadows and another light are none; noise and particles do not line up. `picture` and `dark` alike, 8-bit, 1 or 3
-/// channels, at least 64 x 64; else nothing.
+/// shadows and other lamps do not count. Noise and particles do not line up. `picture` and `dark` have the same size
+/// and type, 8-bit, 1 or 3 channels, at least 64 x 64; otherwise the result is empty.
 /// Threads: const and safe.
 /// RT: never.
 std::optional<StripeSign> look_for_stripe(const cv::Mat& picture, const cv::Mat& dark);

@@ -1,4 +1,4 @@
-// What people at the tank must cut, said until it is over.
+// Tells people at the tank what to cut, until it is over.
 #pragma once
 
 #include <functional>
@@ -10,8 +10,8 @@
 
 namespace tankrig {
 
-/// Tells at once, again every kAgain, and once more when it is over: confirmed, or the end of its life.
-/// Threads: one; `tell` is called in that and in one of its own, never in two at once.
+/// Tells at once, then every kAgain, and once more at the end: confirmed, or the object ends.
+/// Threads: one. `tell` is called in that and in one of its own, never in two at once.
 class CryForHelp {
  public:
   static constexpr Duration kAgain = std::chrono::seconds{2};
@@ -22,7 +22,7 @@ class CryForHelp {
   CryForHelp(const CryForHelp&) = delete;
   CryForHelp& operator=(const CryForHelp&) = delete;
 
-  /// `what`: EndState in the words of to_cut(); empty: laser off and arm at rest are confirmed.
+  /// `what`: the EndState in the words of to_cut(); empty: laser off and arm at rest are confirmed.
   void cut(const std::string& what);
 
  private:

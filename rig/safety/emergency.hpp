@@ -1,4 +1,4 @@
-// The last resort: a program that dies switches the laser off and stops the arm first.
+// The last resort: a dying program first switches the laser off and stops the arm.
 #pragma once
 
 #include "drivers/arm/arm.hpp"
@@ -6,11 +6,12 @@
 
 namespace tankrig {
 
-/// While it lives, std::terminate (an exception that nobody caught, in any thread) and the signals of a crash (SIGSEGV,
-/// SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGSYS, SIGTRAP) call the last resort of the laser, then of the arm, again and
-/// again for kLasts, in the thread that dies, whatever the others do; give the terminal its mode back; and only then
-/// end the program as they would have. Bounded: a device that holds that thread up is left after a second by SIGALRM.
-/// No handler runs where there is no stack left for it, nor after SIGKILL: docs/reference/safety.md.
+/// While it lives, std::terminate (an uncaught exception in any thread) and the signals of a crash (SIGSEGV, SIGBUS,
+/// SIGFPE, SIGILL, SIGABRT, SIGSYS, SIGTRAP) call the last resort of the laser, then of the arm, repeatedly for kLasts.
+/// This runs in the dying thread, whatever the others do. Then the terminal gets its mode back, and the program ends as
+/// it would have.
+/// SIGALRM ends a device call that blocks for a second. No handler runs without stack left, nor after SIGKILL:
+/// docs/reference/safety.md.
 /// One at a time. `laser` and `arm` outlive it.
 class EmergencyStop {
  public:
@@ -22,12 +23,12 @@ class EmergencyStop {
   EmergencyStop& operator=(const EmergencyStop&) = delete;
 };
 
-/// Does the same for a stop signal that must end the program now, and dies of it; of SIGTERM where `signal` only
-/// suspends. Call it from that signal's handler, and return.
+/// Does the same for a stop signal that must end the program now, and dies of it; of SIGTERM if `signal` only suspends.
+/// Call it from that signal's handler, then return.
 /// Threads: any. Async-signal-safe.
 void end_safely(int signal) noexcept;
 
-/// The program is dying: no light, no motion, whatever else is going on in it.
+/// The program is dying: no light and no motion from now on.
 /// Threads: any.
 /// RT: safe.
 bool emergency_declared() noexcept;

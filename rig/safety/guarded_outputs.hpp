@@ -1,4 +1,4 @@
-// The laser and the arm behind the safety step: the only way from the rig to either.
+// Laser and arm behind the safety step: the rig's only way to either.
 #pragma once
 
 #include <optional>
@@ -11,11 +11,11 @@ namespace tankrig {
 
 InterlockLimits interlock_limits(const SafetySettings& settings) noexcept;
 
-/// Runs the safety step and acts on it. What a step allows is allowed once: without a new step neither light nor motion
-/// is commanded again; none is in a program that is dying. Off, stop and rest are always allowed. The end of its life
-/// switches the laser off, then stops the arm. The interfaces let nobody else switch a laser on or move an arm.
-/// Threads: one, the cycle's; construction and end in another; otherwise where said.
-/// RT: all but construction and end.
+/// Runs the safety step and acts on it. A permission is good for one command: light and motion each need a new step,
+/// and none is given in a dying program. Off, stop and rest are always allowed. Its destructor switches the laser off,
+/// then stops the arm. The interfaces let nobody else switch a laser on or move an arm.
+/// Threads: one, the cycle's; construction and destruction in another; exceptions are marked.
+/// RT: all but construction and destruction.
 class GuardedOutputs {
  public:
   /// `arm` and `laser` outlive it. Commands nothing yet.
@@ -29,17 +29,17 @@ class GuardedOutputs {
   const InterlockOutputs& step(InterlockInputs in) noexcept;
   const InterlockState& state() const noexcept { return state_; }
 
-  /// On if the step wants light, else off; only where that is a change of what the laser's driver took last.
+  /// On if the step allows and wants light, else off. Sent only if the laser's driver last took something else.
   /// Errors: the driver's.
   Status switch_laser() noexcept;
   Status laser_off() noexcept;
   bool laser_commanded() const noexcept { return laser_on_; }
 
-  /// Errors: the driver's; kRefused for a velocity that is not rest where the step allows no motion: the arm is
+  /// Errors: the driver's; kRefused for a velocity other than rest if the step allows no motion: then the arm is
   /// stopped.
   Result<JointVector> move(const JointVector& velocity) noexcept;
   Status arm_stop() noexcept { return arm_.stop(); }
-  /// Laser off, then arm stopped, where the cycle's thread hangs.
+  /// Laser off, then arm stopped, when the cycle's thread hangs.
   /// Threads: any.
   void force_safe_past_cycle() noexcept {
     [[maybe_unused]] const Status dark = laser_.off();

@@ -1,4 +1,4 @@
-// What the joints of a running arm must keep to: the rig file's `scan: limits:`.
+// Limits of a running arm's joints: the rig file's `scan: limits:`.
 #pragma once
 
 #include <array>

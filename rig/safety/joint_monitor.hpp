@@ -9,7 +9,7 @@
 
 namespace tankrig {
 
-/// Which limit was crossed, where, and by what. Assigning one allocates nothing.
+/// Which limit was crossed, where, and by how much. Assigning one allocates nothing.
 struct JointViolation {
   enum class Limit : std::uint8_t {
     kAngle,           ///< measured, beyond its limit [rad]
@@ -40,9 +40,10 @@ std::string describe(const JointViolation& violation);
 /// | current         | the arm takes more than `amperes` at every reading for `duration`                         |
 /// | following error | a joint is farther from where the plan wanted it when it was measured                     |
 ///
-/// Joints that turn without end have no angle to keep to; an arm that does not know its angles (not homed) is not
-/// watched here, its driver refuses it. Whoever asks latches the answer.
-/// Threads: one.  RT: safe.
+/// Endless joints have no limit of angle. An arm without known angles (not homed) is not watched here: its driver
+/// refuses it. The caller latches the answer.
+/// Threads: one.
+/// RT: safe.
 class JointMonitor {
  public:
   using Answer = std::optional<JointViolation>;
@@ -50,12 +51,12 @@ class JointMonitor {
   /// `following_error` [rad].
   JointMonitor(const JointLimits& limits, double following_error);
 
-  /// The least and largest angle of every joint in the plan that is followed from now on.
+  /// The least and largest angle of every joint in the plan followed from now on.
   void set_reach(const std::array<JointLimit, kJoints>& reach) noexcept;
 
-  /// Of a state not yet seen.
+  /// Checks a new state.
   Answer check_state(const JointState& state) noexcept;
-  /// Of set-points that are to be sent.
+  /// Checks set-points before they are sent.
   Answer check_set_point(const JointVector& velocity, const JointState& newest) noexcept;
   /// `planned`: where the plan wanted the joints when `measured` was.
   Answer check_following(const JointVector& planned, const JointVector& measured) const noexcept;

@@ -1,4 +1,4 @@
-// Whether the laser's device does what it is told: not on when it is off, not dark when it is on.
+// Whether the laser's device obeys: not on when commanded off, not dark when commanded on.
 #pragma once
 
 #include <optional>
@@ -8,7 +8,7 @@
 
 namespace tankrig {
 
-/// Adds up over short phases too: a laser that switches with every frame is never long in one of them.
+/// Short phases add up too: a laser that switches with every frame is never long in one state.
 /// Threads: one.
 /// RT: safe.
 class LaserWatch {
@@ -17,7 +17,7 @@ class LaserWatch {
       : off_allowance_(from_seconds(settings.laser_off_allowance)),
         on_margin_(from_seconds(settings.laser_on_margin)) {}
 
-  /// `passed`: since the last look.
+  /// `passed`: since the last call.
   std::optional<Error> look(const LaserState& laser, bool commanded, Duration warm_up, Stamp now,
                             Duration passed) noexcept {
     if (laser.dark())

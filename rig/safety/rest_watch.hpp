@@ -1,4 +1,4 @@
-// Whether the arm is at rest, as measured: for light with the arm held still, and for the end of a scan.
+// Whether the arm is measured at rest: for light with the arm held still, and for the end of a scan.
 #pragma once
 
 #include <optional>
@@ -16,7 +16,7 @@ class RestWatch {
 
   explicit RestWatch(double velocity) : velocity_(velocity) {}
 
-  /// Samples in order of their stamps. Written so that a velocity that is not a number is no rest.
+  /// Samples in order of their stamps. A velocity that is not a number is not rest.
   void add(const JointState& joints) noexcept {
     if (!(joints.velocity.cwiseAbs().array() < velocity_).all()) {
       since_.reset();

@@ -1,4 +1,4 @@
-// How strictly laser and arm are watched, as plain numbers: the rig file's `scan: safety:` section.
+// How strictly laser and arm are watched: the rig file's `scan: safety:` section as plain numbers.
 #pragma once
 
 #include <string>
@@ -9,8 +9,8 @@ namespace tankrig {
 /// Whether cameras testify to the beam, and how soon a contradiction is a fault.
 struct BeamSettings {
   bool verify = true;   ///< compares what cameras see with what the laser's device says
-  int frames = 5;       ///< so many frames of one camera in a row against the laser's word: a fault
-  int dark_frames = 4;  ///< of a camera, before the first light: what it sees without a beam; at most the scan's own
+  int frames = 5;       ///< so many frames of one camera in a row that contradict the laser are a fault
+  int dark_frames = 4;  ///< dark frames of a camera before the first light, to learn from; at most the scan's own
   std::vector<std::string> waived;  ///< cameras that do not testify
 };
 
@@ -18,7 +18,7 @@ struct BeamSettings {
 struct SafetySettings {
   double indicator_delay = 1.0;      ///< from arming to the first light, at least: people see that the laser is armed
   double maximum_on = 180;           ///< longest stretch of light; it ends when it has been dark for indicator_delay
-  double hold_limit = 150;           ///< longest light with the arm at rest that an operator asks for once
+  double hold_limit = 150;           ///< longest light with the arm at rest, for one request
   double laser_off_allowance = 0.1;  ///< longest the laser may stay powered or lit when it is not commanded
   double laser_on_margin = 0.25;     ///< longest it may stay dark beyond its warm-up when it is commanded
   double rest_velocity = 0.01;       ///< measured joint velocity below which a joint is at rest

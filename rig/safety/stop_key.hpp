@@ -6,13 +6,13 @@
 
 namespace tankrig {
 
-/// While it lives, space, Enter, q, Esc or Ctrl-D on the terminal set the flag, and so does a terminal that goes away.
-/// It reads keys one by one, without echo; signals stay what they are (Ctrl-C). The terminal's own mode comes back at
-/// the end of its life, and by restore() on ways out that run no destructor. One at a time.
-/// Threads: a thread of its own reads.
+/// While it lives, space, Enter, q, Esc or Ctrl-D on the terminal set the flag; so does the loss of the terminal. Keys
+/// are read one by one, without echo; signals (Ctrl-C) keep their meaning. The destructor restores the terminal's mode;
+/// restore() does so on exits without destructors. One at a time.
+/// Threads: its own reads.
 class StopKey {
  public:
-  /// `stop` outlives it. Does nothing where `descriptor` is no terminal, or not this program's to read from.
+  /// `stop` outlives it. Does nothing if `descriptor` is no terminal, or not this program's to read.
   StopKey(int descriptor, std::atomic<bool>& stop);
   ~StopKey();
   StopKey(const StopKey&) = delete;

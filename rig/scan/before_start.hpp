@@ -1,4 +1,4 @@
-// What must be known of arm and laser before a plan is made and before it starts.
+// What must be known of arm and laser before a plan is made, and before it starts.
 #pragma once
 
 #include "core/clock.hpp"
@@ -10,11 +10,11 @@ namespace tankrig {
 
 inline constexpr char kInterlockOpen[] = "laser interlock: found open, expected closed";
 
-/// Reads joints until the arm has told its posture once: what a plan starts from.
-/// Errors: InputError after `timeout`, or with a failure of the driver other than silence.
+/// Reads joints until the arm has reported its posture: a plan starts there.
+/// Errors: InputError after `timeout`, or with a driver's failure other than silence.
 JointVector read_posture(Arm& arm, Clock& clock, Duration timeout);
 
-/// What run_scan refuses before anything moves.
+/// run_scan's checks before anything moves.
 /// Errors: InputError if the laser warms up longer than the plan waits, or its interlock is open.
 void check_laser_ready(const ScanSettings& settings, const Laser& laser, bool interlock_closed);
 

@@ -1,4 +1,4 @@
-// The cameras of a running scan: started for what they record, asked for their frames, missed when they are silent.
+// The cameras of a running scan: started for what they record, asked for frames, missed when silent.
 #pragma once
 
 #include <functional>
@@ -26,17 +26,17 @@ struct ScanCamera {
   Duration time_offset = {};  ///< t_camera - t_joints
 };
 
-/// What the feeds tell whoever runs the scan.
+/// What the feeds report to the scan.
 struct CameraFeedEvents {
-  std::function<void()> asks;        ///< a driver is about to be asked for what may take its time
-  std::function<void(Stamp)> frame;  ///< one has come, before anybody else has it
+  std::function<void()> asks;        ///< a driver call that may take its time is next
+  std::function<void(Stamp)> frame;  ///< one has arrived, before anybody else has it
   std::function<void(Stamp, const std::string& what)> dropped;
   std::function<void(const std::string& what, bool thread_died)> failed;
 };
 
-/// Frames go to the triggers, the beam watch and the joiner, in this order.
+/// Frames go to the triggers, the beam watch and the joiner, in this order. The destructor stops the cameras.
 /// Threads: one.
-/// RT: never. However it is left, the cameras are stopped.
+/// RT: never.
 class CameraFeeds {
  public:
   CameraFeeds(const std::vector<ScanCamera>& cameras, const ScanSettings& settings, Clock& clock, FrameJoiner& joiner,
@@ -45,27 +45,26 @@ class CameraFeeds {
   CameraFeeds& operator=(const CameraFeeds&) = delete;
   ~CameraFeeds();
 
-  /// Starts the free-running camera whose frames the passes are interleaved on. False: there is none.
+  /// Starts the free-running camera that sets the frame grid of the passes. False: there is none.
   bool start_grid_camera();
-  /// Starts and stops cameras as the plan wants them. `ended`: none is wanted any more.
+  /// Starts and stops cameras as the plan wants them. `ended`: none is needed any more.
   void schedule(bool ended);
   /// A few frames of each running camera.
   void grab();
-  /// Tells of a camera that delivers nothing though its driver finds nothing wrong; of a triggered one, though it is
+  /// Reports a camera that delivers nothing though its driver finds nothing wrong; a triggered one only if it is
   /// triggered.
   void check_silence();
 
   void begin_round() { held_up_.clear(); }
-  /// What was waited for too long, last in this round: "camera mono: held the supervisor up for 412 ms"; empty:
-  /// nothing.
+  /// The last wait of this round that was too long: "camera mono: held the supervisor up for 412 ms"; empty: none.
   const std::string& held_up() const { return held_up_; }
-  /// Closes the account of frames: adds to `counts` what drivers, triggers and this station let go, as "CAMERA.REASON",
-  /// and gives how many each camera was to bring:
-  ///   triggered     those that its schedule wanted, and those that came without a trigger
-  ///   free-running  those that came, or whose fate its driver knows, what its frames' numbers skip beyond that,
+  /// Closes the account of frames: adds the frames that drivers, triggers and this object lost to `counts`, as
+  /// "CAMERA.REASON". Returns how many frames each camera should have brought:
+  ///   triggered     those its schedule wanted, and those that came without a trigger
+  ///   free-running  those that came or whose fate its driver knows, further gaps in the frames' numbers,
   ///                 and those due by its rate while it was silent
-  /// Reasons: those of CameraCounters; clock_jump (StampWatch); trigger_lost, a trigger of which no frame came and no
-  /// driver knows why.
+  /// Reasons: those of CameraCounters; clock_jump (StampWatch); trigger_lost, a trigger without a frame or a reason
+  /// from the driver.
   std::map<std::string, std::uint64_t> close_account(std::map<std::string, std::uint64_t>& counts) const;
 
  private:
@@ -73,15 +72,15 @@ class CameraFeeds {
     Camera* camera = nullptr;
     int number = 0;  ///< of the joiner, the triggers and the beam watch
     RecordWhen record = RecordWhen::kAll;
-    Duration time_offset{};  ///< taken off the stamp of every frame
+    Duration time_offset{};  ///< subtracted from the stamp of every frame
     bool triggered = false, running = false;
-    Stamp news{};           ///< it was started, or its newest frame arrived
+    Stamp news{};           ///< when it was started, or its newest frame arrived
     bool delivers = false;  ///< has done so since it was started
     StampWatch stamps = {};
-    CameraCounters before = {};  ///< of the driver, when the scan took it
+    CameraCounters before = {};  ///< of the driver, at the start of the scan
     std::uint64_t taken = 0, jumped = 0, abandoned = 0;
     std::uint64_t missed = 0;       ///< left out by the driver at a stop, though they were to be recorded
-    std::uint64_t unexplained = 0;  ///< numbers skipped, with nothing in the driver's counters; of runs that ended
+    std::uint64_t unexplained = 0;  ///< gaps in the numbers that the driver's counters do not explain; of finished runs
     // Since it was started.
     std::optional<Frame> last = std::nullopt;  ///< without its picture; its stamp is on the joints' clock
     std::uint64_t known_before = 0, known_at_last = 0, skipped = 0, unexplained_now = 0;

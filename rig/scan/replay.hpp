@@ -1,4 +1,4 @@
-// A recorded scan once more through the code that recorded it: joints, laser and frames in the order of their stamps.
+// Feeds a recorded scan to the code that recorded it: joints, laser and frames in the order of their stamps.
 #pragma once
 
 #include <filesystem>
@@ -12,7 +12,7 @@
 
 namespace tankrig {
 
-/// What a session kept of what went into joining its frames.
+/// A session's record of what went into joining its frames.
 struct RecordedScan {
   ScanPlan plan;
   Stamp plan_zero{};
@@ -20,7 +20,7 @@ struct RecordedScan {
   std::vector<SessionEvent> events;
 };
 
-/// Why a session cannot be fed again: "is an import: ...", "was recorded without plan.csv". Empty: it can.
+/// Why a session cannot be replayed: "is an import: ...", "was recorded without plan.csv". Empty: it can.
 std::string why_not_replayable(const Session& session);
 
 /// Errors: InputError with file and line.
@@ -31,12 +31,12 @@ struct ReplayCounts {
   std::map<std::string, std::uint64_t> refused;  ///< frames the joiner does not take again, "CAMERA.REASON"
 };
 
-/// Feeds JointHistory, LaserTimeline and FrameJoiner as a scan does, and `sink` by them; the events come as they were.
-/// What never became a frame of the session - lost, gated, dropped - has no pixels and is not fed: its events say so. A
-/// frame keeps its recorded number, which counts what the disk dropped. `before(stamp)` is called in the order of the
-/// stamps before anything of that moment is fed.
+/// Feeds JointHistory, LaserTimeline and FrameJoiner as a scan does, and `sink` through them; events come unchanged.
+/// Frames that were lost, gated or dropped have no pixels and are not fed: their events say so. A frame keeps its
+/// recorded number, which counts what the disk dropped. `before(stamp)` is called in the order of the stamps, before
+/// anything of that moment is fed.
 /// Threads: one.
-/// Errors: InputError of an image that cannot be read; what the sink throws.
+/// Errors: InputError of an unreadable image; what the sink throws.
 ReplayCounts replay_scan(const Session& session, const RecordedScan& recorded, const ScanSettings& settings,
                          ScanSink& sink, const std::function<void(Stamp)>& before);
 

@@ -32,13 +32,13 @@ struct ScanResult {
   double simulated_s = 0;
   std::map<std::string, std::uint64_t>
       counts;  ///< "CAMERA.REASON", "CAMERA.recorded", "cycle.overruns", "cycle.records_dropped"
-  std::map<std::string, CameraAccount> account;  ///< by camera, as far as the sink: there, all recorded are
+  std::map<std::string, CameraAccount> account;  ///< by camera, up to the sink: there, all count as recorded
   double max_following_error = 0;                ///< [rad]
   Duration worst_residual{}, residual_p99{};     ///< of the recorded frames
   Statistics sync;                               ///< "sync.residual_p50_ms" to "sync.residual_max_mm", and triggers
   EndState left;                                 ///< confirmed after the end
   std::optional<CycleTimes> times;               ///< in real time only
-  RealTimeGrant granted;                         ///< likewise
+  RealTimeGrant granted;                         ///< in real time only
 
   bool complete() const { return status == "complete"; }
 };
@@ -52,27 +52,26 @@ struct ScanJob {
   Laser& laser;
   std::vector<ScanCamera> cameras;  ///< the first that records the sweep sets the plan's frame grid
   ScanSink& sink;
-  const std::atomic<bool>& stop;           ///< set by Ctrl-C: laser off, then arm stopped, session readable
+  const std::atomic<bool>& stop;           ///< set by Ctrl-C: laser off, then arm stopped; the session stays readable
   std::function<bool()> interlock_closed;  ///< the laser's interlock as the backend reads it; empty is open
   std::function<void(const ScanProgress&)> progress = {};  ///< ten times per second of the plan
-  /// What people must cut, in the turn in which that is known and whenever it changes: a stop that is not taken, a
-  /// device that does not answer, a cycle that hangs. Empty: laser off and arm at rest are confirmed after all.
-  /// Must not throw, nor take its time.
+  /// Reports what people must cut, at once and whenever it changes: a stop that is not taken, a device that does not
+  /// answer, a cycle that hangs. Empty: laser off and arm at rest are now confirmed.
+  /// Must return fast and not throw.
   std::function<void(const std::string& what)> cut = {};
-  /// What is known however run_scan ends, also by an exception. Its status is empty where the scan was refused and
-  /// nothing was touched.
+  /// Filled in even if run_scan throws. The status is empty if the scan was refused and nothing was touched.
   ScanResult result{};
 };
 
-/// Runs the plan. One that uses no laser never arms it and does not mind its interlock. Under a VirtualClock
-/// single-threaded and bit-reproducible; under a MonotonicClock in real time. However it ends - plan done, stop asked
-/// for, fault, exception of the sink - the laser is commanded off first, then the arm to rest, again in every cycle
-/// until both are confirmed or rest_timeout has passed. So it ends too where the cycle hangs in real time: noticed
-/// after heartbeat_timeout, then done past it, and left behind after rest_timeout more: then nothing is confirmed, and
-/// clock, devices and `stop` must live as long as the program (Cycle::any_left_behind()).
-/// Errors: check_laser_ready's, check_light's, check_witness's, in real time check_real_time's; rethrows what the sink
-/// or the progress callback throws, after an event if the sink still takes one. A failing device is no exception but a
-/// status.
+/// Runs the plan. A plan without laser never arms it and ignores its interlock. Single-threaded and bit-reproducible
+/// under a VirtualClock; in real time under a MonotonicClock.
+/// However it ends (plan done, stop, fault, exception of the sink), the laser is commanded off first, then the arm to
+/// rest, in every cycle until both are confirmed or rest_timeout has passed. A cycle that hangs in real time is noticed
+/// after heartbeat_timeout, and the same is done past it. After another rest_timeout it is left behind: then nothing is
+/// confirmed, and clock, devices and `stop` must live as long as the program (Cycle::any_left_behind()).
+/// Errors: those of check_laser_ready, check_light, check_witness and, in real time, check_real_time. Rethrows what the
+/// sink or the progress callback throws, after an event if the sink still takes one. A failing device gives a status,
+/// not an exception.
 ScanResult run_scan(ScanJob& job);
 
 }  // namespace tankrig

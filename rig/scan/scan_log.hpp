@@ -1,4 +1,4 @@
-// What a scan tells its session beside joints and frames: phases, laser, faults, and how it ended.
+// The scan's events for its session: phases, laser, faults, and how it ended.
 #pragma once
 
 #include <string>
@@ -17,12 +17,12 @@ class ScanLog {
  public:
   ScanLog(const ScanPlan& plan, ScanSink& sink) : plan_(plan), sink_(sink) {}
 
-  /// Records in order of their stamps. `why`: what the supervisor knows of a stop, or of a fault that is told of it or
-  /// of a thread; empty if somebody asked for the stop.
+  /// Records in order of their stamps. `why`: the supervisor's reason for a stop, or for a fault reported to it or by a
+  /// thread; empty if a user asked for the stop.
   void add(const CycleRecord& record, const std::string& why);
   void summary(Stamp now, double max_following_error, Duration worst_residual, const EndState& left);
 
-  /// The latched fault in words, behind the stop that it came after; empty if there is none.
+  /// The latched fault in words, after the stop that preceded it; empty if there is none.
   std::string fault() const { return stop_.empty() || fault_.empty() ? fault_ : stop_ + "; " + fault_; }
 
  private:
@@ -31,7 +31,7 @@ class ScanLog {
   const ScanPlan& plan_;
   ScanSink& sink_;
   CycleRecord last_;
-  bool emitting_ = false;  // as the laser last told
+  bool emitting_ = false;  // as the laser last reported
   std::string stop_, fault_;
 };
 

@@ -1,4 +1,4 @@
-// The joints at the instant a frame was exposed: interpolated between the two samples around it, or refused.
+// The joints at the instant of a frame's exposure: interpolated between two samples, or refused.
 #pragma once
 
 #include <vector>
@@ -20,10 +20,10 @@ struct SyncedJoints {
 /// RT: push and interpolate are safe.
 class JointHistory {
  public:
-  /// Two neighbouring samples further apart than `max_gap` are not interpolated between.
+  /// Samples farther apart than `max_gap` are not interpolated.
   JointHistory(std::size_t capacity, Duration max_gap);
 
-  /// A sample that is not newer than the newest is ignored: interpolation needs time to move on.
+  /// A sample that is not newer than the last is ignored: interpolation needs increasing time.
   void push(const JointState& state) noexcept;
 
   /// Joints at `when`.

@@ -1,4 +1,4 @@
-// What a time is worth on the target: how fast the laser plane passes the object.
+// What a time error means on the target: how fast the laser plane passes the object.
 #pragma once
 
 #include "core/arm_model.hpp"

@@ -1,4 +1,4 @@
-// How examine_session() goes about it: what is known so far, and the steps that find out more, in their order.
+// The steps of examine_session(), in their order, and what they have found so far.
 #pragma once
 
 #include <map>
@@ -24,32 +24,32 @@ struct Examination : SessionFindings {
   Stamp zero() const;
 };
 
-/// session.yaml, and where it is cut or lost, what of it can still be read, and the rest from the session's rig file:
-/// info, calibration, info_known and info_damaged. A calibration from rig.yaml is taken for the recorded one if it has
-/// its SHA-256, or is to the letter the one that session.yaml holds beside a damaged SHA-256.
+/// Reads session.yaml: info, calibration, info_known and info_damaged. If it is cut or lost, the rest comes from the
+/// session's rig file. A calibration from rig.yaml counts as the recorded one if its SHA-256 matches, or if it equals,
+/// to the letter, the one in session.yaml beside a damaged SHA-256.
 void examine_session_yaml(Examination& so_far, const DescribeRig& describe);
 
-/// Which files are not as they were sealed.
+/// Finds the files that differ from the seal.
 void read_seal(Examination& so_far);
 
-/// The lines of the tables, and the frames of the spool; those that frames.csv had no time for join its lines.
+/// Reads the lines of the tables and the frames of the spool. Frames not yet in frames.csv are added to its lines.
 void examine_tables(Examination& so_far);
 void examine_spool(Examination& so_far);
 
-/// Leaves out frames without a whole picture; pictures of no line, and files that were never finished, are set aside.
+/// Leaves out frames without a whole picture. Sets aside pictures without a line and unfinished files.
 void examine_pictures(Examination& so_far);
 
-/// Against what session.yaml says was recorded.
+/// Compares with the lengths in session.yaml.
 void compare_lengths(Examination& so_far);
 
-/// What the seal, and session.yaml where there is none, say of the files nobody spoke of yet.
+/// Compares the files not examined yet with the seal or, if there is none, with session.yaml.
 void compare_rest(Examination& so_far);
 
 /// "1 frame", "2 frames".
 std::string plural(std::size_t n, const std::string& what);
 std::string seconds_text(Duration time);
 
-/// `message` of an error without the session's own path before it.
+/// An error's `message` without the leading path of the session.
 std::string within(const std::filesystem::path& session, const std::string& message);
 
 }  // namespace tankrig

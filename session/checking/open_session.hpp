@@ -1,4 +1,4 @@
-// A session opened with its tables, and all that is wrong with it.
+// A session opened with its tables, and everything that is wrong with it.
 #pragma once
 
 #include <filesystem>
@@ -11,14 +11,14 @@
 namespace tankrig {
 
 struct OpenedSession {
-  Session session;  ///< `warnings` and `all_there` speak of its tables and its seal too
+  Session session;  ///< `warnings` and `all_there` also cover its tables and its seal
   std::vector<JointState> joints;
   std::vector<SessionEvent> events;
   std::vector<std::string> unlike_seal;  ///< files that are not as they were sealed
 };
 
-/// Its warnings tell of cut, short or unreadable tables, an edited calibration, and files that are not as they were
-/// sealed.
+/// Its warnings name tables that are cut, short or unreadable, an edited calibration, and files that differ from the
+/// seal.
 /// Errors: InputError if it cannot be used at all.
 OpenedSession open_session(const std::filesystem::path& path);
 

@@ -1,4 +1,4 @@
-// A damaged table of a session: every line of it that can still be read.
+// A damaged table of a session: every line that can still be read.
 #pragma once
 
 #include <filesystem>
@@ -19,8 +19,8 @@ struct SalvagedTable {
   bool damaged = false;       ///< the file says something else than `text`
 };
 
-/// `read` reads the whole table strictly; where it throws, `parse` takes line by line what it can, and `line_of` writes
-/// it again.
+/// `read` reads the whole table strictly. If it throws, `parse` reads line by line what it can, and `line_of` writes
+/// each line again.
 template <class Record, class Read, class Parse, class Write>
 SalvagedTable<Record> salvage_table(const std::filesystem::path& file, const std::string& header, Read read,
                                     Parse parse, Write line_of) {

@@ -1,4 +1,4 @@
-// What is left of a session, file by file: what `session check` tells and `session recover` mends.
+// What is left of a session, file by file: `session check` reports it, `session recover` mends it.
 #pragma once
 
 #include <filesystem>
@@ -12,8 +12,8 @@
 
 namespace tankrig {
 
-/// Cameras, calibration and object of a session from its copy of the rig file, where session.yaml is lost. rig/config
-/// knows rig files; the caller passes this in.
+/// Cameras, calibration and object from the session's copy of the rig file, if session.yaml is lost. The caller passes
+/// this in, because only rig/config knows rig files.
 /// Errors: InputError.
 using DescribeRig = std::function<void(const std::filesystem::path& rig_yaml, SessionInfo& info)>;
 
@@ -34,13 +34,13 @@ struct SessionFindings {
   std::vector<std::string> extra;  ///< files that are not of the recording
 
   bool whole() const { return losses.empty() && undone.empty() && extra.empty(); }
-  /// What a usable session has and this one lacks: a frame or a joint sample, the cameras they were taken with.
+  /// What a usable session needs and this one lacks: a frame or a joint sample, and its cameras.
   std::vector<std::string> missing() const;
   bool usable() const { return missing().empty(); }
 };
 
-/// Looks at every byte of a session and changes none.
-/// Errors: InputError if it is no folder, or has a link in it.
+/// Reads every byte of a session and changes none.
+/// Errors: InputError if it is no folder, or contains a link.
 SessionFindings examine_session(const std::filesystem::path& session, const DescribeRig& describe);
 
 }  // namespace tankrig

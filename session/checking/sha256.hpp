@@ -1,4 +1,4 @@
-// SHA-256: how a session proves that its files are the ones recorded.
+// SHA-256: proves that a session's files are the recorded ones.
 #pragma once
 
 #include <filesystem>

@@ -9,9 +9,9 @@
 
 namespace tankrig {
 
-/// Columns: docs/reference/export.md. `start`: where time_s is 0. What is not known is an empty field.
+/// Columns: docs/reference/export.md. `start`: where time_s is 0. Unknown values are empty fields.
 std::string flat_joints_csv(const std::vector<JointState>& joints, Stamp start, const WallClock& clock);
-/// With bMe, the end effector in the arm base, of every frame whose joints and arm are known.
+/// With bMe, the end effector in the arm base, for every frame with known joints and arm.
 std::string flat_frames_csv(const Session& session, Stamp start, const WallClock& clock);
 std::string flat_events_csv(const std::vector<SessionEvent>& events, Stamp start, const WallClock& clock);
 

@@ -1,20 +1,20 @@
-// A session's stamps as wall time: for other programs, which know no other.
+// A session's stamps as wall time, for other programs.
 #pragma once
 
 #include "session/reading/session.hpp"
 
 namespace tankrig {
 
-/// By the clocks read at the session's beginning; without them (older sessions, imports) `first` is taken for
+/// From the clocks read when the session began. Older sessions and imports have none: then `first` counts as
 /// created_utc, a whole second.
 /// Units: nanoseconds since 1970 UTC.
 class WallClock {
  public:
-  /// Errors: InputError if created_utc is no time.
+  /// Errors: InputError if created_utc is not a time.
   WallClock(const Session& session, Stamp first);
 
   std::int64_t at(Stamp stamp) const noexcept { return stamp.ns + offset_ns_; }
-  /// Read from clocks, not taken from created_utc.
+  /// True if read from clocks; false if taken from created_utc.
   bool exact() const noexcept { return exact_; }
 
  private:

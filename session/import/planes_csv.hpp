@@ -1,4 +1,4 @@
-// Planes as people write them: a,b,c,d, or a file with one line for every image.
+// Planes as people write them: a,b,c,d, or a file with one line per image.
 #pragma once
 
 #include <filesystem>
@@ -14,8 +14,8 @@ namespace tankrig {
 /// Errors: InputError.
 Plane parse_plane(std::string_view text);
 
-/// The same for a laser's plane in the camera frame: one through the camera's centre, on which nothing can be
-/// triangulated, is an error too.
+/// The same for a laser plane in the camera frame. A plane through the camera's centre is an error: nothing can be
+/// triangulated on it.
 Plane parse_laser_plane(std::string_view text);
 
 /// The plane of each image, by file name: lines file,a,b,c,d, or the same columns in the order of a header line.

@@ -1,4 +1,4 @@
-// The account of a camera's frames: each that was to come is recorded, or left out for a reason that has a name.
+// The account of a camera's frames: each expected frame is recorded, or left out for a named reason.
 #pragma once
 
 #include <cstdint>
@@ -17,12 +17,12 @@ struct CameraAccount {
   bool closes() const { return unaccounted == 0; }
 };
 
-/// Why frames of a camera were left out, and how many; none that is 0.
+/// Why frames of a camera were left out, and how many; without zeros.
 std::vector<std::pair<std::string, std::uint64_t>> frame_reasons(const FrameCounts& counts, const std::string& camera);
 
 std::int64_t unaccounted(const FrameCounts& counts, const std::string& camera, std::uint64_t expected);
 
-/// What was exposed outside of what a camera records is nothing lost.
+/// Frames exposed while the camera was not recording are not lost.
 bool lost_nothing(const FrameCounts& counts, const std::string& camera, const CameraAccount& account);
 
 /// "165 of 171 frames recorded: incomplete 2, lost 4".

@@ -1,4 +1,4 @@
-// Pictures as files, not to be trusted: their size is read, and compared, before they are decoded.
+// Picture files from others: their size is checked before they are decoded.
 #pragma once
 
 #include <filesystem>
@@ -9,23 +9,23 @@
 
 namespace tankrig {
 
-/// Size that a PNG, JPEG, BMP, TIFF, PBM, PGM or PPM states at its beginning [px]; nothing if `bytes` are none of them.
-/// Nothing is decoded, and the rest of the file may say otherwise.
+/// Size that a PNG, JPEG, BMP, TIFF, PBM, PGM or PPM states at its beginning [px]; nothing for other formats. Nothing
+/// is decoded, so the rest of the file may disagree.
 std::optional<cv::Size> picture_size(std::string_view bytes);
 
 /// Whether `bytes` are a JPEG from its first marker to its end-of-image marker, segment by segment. Nothing is decoded:
-/// a JPEG carries no check sum, and decoders make a picture of half a file. What stands after the end is not looked at.
+/// a JPEG has no check sum, and decoders make a picture of half a file. Bytes after the end are ignored.
 bool is_whole_jpeg(std::string_view bytes);
 
-/// The size a picture must have, and where that is said.
+/// The size a picture must have, and the source of that size.
 struct ExpectedSize {
   int width = 0, height = 0;
   std::string as;  ///< "as in the camera file"
 };
 
-/// `bytes` of `file` decoded with OpenCV's `flags`; `expected` may be null where nothing is known.
-/// Errors: InputError if they are no picture of a known kind, a JPEG that is cut short, of another size, or of more
-/// pixels than any camera has.
+/// Decodes `bytes` of `file` with OpenCV's `flags`. `expected` is null if no size is known.
+/// Errors: InputError if the format is unknown, a JPEG is cut short, the size is wrong, or the picture has more pixels
+/// than any camera.
 cv::Mat decode_picture(std::string_view bytes, const std::filesystem::path& file, const ExpectedSize* expected,
                        int flags);
 

@@ -1,4 +1,4 @@
-// The session on disk: what a scan leaves, and the hinge between recording and everything after it.
+// The session on disk: written by a scan, read by everything after it.
 //
 //   session.yaml   who, when, rig, lux, seeds, versions, status; cameras, calibration, object
 //   joints.csv     every joint sample
@@ -41,13 +41,13 @@ struct SessionObject {
   Transform bMo = Transform::Identity();  ///< mesh frame in the arm base
 };
 
-/// What was handed to the recorder for one table.
+/// What the recorder was given for one table.
 struct TableSpan {
   std::uint64_t lines = 0;
   Stamp first{}, last{};  ///< of its first and last line
 };
 
-/// The most light a session keeps [lx]; the sun has 1e5.
+/// The highest lux a session accepts [lx]; sunlight has 1e5.
 inline constexpr double kMaxLux = 1e7;
 
 /// session.yaml, whole.
@@ -56,7 +56,7 @@ struct SessionInfo {
   std::string status;       ///< "recording" | "complete" | "stopped: REASON"
   std::string kind;         ///< "scan" | "import"
   std::string created_utc;  ///< ISO 8601, for people
-  /// The stamps' clock beside the wall clock, at the beginning and the end; no end under a virtual clock.
+  /// The run's clock and the wall clock, at the beginning and the end; no end under a virtual clock.
   std::optional<ClockPair> clock_begin, clock_end;
   std::string operator_name, notes;
   std::string rig, rig_hash;     ///< rig's name; SHA-256 of the resolved rig file copied as rig.yaml
@@ -93,7 +93,7 @@ struct Session {
   std::vector<std::string> warnings;  ///< what was cut short, left out, or changed since the recording
   bool all_there = true;              ///< no frame of the recording is known to be missing from `frames`
 
-  /// A warning, and no longer all_there.
+  /// Adds a warning and clears all_there.
   void lose(const std::string& what) {
     warnings.push_back(what);
     all_there = false;
@@ -105,8 +105,8 @@ struct Session {
   const CalibratedCamera& camera(CameraRole role) const;  ///< InputError if there is none
   const CalibratedCamera* find_camera(CameraRole role) const;
   cv::Mat image(const FrameRecord& frame) const;  ///< InputError if missing or unreadable
-  /// Laser plane in the frame of `frame`'s camera: given per frame, or cMb * bMe(q) * ePl.  InputError if neither is
-  /// known.
+  /// Laser plane in the frame of `frame`'s camera: given per frame, or cMb * bMe(q) * ePl.
+  /// Errors: InputError if neither is known.
   Plane laser_plane(const FrameRecord& frame) const;
 };
 

@@ -1,4 +1,4 @@
-// A session's folder: what is named in it is opened below it, and no link leads out.
+// A session's folder: its files are opened below it, and no link leads out.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,7 @@
 
 namespace tankrig {
 
-/// Whoever opens a session to read, mend or add to it asks this first.
+/// Call this before reading, mending or extending a session.
 /// Errors: InputError naming the first symbolic link below `session`.
 void refuse_links(const std::filesystem::path& session);
 
@@ -16,8 +16,8 @@ void refuse_links(const std::filesystem::path& session);
 std::string read_below(const std::filesystem::path& session, const std::filesystem::path& name, std::uint64_t most,
                        const std::string& expected);
 
-/// session / name. Makes the folders of `name` that are missing.
-/// Errors: InputError if one of them cannot be made, is a link or anything else, or leads outside.
+/// session / name. Makes missing parent folders.
+/// Errors: InputError if a folder cannot be made, is a link or not a folder, or leads outside.
 std::filesystem::path place_below(const std::filesystem::path& session, const std::filesystem::path& name);
 
 }  // namespace tankrig

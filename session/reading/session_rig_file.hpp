@@ -7,7 +7,7 @@
 
 namespace tankrig {
 
-/// rig.yaml as the scan used it, all in the session's own folder.
+/// rig.yaml as the scan used it, without files from outside the session.
 /// Errors: InputError, also if it has a `base`.
 ConfigNode session_rig_file(const std::filesystem::path& session);
 

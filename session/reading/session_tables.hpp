@@ -25,19 +25,19 @@ std::string joints_line(const JointState& state);
 std::string frames_line(const FrameRecord& frame);
 std::string events_line(Stamp stamp, std::string_view kind, std::string_view text);
 
-/// One line, with or without its line end; nothing if it is not a whole and proper one.
+/// One line, with or without its line end; nothing if it is incomplete or malformed.
 std::optional<JointState> parse_joints_line(std::string_view line);
 std::optional<FrameRecord> parse_frames_line(std::string_view line);
 std::optional<SessionEvent> parse_events_line(std::string_view line);
 
-/// A table read back; `cut_short` says that its last line was incomplete and left out.
+/// A table read back. `cut_short`: its last line was incomplete and is left out.
 template <class Record>
 struct SessionTable {
   std::vector<Record> records;
   bool cut_short = false;
 };
 
-/// A table without its whole header is refused, except while `recording`: then it is empty and cut short.
+/// A table with an incomplete header is refused, except while `recording`: then it counts as empty and cut short.
 /// Errors: InputError with file, line and column.
 SessionTable<JointState> read_joints_csv(const std::filesystem::path& file, bool recording = false);
 SessionTable<FrameRecord> read_frames_csv(const std::filesystem::path& file, bool recording = false);

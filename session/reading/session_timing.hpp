@@ -11,7 +11,7 @@
 
 namespace tankrig {
 
-/// Percentiles of one quantity [us]; max is exact, the others are at most 1.6 % too large.
+/// Percentiles of one quantity [us]; max is exact, the others at most 1.6 % too large.
 struct TimingQuantity {
   double p50 = 0, p99 = 0, p999 = 0, max = 0;
 };
@@ -29,13 +29,13 @@ SessionTiming session_timing(const CycleTimes& times, double cycle_hz);
 /// `timing` of session.yaml.
 extern const SettingsTable<SessionTiming> kSessionTimingKeys;
 
-/// timing.csv: quantity,lower_us,upper_us,count; a line for every bin that is not empty.
+/// timing.csv: quantity,lower_us,upper_us,count; one line per non-empty bin.
 std::string timing_csv(const CycleTimes& times);
 
 /// A table of four lines for the screen.
 std::string timing_table(const SessionTiming& timing);
 
-/// What `session info` says, name and value.
+/// For `session info`: name and value.
 std::vector<std::pair<std::string, std::string>> timing_summary(const SessionTiming& timing);
 
 }  // namespace tankrig

@@ -1,4 +1,4 @@
-// session.yaml: everything about a session but its samples.
+// session.yaml: everything about a session except its samples.
 #pragma once
 
 #include <filesystem>
@@ -19,14 +19,14 @@ std::string calibration_yaml(const SessionInfo& info);
 
 /// Whole text of session.yaml, calibration hash included.
 std::string session_yaml(const SessionInfo& info);
-/// The same with the `calibration` as it was written once, and the hash that `info` has: a pose that is read and
-/// written again is not the same text.
+/// The same with the given `calibration` text and the hash in `info`: a pose that is read and written again may be
+/// another text.
 std::string session_yaml(const SessionInfo& info, const std::string& calibration);
 
 /// Errors: InputError with file, line and field.
 SessionInfo read_session_yaml(const std::filesystem::path& file);
 
-/// The keys before the calibration, in the order in which they stand; each can be read for itself.
+/// The keys before the calibration, in file order; each can be read by itself.
 extern const SettingsTable<SessionInfo> kSessionKeys;
 
 /// What calibration_yaml() wrote; `file` is for the message.
@@ -34,10 +34,10 @@ extern const SettingsTable<SessionInfo> kSessionKeys;
 void read_calibration_yaml(const std::string& text, const std::filesystem::path& file, SessionInfo& info);
 void take_calibration(const SessionInfo& from, SessionInfo& to);
 
-/// The calibration in the text of a session.yaml, to the letter; empty if it has none.
+/// The calibration in the text of a session.yaml, to the letter; empty if there is none.
 std::string recorded_calibration(const std::string& text);
 
-/// A whole number, which may be larger than any that a double holds exactly.
+/// A whole number, possibly larger than a double holds exactly.
 /// Errors: InputError with file, line and field.
 template <class Whole>
 Whole read_whole(const ConfigNode& node, const std::string& key) {
@@ -49,7 +49,7 @@ Whole read_whole(const ConfigNode& node, const std::string& key) {
   return value;
 }
 
-/// Whether the calibration in `file` is, to the letter, the one its hash was made of.
+/// Whether the calibration in `file` is, to the letter, the one that was hashed.
 bool calibration_is_as_recorded(const std::filesystem::path& file, const SessionInfo& info);
 
 }  // namespace tankrig

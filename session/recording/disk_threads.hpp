@@ -1,5 +1,4 @@
-// What is recorded, on its way to disk: a bounded ring, the thread that writes it out, and the one that sees it onto
-// the disk.
+// The recorder's way to disk: a bounded ring, a thread that writes, and a thread that syncs.
 #pragma once
 
 #include <array>
@@ -28,49 +27,49 @@ namespace tankrig {
 
 enum class RecordedTable : std::uint8_t { kJointLines, kFrameLines, kEventLines };
 
-/// A thread does not come back from the disk: it is left behind with what it still holds, and nothing more may be
-/// written to this session, or whoever writes it would hang as well. What is on the disk opens, and can be recovered.
+/// A disk thread hangs. It is left behind with what it still holds. Nothing more may be written to this session,
+/// because that would hang too. What is on the disk can be opened and recovered.
 class DiskHangs : public NotOnDisk {
  public:
   using NotOnDisk::NotOnDisk;
 };
 
-/// How long a thread may take for one call before the disk is given up. A sync may have to wait for what other
-/// programs have written.
+/// How long one call of a thread may take before the disk is given up. A sync may have to wait for other programs'
+/// data.
 struct DiskPatience {
   Duration write = std::chrono::seconds(5), sync = std::chrono::seconds(60);
 };
 
-/// Frames go into the spool, lines into their tables ten times a second; twice a second all of it is sent to the disk
-/// itself, so that a kill loses tenths of a second and a power cut the last second, as far as the disk keeps up. A
-/// write or a sync that fails ends the recording: what comes after it is counted, and a reserve on the disk is freed
-/// for the last lines and session.yaml.
+/// Frames go to the spool and lines to their tables ten times a second; twice a second all of it is synced. So a kill
+/// loses tenths of a second and a power cut the last second, if the disk keeps up.
+/// A failed write or sync ends the recording: later data is counted, and a reserve on the disk is freed for the last
+/// lines and session.yaml.
 /// Threads: add_* and finish from one; they wait for the disk only if `wait`.
 /// RT: never, but it holds no lock while it writes.
-/// Errors: a thread's failure (CannotWrite naming the file) is thrown by the next add_* and by finish, the first one,
-/// or NotOnDisk if a sync failed at all; so is a disk that does not come back from one write for `patience.write`.
+/// Errors: the next add_* and finish throw NotOnDisk if any sync failed, else a thread's first failure (CannotWrite
+/// naming the file). add_* throws InputError if one write takes longer than `patience.write`.
 class DiskThreads {
  public:
-  /// Opens the tables with their headers and starts the threads.  `ring_bytes` of frames may wait, and a minute of
-  /// lines; the session stays locked as long as a thread may write to it.
+  /// Opens the tables with their headers and starts the threads. `ring_bytes` of frames may wait, and a minute of
+  /// lines. The session stays locked as long as a thread may write to it.
   static std::shared_ptr<DiskThreads> start(std::filesystem::path session, std::shared_ptr<SessionLock> lock,
                                             std::size_t ring_bytes, bool wait, const DiskPatience& patience);
   DiskThreads(const DiskThreads&) = delete;
   DiskThreads& operator=(const DiskThreads&) = delete;
 
-  /// False: the ring is full, and the line forgotten.
+  /// False: the ring is full, and the line is lost.
   bool add_line(RecordedTable table, std::string_view line);
-  /// Shares `image`: nobody writes to it any more. False: the ring is full, and the frame forgotten.
+  /// Shares `image`, which nobody may write to any more. False: the ring is full, and the frame is lost.
   bool add_frame(const std::string& camera, std::string line, const cv::Mat& image);
 
-  /// Returns when everything is on the disk that can be; must be called. No add_* after it. Errors also: DiskHangs if a
-  /// thread shows no sign of life for as long as `patience` says.
+  /// Returns when everything that can be is on the disk. Must be called; no add_* after it.
+  /// Errors: as above, and DiskHangs if a thread makes no progress for as long as `patience` says.
   void finish();
 
   /// After finish, unless the disk hangs: frames on disk, and frames the disk refused, by camera.
   const std::map<std::string, std::uint64_t>& written() const { return written_; }
   const std::map<std::string, std::uint64_t>& refused() const { return refused_; }
-  /// Likewise: every frame on disk has its line in frames.csv. Else only the spool knows them.
+  /// After finish: every frame on disk has its line in frames.csv. If false, only the spool knows them all.
   bool frame_lines_written() const { return frame_lines_written_; }
 
  private:

@@ -1,4 +1,4 @@
-// What events of a session are about: the column `kind` of events.csv.
+// The column `kind` of events.csv.
 #pragma once
 
 #include <string_view>
@@ -8,13 +8,13 @@ namespace tankrig {
 namespace event_kind {
 inline constexpr std::string_view kPlan = "plan";           ///< its stamp is time 0 of plan.csv
 inline constexpr std::string_view kPhase = "phase";         ///< a segment of the plan begins
-inline constexpr std::string_view kLaser = "laser";         ///< what it is told and what it does
+inline constexpr std::string_view kLaser = "laser";         ///< its command and its measured state
 inline constexpr std::string_view kDrop = "drop";           ///< frames not recorded, and why
 inline constexpr std::string_view kOverrun = "overrun";     ///< cycles missed
-inline constexpr std::string_view kRealTime = "real_time";  ///< what the system refuses the cycle
+inline constexpr std::string_view kRealTime = "real_time";  ///< rights that the system refuses the cycle
 inline constexpr std::string_view kInjected = "injected";   ///< a fault that was played
 inline constexpr std::string_view kFault = "fault";         ///< what ended the scan, or left it unsafe
-inline constexpr std::string_view kStop = "stop";           ///< asked for
+inline constexpr std::string_view kStop = "stop";           ///< on request
 inline constexpr std::string_view kSummary = "summary";     ///< at the end
 }  // namespace event_kind
 

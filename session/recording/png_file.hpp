@@ -8,11 +8,11 @@
 
 namespace tankrig {
 
-/// `image` compressed for speed (Huffman codes only: noise does not repeat): always the same bytes.
+/// Writes `image`, compressed for speed (Huffman codes only, because noise does not repeat): always the same bytes.
 /// Errors: InputError naming the file.
 std::string png_of(const cv::Mat& image, const std::filesystem::path& file);
 
-/// Whether `bytes` are a PNG from its signature to its end, every chunk's CRC right. Nothing is decoded.
+/// Whether `bytes` are a PNG from its signature to its end, with every chunk's CRC right. Nothing is decoded.
 bool is_whole_png(std::string_view bytes);
 
 }  // namespace tankrig

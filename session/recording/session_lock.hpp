@@ -1,4 +1,4 @@
-// Who writes to a session: a recording holds its folder, so that nobody mends, or adds to, what is still growing.
+// Who may write to a session: a recording locks its folder, so that nobody mends or extends a growing session.
 #pragma once
 
 #include <cstdint>
@@ -8,13 +8,13 @@
 
 namespace tankrig {
 
-/// What is about to be done with a session. Who only reads shares it with other readers.
+/// What a command does with a session. Readers share it with other readers.
 enum class SessionUse : std::uint8_t { kWrite, kRead };
 
-/// An advisory lock on the session's folder; ends with the object, or with the process however it dies.
+/// An advisory lock on the session's folder. It ends with the object, or with the process however it dies.
 class SessionLock {
  public:
-  /// Waits for another process, or another object, that holds it: who only has a look ends nobody's work.
+  /// Waits while another process or object holds it, so a short look does not end anybody's work.
   /// Errors: InputError if it is still held after `patience`.
   explicit SessionLock(const std::filesystem::path& session, SessionUse use = SessionUse::kWrite,
                        Duration patience = std::chrono::seconds(2));

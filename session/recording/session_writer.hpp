@@ -21,29 +21,28 @@ struct SessionWriterOptions {
   DiskPatience patience = {};
 };
 
-/// From its first moment the directory is a session that opens: status "recording", tables that grow, frames in the
-/// spool (session/recording/spool.hpp). close() makes pictures of them. What a kill, a full disk or a cut at any byte
-/// loses is at most the last second (session/recording/disk_threads.hpp); `tankrig session recover` makes a whole
-/// session of the rest.
+/// From the first moment the directory opens as a session: status "recording", growing tables, frames in the spool
+/// (session/recording/spool.hpp). close() makes pictures of the frames. A kill, a full disk or a power cut loses at
+/// most the last second (session/recording/disk_threads.hpp); `tankrig session recover` makes the rest whole.
 /// Threads: one; the disk has its own, and unless `wait_when_full` nothing here waits for it before close().
-/// Errors: InputError naming the file, from the call that finds it or the next one. Never silently.
+/// Errors: InputError naming the file, from the call that finds the failure or the next one. Never silently.
 class SessionWriter {
  public:
-  /// Reasons in `counts`, after "CAMERA.": no room in the ring, and refused by the disk.
+  /// Reasons in `counts`, after "CAMERA.": the ring was full, or the disk refused.
   static constexpr const char* kDroppedByRing = "dropped_ring";
   static constexpr const char* kDroppedByDisk = "dropped_disk";
 
-  /// Creates `path` (and its parents), which must not exist or be empty. Status, if empty, becomes "recording" and
-  /// created_utc, if empty, now.
+  /// Creates `path` and its parents. It must not exist, or be empty. An empty status becomes "recording", an empty
+  /// created_utc becomes now.
   SessionWriter(std::filesystem::path path, SessionInfo info, SessionWriterOptions options = {});
-  /// Not closed (an exception is on its way): closes with "stopped: not closed" as well as it can.
+  /// If not closed (an exception is being thrown): closes with "stopped: not closed" as well as it can.
   ~SessionWriter();
   SessionWriter(const SessionWriter&) = delete;
   SessionWriter& operator=(const SessionWriter&) = delete;
 
   void joints(const JointState& state);
   /// Records the frame and its image. An empty `frame.file` becomes frames/<camera>/<index>.png. The image is shared
-  /// with the writing thread: nobody writes to it afterwards.
+  /// with the writing thread: nobody may write to it afterwards.
   void frame(const FrameRecord& frame, const cv::Mat& image);
   void event(Stamp stamp, std::string_view kind, std::string_view text);
 
@@ -51,16 +50,16 @@ class SessionWriter {
   void add_file(const std::filesystem::path& source, const std::string& name);
   void add_text(const std::string& name, std::string_view text);
 
-  /// What session.yaml says at close(); "CAMERA.recorded", the counts of dropped frames and what is unaccounted are the
-  /// writer's.
+  /// What close() writes to session.yaml. The writer fills in "CAMERA.recorded", the counts of dropped frames and the
+  /// unaccounted ones.
   SessionInfo& info() { return info_; }
   const std::filesystem::path& path() const { return path_; }
 
   /// Writes everything out, the final session.yaml, and the pictures. `status`: "complete" or "stopped: REASON". If
-  /// something could not be written, the status says that instead, and its error is thrown when the rest is safe: after
-  /// NotOnDisk the spool is kept as it is. Stopped early by `pictures.stop`, the frames left in the spool are a warning
-  /// of Session::open. Errors also: DiskHangs, and then nothing more is written: the status on the disk is still
-  /// "recording".
+  /// something could not be written, the status says that instead. Its error is thrown when the rest is safe; after
+  /// NotOnDisk the spool is kept. If `pictures.stop` ends it early, Session::open warns of the frames left in the
+  /// spool.
+  /// Errors: as above, and DiskHangs: nothing more is written, and the status on the disk stays "recording".
   void close(const std::string& status, const PictureOptions& pictures = {});
 
  private:

@@ -1,4 +1,4 @@
-// The spool: frames on disk as they came, raw, one record after the other, until they are pictures.
+// The spool: raw frames on disk, one record after the other, until they are pictures.
 //
 //   SESSION/spool/NNNNNN.raw, in the order they were written. A record, little-endian, without padding:
 //    0  "TANKFRM1"
@@ -18,7 +18,7 @@
 
 namespace tankrig {
 
-/// A segment that has grown so large is followed by the next.
+/// A segment of this size is followed by the next.
 inline constexpr std::uint64_t kSegmentBytes = 32 << 20;
 
 std::filesystem::path spool_folder(const std::filesystem::path& session);
@@ -57,7 +57,7 @@ struct SpooledFrame {
   cv::Mat image;  ///< the segment's own bytes
 };
 
-/// A segment read back: every record that is whole, also behind one that is not.
+/// A segment read back: every whole record, also behind a damaged one.
 /// Errors: InputError if it cannot be read.
 class SpoolSegment {
  public:
@@ -67,7 +67,7 @@ class SpoolSegment {
   SpoolSegment& operator=(const SpoolSegment&) = delete;
 
   const std::vector<SpooledFrame>& frames() const { return frames_; }
-  /// Bytes that belong to no whole record: of one cut at the end, or damaged in the middle.
+  /// Bytes of no whole record: cut at the end, or damaged in the middle.
   std::uint64_t stray_bytes() const { return stray_bytes_; }
 
  private:

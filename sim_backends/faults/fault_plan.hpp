@@ -1,4 +1,4 @@
-// What goes wrong, when, and for how long: one file and one vocabulary for every device of a rig.
+// What goes wrong, when and for how long: one file and one vocabulary for every device of a rig.
 #pragma once
 
 #include <cstdint>
@@ -35,7 +35,7 @@ enum class FaultKind : std::uint8_t {
 };
 const char* to_string(FaultKind kind) noexcept;
 
-/// What a fault's time is counted from.
+/// The origin of a fault's time.
 enum class FaultOrigin : std::uint8_t {
   kStart,    ///< the devices have been opened
   kMotion,   ///< the arm's first set-point that is not rest
@@ -50,9 +50,9 @@ struct FaultSpec {
   FaultOrigin origin = FaultOrigin::kStart;
   std::string phase;    ///< of kPhase: how the phase's name begins, e.g. "sweep pass 1"
   Duration at{};        ///< after the origin
-  Duration duration{};  ///< 0: for ever
+  Duration duration{};  ///< 0: lasts
   double ratio = 0.5;   ///< share of the messages or periods concerned; a speed; see the table
-  Duration period = std::chrono::milliseconds{200};  ///< of what comes and goes
+  Duration period = std::chrono::milliseconds{200};  ///< of intermittent faults
   Duration delay = std::chrono::milliseconds{300};   ///< of what is late
   double amount = 0.2;                               ///< of what is wrong: radians, or a factor
   Duration jump = std::chrono::milliseconds{500};    ///< of a clock
@@ -62,7 +62,7 @@ struct FaultSpec {
   std::string name() const;
 };
 
-/// A combination that exists, and what it does; docs/reference/faults.md shows the same table.
+/// An existing combination and its effect; docs/reference/faults.md shows the same table.
 struct FaultOffer {
   FaultDevice device;
   FaultKind kind;
@@ -81,11 +81,11 @@ struct FaultPlan {
   /// Errors: InputError with file and line, also for what a device does not offer.
   static FaultPlan load(const std::filesystem::path& file);
   static FaultPlan from(const ConfigNode& node);
-  /// Likewise, for a rig with these cameras: also refused is what cannot be had at that level, and a camera that the
-  /// rig does not have.
+  /// The same for a rig with these cameras. Also refused: faults that do not exist at that level, and cameras the rig
+  /// does not have.
   static FaultPlan load(const std::filesystem::path& file, FaultLevel level, const std::vector<std::string>& cameras);
 
-  /// Errors: InputError, one line that lists what the device offers, if one of the faults cannot be had there.
+  /// Errors: InputError, one line that lists what the device offers, if a fault does not exist there.
   void check(FaultLevel level) const;
   /// As load() reads it, with every default.
   std::string yaml() const;

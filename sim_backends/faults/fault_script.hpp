@@ -1,4 +1,4 @@
-// A fault plan being played: which of its faults are on at this moment.
+// A fault plan in progress: which of its faults are on at this moment.
 #pragma once
 
 #include <atomic>
@@ -15,7 +15,7 @@ struct FaultEvent {
   std::string text;  ///< "camera mono: unplugged begins"
 };
 
-/// Nothing begins before its origin has been marked.
+/// Nothing begins before its origin is marked.
 /// Threads: any; news() from one.
 /// RT: all but the constructor and news().
 class FaultScript {
@@ -24,20 +24,20 @@ class FaultScript {
 
   const FaultPlan& plan() const noexcept { return plan_; }
 
-  /// The origin has come; only the first time counts.
+  /// Marks the origin; only the first time counts.
   void mark(FaultOrigin origin, Stamp when) noexcept;
   /// The scan enters a phase; the first time counts.
   void enter_phase(std::string_view name, Stamp when) noexcept;
 
-  /// When fault `index` begins; nothing while its origin has not come.
+  /// When fault `index` begins; nothing before its origin.
   std::optional<Stamp> begin(std::size_t index) const noexcept;
-  /// The time between begin and end. A fault that comes and goes is active all the while: see off_now().
+  /// Whether it is between begin and end. An intermittent fault is active throughout: see off_now().
   bool active(std::size_t index, Stamp now) const noexcept;
   /// The first active fault of this kind; null if there is none. `camera`: of that name, or of every camera.
   const FaultSpec* active(FaultDevice device, FaultKind kind, Stamp now, std::string_view camera = {}) const noexcept;
-  /// Does a fault of kind intermittent have the device off at this moment?
+  /// Whether an intermittent fault has the device off at this moment.
   bool off_now(FaultDevice device, Stamp now, std::string_view camera = {}) const noexcept;
-  /// What is left of an active fault; a long time where it lasts for ever.
+  /// The remaining time of an active fault; a long time if it lasts for ever.
   Duration left(const FaultSpec& spec, Stamp now) const noexcept;
 
   /// What has begun and ended since the last call, in order of time.
@@ -57,7 +57,7 @@ class FaultScript {
   std::vector<std::uint8_t> told_;                  // 0 nothing, 1 begins, 2 ends
 };
 
-/// Every n-th message counts; which are lost depends on the seed alone.
+/// Every n-th message counts; the seed alone decides which are lost.
 /// Threads: one.
 /// RT: safe.
 class FaultDice {

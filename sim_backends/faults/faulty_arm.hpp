@@ -1,4 +1,4 @@
-// An arm with the faults of a plan between it and whoever moves it.
+// An arm with a plan's faults between it and its user.
 #pragma once
 
 #include <array>
@@ -9,8 +9,9 @@
 
 namespace tankrig::sim {
 
-/// The same arm where the plan has nothing against it. Errors are those of the real driver. Threads,
-/// RT: as Arm. Marks the script's origin of motion.
+/// Behaves as the real driver, errors included, unless a fault is active. Marks the script's origin of motion.
+/// Threads: as Arm.
+/// RT: as Arm.
 class FaultyArm final : public Arm {
  public:
   /// All outlive it.
@@ -40,7 +41,7 @@ class FaultyArm final : public Arm {
   FaultScript& script_;
   const Clock& clock_;
   FaultDice lost_, noise_;
-  std::optional<JointState> last_;  // as the arm told it
+  std::optional<JointState> last_;  // as the arm reported it
   std::optional<JointState> stuck_;
   std::array<Late, 256> late_{};
   std::size_t late_first_ = 0, late_count_ = 0;

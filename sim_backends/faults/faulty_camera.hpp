@@ -1,4 +1,4 @@
-// A camera with the faults of a plan between it and whoever takes its frames.
+// A camera with a plan's faults between it and its user.
 #pragma once
 
 #include <deque>
@@ -10,8 +10,9 @@
 
 namespace tankrig::sim {
 
-/// The same camera where the plan has nothing against it. Behaves as the cameras' drivers do: an incomplete frame is
-/// counted and not given out, a camera that sends nothing for kStall is one time-out. Threads,
+/// Behaves as the cameras' drivers do, unless a fault is active: an incomplete frame is counted and not given out; a
+/// camera that sends nothing for kStall gives one time-out.
+/// Threads: as Camera.
 /// RT: as Camera.
 class FaultyCamera final : public Camera {
  public:
@@ -39,7 +40,7 @@ class FaultyCamera final : public Camera {
     return script_.active(FaultDevice::kCamera, kind, now, info_.name);
   }
   void take_time();
-  /// Takes what has come; true if the frame is to be handed on.
+  /// Takes a new frame; true if it is to be handed on.
   bool survives(Frame& frame, Stamp now);
 
   Camera& camera_;

@@ -1,4 +1,4 @@
-// What may be wrong beside the devices: the interlock's loop, the disk, and the loop that supervises the cycle.
+// Faults beside the devices: the interlock's loop, the disk, and the loop that supervises the cycle.
 #pragma once
 
 #include "core/clock.hpp"
@@ -13,13 +13,13 @@ class FaultyHost {
   /// Both outlive it.
   FaultyHost(FaultScript& script, Clock& clock) : script_(script), clock_(clock) {}
 
-  /// The loop as it is read where it really is `closed`.
+  /// The loop's reading when it really is `closed`.
   bool interlock(bool closed) const noexcept;
-  /// Before every write to the session; that of a frame may take its time.
+  /// Call before every write to the session; that of a frame may take its time.
   /// Errors: InputError: disk full, I/O error.
   void write(bool frame);
-  /// Once in every round of the supervising loop; may take its time.
-  /// Errors: std::runtime_error where it dies.
+  /// Call once per round of the supervising loop; may take its time.
+  /// Errors: std::runtime_error if the loop dies.
   void round();
 
  private:

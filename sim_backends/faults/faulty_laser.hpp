@@ -1,4 +1,4 @@
-// A laser with the faults of a plan between it and whoever switches it.
+// A laser with a plan's faults between it and its user.
 #pragma once
 
 #include "core/clock.hpp"
@@ -8,9 +8,11 @@
 
 namespace tankrig::sim {
 
-/// The same laser where the plan has nothing against it. Behaves as the relay's driver does: off is always taken, a box
-/// that does not answer is believed for kBelieved, and opens by its watchdog after kWatchdog. Threads,
-/// RT: as Laser. Marks the script's origin of light, and plays the faults of the beam.
+/// Behaves as the relay's driver does, unless a fault is active: off is always accepted; a silent box is believed for
+/// kBelieved, and opens by its watchdog after kWatchdog. Marks the script's origin of light, and plays the faults of
+/// the beam.
+/// Threads: as Laser.
+/// RT: as Laser.
 class FaultyLaser final : public Laser {
  public:
   static constexpr Duration kBelieved = std::chrono::milliseconds{150};
@@ -29,7 +31,7 @@ class FaultyLaser final : public Laser {
   const FaultSpec* active(FaultKind kind, Stamp now) const noexcept {
     return script_.active(FaultDevice::kLaser, kind, now);
   }
-  /// Off, unplugged, or silent for the moment.
+  /// Off, unplugged, or silent at the moment.
   bool mute(Stamp now) const noexcept;
   void play(Stamp now) noexcept;
 

@@ -1,4 +1,4 @@
-// A lux meter with the faults of a plan between it and whoever reads it.
+// A lux meter with a plan's faults between it and its user.
 #pragma once
 
 #include <optional>

@@ -1,4 +1,4 @@
-// What a plan does to the pictures of a camera, whatever carries them.
+// A plan's faults of a camera's pictures, on any carrier.
 #pragma once
 
 #include <opencv2/core.hpp>
@@ -14,7 +14,7 @@ class PictureFaults {
  public:
   PictureFaults(std::string camera, const FaultScript& script) : camera_(std::move(camera)), script_(script) {}
 
-  /// What the camera shows instead of `picture`. The picture is shared: nobody writes to it afterwards.
+  /// The picture the camera shows instead of `picture`, which is shared: nobody may write to it afterwards.
   cv::Mat spoilt(cv::Mat picture, std::uint64_t number, Stamp now);
 
  private:

@@ -11,20 +11,20 @@
 
 namespace tankrig::sim {
 
-/// What may be wrong with it, for tests: set by the thread that owns the arm.
+/// Its possible faults, for tests; set by the thread that owns the arm.
 struct MockArmFaults {
   bool stop_fails = false;  ///< stop() is refused with kIo and changes nothing
   bool runs_away = false;   ///< set-points and stop() succeed and change nothing; the watchdog sleeps
 };
 
-/// Every exchange_period the carrier takes the last set-point to the actuators and reads the encoders. In between each
+/// Every exchange_period the carrier takes the last set-point to the actuators and reads the encoders. In between, each
 /// actuator's speed [ticks/s] follows its set-point with a first-order lag, integrated exactly. A set-point is what the
-/// wire can say: whole ticks/s, none whose low byte is 0x0A.
+/// wire can carry: whole ticks/s, none with the low byte 0x0A.
 /// Threads: any; a mutex guards the memory.
 /// RT: the Arm interface never allocates; it blocks only while another thread is inside.
 class MockArm final : public Arm {
  public:
-  /// Powers on at clock.now(), at rest in posture `q`, which is moved into the limits.
+  /// Powers on at clock.now(), at rest in posture `q`, clamped to the limits.
   MockArm(const ArmModel& model, const MockArmParameters& parameters, const JointVector& q, const Clock& clock);
 
   Result<std::optional<JointState>> try_read() noexcept override;
@@ -35,8 +35,8 @@ class MockArm final : public Arm {
 
   MockArmFaults faults;
 
-  /// Where the links really are at `when`, exactly. Remembers the last ArmPlant::kHistory exchanges; older is answered
-  /// with the oldest.
+  /// Exact position of the links at `when`. Remembers the last ArmPlant::kHistory exchanges; for earlier times it gives
+  /// the oldest.
   JointVector truth_at(Stamp when) noexcept;
   /// Velocity of the links at `when`, without backlash [rad/s].
   JointVector true_velocity_at(Stamp when) noexcept;

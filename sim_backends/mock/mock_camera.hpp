@@ -1,4 +1,4 @@
-// A camera of the simulated rig: free-running, or exposing when it is triggered.
+// A camera of the simulated rig, free-running or triggered.
 #pragma once
 
 #include <deque>
@@ -13,12 +13,12 @@
 
 namespace tankrig::sim {
 
-/// Makes the picture a camera takes of the world during an exposure.
+/// Renders a camera's picture of the world during an exposure.
 using ImageSource = std::function<cv::Mat(const std::string& camera, const Exposure& exposure)>;
 
-/// Free-running it exposes at start-up + phase + n / rate whether anybody looks or not, and a frame's sequence number
-/// is n. Triggered it begins to expose trigger_delay after trigger(), and numbers its exposures; a trigger while it
-/// exposes is not heard. A picture is made only when it is grabbed; one that is lost or overrun costs nothing.
+/// Free-running, it exposes at start-up + phase + n / rate whether anybody looks or not, and n is the frame's sequence
+/// number. Triggered, it begins to expose trigger_delay after trigger(), and numbers its exposures; it ignores a
+/// trigger while it exposes. A picture is rendered only when it is grabbed, so a lost or overrun one costs nothing.
 /// Threads: one, the arm's and the laser's; trigger() from any.
 class MockCamera final : public Camera {
  public:

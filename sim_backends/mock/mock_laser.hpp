@@ -10,14 +10,14 @@
 
 namespace tankrig::sim {
 
-/// What may be wrong with it, for tests: set by the thread that owns the laser.
+/// Its possible faults, for tests; set by the thread that owns the laser.
 struct MockLaserFaults {
   bool stuck_on = false;   ///< the relay has welded: set(false) succeeds and changes nothing
   bool dead = false;       ///< powered, but never emits
   bool set_fails = false;  ///< set() is refused with kIo and changes nothing
 };
 
-/// What the light does beside what relay and read-back say.
+/// Faults of the light itself, beside relay and read-back.
 enum class MockBeam : std::uint8_t { kTrue, kDark, kStuck };
 
 /// Threads: any; a mutex guards the memory.
@@ -32,7 +32,7 @@ class MockLaser final : public Laser {
   Duration warm_up() const noexcept override { return warm_up_; }
 
   MockLaserFaults faults;
-  /// Of what power_at() answers from now on; state() does not know.
+  /// Affects power_at() from now on; state() does not know.
   void set_beam(MockBeam beam) noexcept { beam_.store(beam, std::memory_order_relaxed); }
 
   /// Emitted power at `when`, 0 or 1 of the projector's. Remembers the last kEdges switchings.

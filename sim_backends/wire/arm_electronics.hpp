@@ -1,5 +1,4 @@
-// The emulated arm behind its wire: takes requests, drives the axes, reads the encoders, with the habits of the real
-// one.
+// The emulated arm behind its wire: takes requests, drives the axes, reads the encoders, with the real arm's habits.
 #pragma once
 
 #include <array>
@@ -35,22 +34,22 @@ class ArmElectronics {
   /// Powers on at clock.now().
   ArmElectronics(const ArmModel& model, const ArmEmulatorParameters& parameters, const Clock& clock);
 
-  /// A request whose last bit has come at `when`, and what the arm has to say to it.
+  /// A request whose last bit came at `when`, and the arm's answer.
   std::optional<ArmReply> request(const ArmRequest& request, Stamp when);
 
-  /// Off and on again: encoders read `ticks`, gains are lost, axes rest.
+  /// Power off and on: encoders read `ticks`, gains are lost, axes rest.
   void power_cycle(const std::array<int, kJoints>& ticks);
 
   void set_faults(const ArmEmulatorFaults& faults);
   ArmEmulatorFaults faults() const;
 
-  /// When a request first demanded motion; when one last brought a moving arm to rest, nothing while it moves.
+  /// When a request first demanded motion; when one last brought a moving arm to rest (nothing while it moves).
   std::optional<Stamp> first_motion() const;
   std::optional<Stamp> rest_since() const;
 
   JointVector truth_at(Stamp when);
   JointVector true_velocity_at(Stamp when);
-  /// Encoder reading at the actuators' tick 0, modulo 65536: the zero that homing should find.
+  /// Encoder reading at the actuators' tick 0, modulo 65536: homing should find this zero.
   std::array<std::uint16_t, kJoints> true_zero() const;
 
  private:

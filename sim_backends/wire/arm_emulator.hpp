@@ -1,4 +1,4 @@
-// An ARM5E that is not there: its mechanics, its electronics, and a thread for every wire it is asked on.
+// An emulated ARM5E: its mechanics, its electronics, and one thread per wire.
 #pragma once
 
 #include <filesystem>
@@ -13,7 +13,7 @@ namespace tankrig::sim {
 
 class ArmWire;
 
-/// Request -> answer on each carrier, paced as the real wire is: a request counts when its last bit would have come, an
+/// Request -> answer on each carrier, paced as the real wire: a request counts when its last bit would have come, an
 /// answer is written when its last bit would have left. Keeps real time.
 /// Threads: any.
 class ArmEmulator {
@@ -29,11 +29,11 @@ class ArmEmulator {
   /// Errors: InputError, see Pty.
   void serve(const std::filesystem::path& line);
 
-  /// Pulls every serial line's plug, or puts it back.
+  /// Unplugs every serial line, or plugs it in again.
   void unplug();
   void plug();
 
-  /// Off and on again: encoders begin at 0, gains are lost, axes rest.
+  /// Power off and on: encoders begin at 0, gains are lost, axes rest.
   void power_cycle() { electronics_.power_cycle({}); }
   void set_faults(const ArmEmulatorFaults& faults) { electronics_.set_faults(faults); }
 
@@ -43,7 +43,7 @@ class ArmEmulator {
   /// Where the links really are at `when`.
   JointVector truth_at(Stamp when) { return electronics_.truth_at(when); }
   JointVector true_velocity_at(Stamp when) { return electronics_.true_velocity_at(when); }
-  /// What homing should find.
+  /// The zero that homing should find.
   std::array<std::uint16_t, kJoints> true_zero() const { return electronics_.true_zero(); }
 
  private:
@@ -53,7 +53,7 @@ class ArmEmulator {
   std::vector<std::unique_ptr<ArmWire>> wires_;  // last: their threads use what is above
 };
 
-/// What `tankrig arm home` would have left of an arm that has not moved since its power came on.
+/// The zero file that `tankrig arm home` would have left, if the arm has not moved since power-up.
 ArmZero zero_as_homed(const ArmEmulator& arm, const ArmEmulatorParameters& parameters);
 
 }  // namespace tankrig::sim

@@ -10,8 +10,8 @@
 
 namespace tankrig::sim {
 
-/// Defaults are a well-behaved arm with the documented habits (docs/reference/arm5e.md); delays, currents and watchdog are the
-/// emulator's own.
+/// Defaults are a well-behaved arm with the documented habits (docs/reference/arm5e.md). Delays, currents and watchdog
+/// are the emulator's own.
 struct ArmEmulatorParameters {
   JointVector power_up = (JointVector() << 0, 0.12, 1.0, 0, 0.1).finished();  ///< posture [rad]
   std::array<int, kJoints> power_up_ticks{};  ///< what the encoders read then; the real arm's read 0
@@ -33,7 +33,7 @@ struct ArmEmulatorParameters {
   int serial_baud = 115'200;
 };
 
-/// What a test does to it while it runs.
+/// Faults for tests to set while it runs.
 struct ArmEmulatorFaults {
   bool silent = false;          ///< takes requests, answers none
   bool garbage = false;         ///< random bytes (or foreign frames) before every answer
@@ -44,10 +44,10 @@ struct ArmEmulatorFaults {
   bool stale = false;           ///< the same answer again and again
   bool wrong_ids = false;       ///< CAN: answers under other identifiers
   bool wrong_lengths = false;   ///< CAN: sensor frames of seven bytes
-  Duration delay{};             ///< of every answer
+  Duration delay{};             ///< before every answer
   double lose = 0;              ///< probability that an answer is lost
-  double speed = 1;             ///< of every axis, of what is demanded
-  double elbow_offset = 0;      ///< the elbow's encoder reads so much too much [rad]
+  double speed = 1;             ///< of every axis, as a share of the demand
+  double elbow_offset = 0;      ///< added to the elbow's encoder [rad]
   int water_joint = -1;         ///< the joint whose housing leaks
   double extra_current_a = 0;   ///< taken from the supply beside the motors
 };

@@ -1,4 +1,4 @@
-// One wire of the emulated arm: a thread that waits for bytes, for the moment an answer has left, or for the end.
+// One wire of the emulated arm: a thread that waits for bytes, for the end of an answer, or for the end.
 #pragma once
 
 #include <atomic>
@@ -28,7 +28,7 @@ class ArmWire {
   void set_plugged(bool plugged);
 
  protected:
-  /// Takes what has come, writes what is due; returns when it wants to be called again at the latest.
+  /// Reads what has come and writes what is due; returns the latest time of the next call.
   virtual Stamp attend(Stamp now) = 0;
   /// Readable when something has come; -1 if there is nothing to wait for.
   virtual int descriptor() const = 0;

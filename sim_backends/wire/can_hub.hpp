@@ -16,8 +16,8 @@ namespace tankrig::sim {
 struct CanHubSettings {
   std::filesystem::path path;         ///< of the socket; drivers open "unix:PATH"
   int bitrate = 500'000;              ///< [bit/s]
-  int send_queue_frames = 16;         ///< a node's controller holds so many; its socket holds the rest
-  int receive_queue_bytes = 1 << 20;  ///< what waits for a node that does not read; then its frames are lost
+  int send_queue_frames = 16;         ///< capacity of a node's controller; its socket holds the rest
+  int receive_queue_bytes = 1 << 20;  ///< capacity for a node that does not read; then its frames are lost
 };
 
 struct CanNodeReport {
@@ -33,34 +33,33 @@ struct CanHubReport {
   std::vector<CanNodeReport> nodes;
 };
 
-/// Datagrams of one `struct can_frame` each, SOCK_SEQPACKET. Every data or remote frame that a node sends takes its
-/// exact time on the wire (drivers/can/can_timing.hpp) and then reaches all other nodes, in order; of those waiting,
-/// the lowest identifier goes first. A frame that no other node is there to acknowledge waits, its sender is told once
-/// (no-ack, error-passive), and its queue fills up: the same as on a real bus. Error frames pass at once and take no
-/// time. A node that shuts its sending half down only listens: it hears, and does not acknowledge. Keeps
-/// CLOCK_MONOTONIC.
+/// Datagrams of one `struct can_frame` each, SOCK_SEQPACKET. Every data or remote frame takes its exact time on the
+/// wire (drivers/can/can_timing.hpp) and then reaches all other nodes, in order; of waiting frames the lowest
+/// identifier goes first. If no other node acknowledges a frame, it waits, its sender is told once (no-ack,
+/// error-passive), and its queue fills up, as on a real bus. Error frames pass at once and take no time. A node that
+/// shuts down its sending half only listens and does not acknowledge. Keeps CLOCK_MONOTONIC.
 /// Threads: a thread of its own serves the nodes; all members may be called from any.
 /// RT: never.
 class CanHub {
  public:
   static constexpr int kEveryone = -1;
 
-  /// Replaces a socket that nobody serves any more.
-  /// Errors: InputError: path too long, its folder missing, the bus served by somebody else.
+  /// Replaces a stale socket that nobody serves.
+  /// Errors: InputError: path too long, missing folder, bus already served.
   explicit CanHub(const CanHubSettings& settings);
   ~CanHub();
   CanHub(const CanHub&) = delete;
   CanHub& operator=(const CanHub&) = delete;
 
-  /// Hands `frame`, an error frame as a rule, to a node (or everyone) at once.
+  /// Hands `frame`, usually an error frame, to a node (or everyone) at once.
   void inject(const can_frame& frame, int node = kEveryone);
-  /// Takes the node off the bus as its controller would: it is told, hears and sends nothing, and is told again when it
-  /// is back, `restart` later (restart-ms of a real interface) or never.
+  /// Takes the node off the bus as its controller would. It is told, hears and sends nothing, and is told again when it
+  /// is back: `restart` later (restart-ms of a real interface) or never.
   void bus_off(int node, std::optional<Duration> restart);
 
-  /// Somebody holds the bus dominant: nothing passes and everybody's queue fills up.
+  /// Holds the bus dominant: nothing passes and every queue fills up.
   void jam(bool jammed);
-  /// Cuts the node's cable, or mends it: nobody hears it, it hears nobody, and nobody acknowledges.
+  /// Cuts or mends the node's cable: nobody hears it, it hears nobody, and nobody acknowledges.
   void cut(int node, bool severed);
 
   CanHubReport report() const;

@@ -33,7 +33,7 @@ struct EmulatedVideoOutput {
   V4l2OutputSettings output;
 };
 
-/// What is there is emulated. Paths are absolute.
+/// The devices named here are emulated. Paths are absolute.
 struct EmulatedTankSettings {
   std::optional<EmulatedArm> arm;
   std::vector<GigeCameraSettings> cameras;  ///< user_id: of the scene's virtualCamera
@@ -42,23 +42,22 @@ struct EmulatedTankSettings {
   Duration laser_warm_up = std::chrono::seconds{1};
   std::optional<LuxEmulatorSettings> lux;
   FaultPlan faults;             ///< played from the moment every device answers
-  std::filesystem::path truth;  ///< folder for CAMERA.csv with what was true of every exposure; empty: none
+  std::filesystem::path truth;  ///< folder for CAMERA.csv with the truth of every exposure; empty: none
 };
 
 /// Every key of `emulation` with its default, range and meaning, as rows of a Markdown table.
 std::string emulation_key_rows();
 
-/// The emulators for the devices a rig file names, with their behaviour from its `emulation` section where there is
-/// one. Lines that do not begin with "runtime/" are left alone.
+/// The emulators for the devices of a rig file, with their behaviour from its `emulation` section, if any. Lines that
+/// do not begin with "runtime/" are not emulated.
 /// Errors: InputError with file and line.
 EmulatedTankSettings emulated_tank_settings_from(const ConfigNode& devices, const std::optional<ConfigNode>& emulation,
                                                  const TankWorld& world, const std::filesystem::path& runtime);
 
-/// Are there cameras that need loopback addresses of their own? A kernel's CAN interfaces are not seen from there.
+/// Whether cameras need loopback addresses of their own. A kernel's CAN interfaces are not visible from there.
 bool needs_private_network(const ConfigNode& devices);
 
-/// Serves from construction to destruction. The cameras see the arm where it really is, and the laser as bright as it
-/// really is.
+/// Serves from construction to destruction. The cameras see the arm's true posture and the laser's true power.
 /// Threads: one; the emulators have their own.
 class EmulatedTank {
  public:
@@ -69,7 +68,7 @@ class EmulatedTank {
   EmulatedTank(const EmulatedTank&) = delete;
   EmulatedTank& operator=(const EmulatedTank&) = delete;
 
-  /// A line per device: what it is and where.
+  /// One line per device: what it is and where.
   const std::string& description() const;
 
  private:

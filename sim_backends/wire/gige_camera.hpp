@@ -12,11 +12,11 @@
 
 namespace tankrig::sim {
 
-/// Makes the picture of the exposure [begin, begin + exposure]: 8 bit, 1 channel or 3 (BGR), of the sensor's size.
-/// Called from the camera's own thread, when the exposure is over. Frames nobody receives are not made.
+/// Renders the exposure [begin, begin + exposure]: 8 bit, 1 channel or 3 (BGR), of the sensor's size. Called from the
+/// camera's own thread after the exposure. Frames without a receiver are not rendered.
 using GigePicture = std::function<cv::Mat(std::uint64_t index, Stamp begin, Duration exposure)>;
 
-/// What was exposed, told before its picture is made. From the camera's own thread.
+/// Reports an exposure before its picture is rendered. From the camera's own thread.
 using GigeTruth = std::function<void(std::uint64_t index, Stamp begin, Duration exposure)>;
 
 struct GigeCameraSettings {
@@ -30,15 +30,14 @@ struct GigeCameraSettings {
   double exposure_us = 10000;  ///< at power-up
   std::int64_t clock_start_ns = 5'000'000'000'000;  ///< its clock at power-up
   double clock_drift_ppm = 0;                       ///< its clock runs fast by this
-  bool claims_resend = false;                       ///< says that it resends packets, which it never does
+  bool claims_resend = false;                       ///< claims that it resends packets, which it never does
   bool timestamp_latch = true;  ///< answers the timestamp latch; without it the latched value never changes
 };
 
-/// A GigE Vision camera with the registers and the description of Aravis' fake one. The client's region, pixel format,
-/// exposure and rate are obeyed; when it exposes is told at GigeExposures. A frame's device stamp is the start of its
-/// exposure. A free-running exposure the renderer had no time for is skipped, and its number with it. Frame numbers on
-/// the wire begin at 65401, so that their wrap is met after 135 frames. Not answered: packet resends, test packets,
-/// line triggers (its registers take them).
+/// A GigE Vision camera with the registers and description of Aravis' fake one. It obeys the client's region, pixel
+/// format, exposure and rate; GigeExposures says when it exposes. A frame's device stamp is the start of its exposure.
+/// A free-running exposure without time to render is skipped, with its number. Frame numbers start at 65401, so they
+/// wrap after 135 frames. Not supported: packet resends, test packets, line triggers (its registers accept them).
 /// Threads: all members from any thread.
 class GigeCameraEmulator {
  public:
@@ -51,9 +50,9 @@ class GigeCameraEmulator {
   /// Drops packets with this probability; 1 is a camera that answers but sends no frames.
   void lose_packets(double ratio);
   void stall(bool stalled) { lose_packets(stalled ? 1.0 : 0.0); }
-  /// Pictures of half the height are sent in frames that promise the whole.
+  /// Sends pictures of half the height in frames that promise the whole.
   void send_short_pictures(bool yes);
-  /// No answer on any port, until plug(): the camera begins anew, with its settings at power-up and its clock gone on.
+  /// No answer on any port until plug(). Then the camera restarts with its power-up settings; its clock has gone on.
   void unplug();
   void plug();
   /// Sets its clock forward or back.
@@ -62,7 +61,7 @@ class GigeCameraEmulator {
   std::int64_t device_time(Stamp host) const;
   std::uint64_t exposures() const;         ///< since power-up of the emulator; all that were made
   std::uint64_t sent() const;              ///< of these: whose last packet has left, or was lost
-  std::uint64_t skipped() const;           ///< times of the grid that passed while a picture was still made or sent
+  std::uint64_t skipped() const;           ///< times of the grid that passed while a picture was rendered or sent
   std::uint64_t triggers_ignored() const;  ///< software triggers that came while it was exposing, or was not armed
   std::uint64_t latches() const;
   /// A register as the client left it, 0 while unplugged.

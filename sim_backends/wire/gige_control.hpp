@@ -1,4 +1,4 @@
-// The control channel of an emulated GigE Vision camera: registers read and written by commands in datagrams.
+// The control channel of an emulated GigE Vision camera: datagram commands that read and write registers.
 #pragma once
 
 #include <netinet/in.h>
@@ -17,14 +17,13 @@
 
 namespace tankrig::sim {
 
-/// Answers DISCOVERY, READREG, WRITEREG, READMEM and WRITEMEM (AIA GigE Vision 2.0, chapters 14 to 16); other commands
-/// have no answer. One client controls the camera until it gives that up or is not heard for the heartbeat time-out,
-/// which also ends its pictures; nobody else may write. A command that was repeated because its answer was late is
-/// carried out once.
+/// Answers DISCOVERY, READREG, WRITEREG, READMEM and WRITEMEM (AIA GigE Vision 2.0, chapters 14 to 16), no other
+/// command. One client controls the camera, and nobody else may write, until it releases control or misses the
+/// heartbeat time-out, which also ends its pictures. A command repeated because of a late answer is executed once.
 class GigeControl {
  public:
-  /// A register has been written to. `arrival`: when the command reached this machine, however late its thread was.
-  /// From this object's thread, before the client is answered.
+  /// A register was written. `arrival`: when the command reached this machine, however late this thread is. Called from
+  /// this object's thread, before the client is answered.
   using Written = std::function<void(std::uint32_t address, std::uint32_t value, Stamp arrival)>;
 
   GigeControl(const std::string& address, GigeRegisters& registers, Written written);

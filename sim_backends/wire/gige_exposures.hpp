@@ -13,7 +13,7 @@
 
 namespace tankrig::sim {
 
-/// All that a camera exposed since it was made, however often it was unplugged.
+/// Totals since construction, across unplugging.
 struct GigeExposureCounts {
   std::atomic<std::uint64_t> made{0};
   std::atomic<std::uint64_t> skipped{0};  ///< times of the grid that passed while a picture was still made or sent
@@ -21,9 +21,9 @@ struct GigeExposureCounts {
   std::atomic<std::uint64_t> next_index{0};
 };
 
-/// Exposures are where they should be however late their thread is: a free-running one ends on a multiple of the frame
-/// period of CLOCK_MONOTONIC; a software trigger begins one when its command arrives, unless the camera is exposing,
-/// is not armed, or holds `kMostTriggers` that have no picture yet. What the client stops is abandoned.
+/// Exposures are on time however late their thread is. A free-running one ends on a multiple of the frame period of
+/// CLOCK_MONOTONIC. A software trigger starts one when its command arrives, unless the camera is exposing, not armed,
+/// or has `kMostTriggers` without a picture. What the client stops is abandoned.
 /// Threads: next() in one, everything else in any.
 class GigeExposures {
  public:
@@ -42,7 +42,7 @@ class GigeExposures {
   void written(std::uint32_t address, std::uint32_t value, Stamp arrival);
   /// Waits until the next exposure is over. Nothing: end() was called.
   std::optional<Exposure> next();
-  /// False if its client has stopped meanwhile.
+  /// False if its client has stopped it meanwhile.
   bool wanted(const Exposure& exposure) const;
   void end();
 

@@ -17,8 +17,8 @@ bool is_gige_format(std::uint32_t format);
 /// Of a picture of that size, without padding.
 std::size_t gige_bytes(cv::Size size, std::uint32_t format);
 
-/// Writes the part of `picture` that begins at `offset` and has `size`, in the format, without padding. What the
-/// picture lacks is black. `data` holds gige_bytes().
+/// Writes the part of `picture` at `offset` of size `size`, in the format, without padding; black outside the picture.
+/// `data` has gige_bytes() bytes.
 void write_gige_pixels(const cv::Mat& picture, cv::Point offset, cv::Size size, std::uint32_t format,
                        std::uint8_t* data);
 

@@ -8,7 +8,8 @@
 
 namespace tankrig::sim {
 
-/// Addresses. Source: AIA GigE Vision 2.0, chapter 28 (bootstrap registers); Aravis' arvfakecamera.h (the others).
+/// Addresses.
+/// Source: AIA GigE Vision 2.0, chapter 28 (bootstrap registers); Aravis' arvfakecamera.h (the others).
 namespace gige_register {
 inline constexpr std::uint32_t kMacHigh = 0x0008, kMacLow = 0x000C, kAddress = 0x0024, kUserName = 0x00E8;
 inline constexpr std::uint32_t kCapability = 0x0934, kHeartbeatMs = 0x0938;
@@ -33,7 +34,7 @@ class GigeRegisters {
   /// Of a 32-bit register; 0 where there is none.
   std::uint32_t get(std::uint32_t address) const;
   void set(std::uint32_t address, std::uint32_t value);
-  /// Bytes as they are on the wire. False, and nothing done, outside of the memory; the description cannot be written.
+  /// Bytes in wire order. False, with nothing done, outside of the memory. The description is read-only.
   bool read(std::uint32_t address, std::span<std::uint8_t> bytes) const;
   bool write(std::uint32_t address, std::span<const std::uint8_t> bytes);
 

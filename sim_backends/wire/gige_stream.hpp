@@ -22,12 +22,12 @@ struct GigeFrame {
   std::span<const std::uint8_t> data;
 };
 
-/// Leader, payload and trailer of an image with 16-bit block numbers (AIA GVSP 2.0), in packets of the size and to the
-/// address and port that the client wrote.
+/// Leader, payload and trailer of an image with 16-bit block numbers (AIA GVSP 2.0), in packets of the client's size,
+/// to the client's address and port.
 /// Threads: send() in one.
 class GigeStream {
  public:
-  /// `loss`: packets that do not arrive, a share; drawn anew for each packet, the same in every run.
+  /// `loss`: share of packets that get lost; drawn anew for each packet, the same in every run.
   GigeStream(const std::string& address, const GigeRegisters& registers, const std::atomic<double>& loss);
   ~GigeStream();
   GigeStream(const GigeStream&) = delete;

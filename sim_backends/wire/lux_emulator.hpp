@@ -24,12 +24,12 @@ struct LuxEmulatorSettings {
 /// The rig file's `emulation: lux_meter:`.
 extern const SettingsTable<LuxEmulatorSettings> kLuxEmulatorKeys;
 
-/// The meter for a rig file's `lux_meter`, with the habits that `emulation` says, where there is one.
+/// The meter for a rig file's `lux_meter`, with the behaviour from `emulation`, if any.
 /// Errors: InputError.
 LuxEmulatorSettings lux_emulator_settings_from(const ConfigNode& lux_meter, const ConfigNode* emulation,
                                                const std::filesystem::path& runtime);
 
-/// What may be wrong with the meter.
+/// Possible faults of the meter.
 enum class LuxFault : std::uint8_t {
   kNone,
   kSilent,
@@ -39,8 +39,8 @@ enum class LuxFault : std::uint8_t {
   kWrongChecksum,  ///< of the T-10A; the PCE-174 has none, there the value and its copy differ
 };
 
-/// The PCE-174 answers its live request, and the keys HOLD and UNITS; the T-10A answers nothing before command 54, and
-/// forgets that it was sent when it is unplugged.
+/// The PCE-174 answers its live request, and the keys HOLD and UNITS. The T-10A answers nothing before command 54, and
+/// forgets that command when it is unplugged.
 /// Threads: any; owns one, which calls `illuminance`.
 class LuxEmulator {
  public:

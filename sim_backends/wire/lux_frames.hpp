@@ -1,4 +1,4 @@
-// What a lux meter would send for an illuminance: the emulators' side of both protocols.
+// A lux meter's frames for an illuminance: the emulators' side of both protocols.
 #pragma once
 
 #include <array>

@@ -10,8 +10,8 @@
 
 namespace tankrig::sim {
 
-/// The device's end, raw and non-blocking. The driver's end is a symbolic link at `name`, made here and removed at the
-/// end.
+/// The device's end, raw and non-blocking. The driver's end is a symbolic link at `name`, made here and removed by the
+/// destructor.
 /// Threads: one.
 class Pty {
  public:
@@ -25,9 +25,9 @@ class Pty {
   Result<std::size_t> try_read(std::span<std::uint8_t> into) noexcept;
   Result<std::size_t> try_write(std::span<const std::uint8_t> bytes) noexcept;
 
-  /// Pulls the plug: the driver sees a hang-up and the name is gone.
+  /// Unplugs: the driver sees a hang-up, and the name is gone.
   void unplug() noexcept;
-  /// Back again, under the same name.
+  /// Plugs in again, under the same name.
   void plug();
 
   /// For poll; -1 while unplugged.

@@ -1,4 +1,4 @@
-// An emulated serial device: a pseudo-terminal, a thread that listens to it, and answers that may take their time.
+// An emulated serial device: a pseudo-terminal, a listening thread, and answers that may be delayed.
 #pragma once
 
 #include <condition_variable>
@@ -13,7 +13,7 @@
 
 namespace tankrig::sim {
 
-/// Threads: the callbacks run in the server's own; answer() is theirs alone; the rest from any.
+/// Threads: the callbacks run in the server's own; only they may call answer(); the rest from any.
 class PtyServer {
  public:
   using Receive = std::function<void(std::span<const std::uint8_t>)>;
@@ -28,7 +28,7 @@ class PtyServer {
 
   /// Sent after `delay`, in order.
   void answer(std::span<const std::uint8_t> bytes, Duration delay = Duration{0});
-  /// Pulls the plug, or puts it back; done on return.
+  /// Unplugs, or plugs in again; done on return.
   void unplug() { set_plugged(false); }
   void plug() { set_plugged(true); }
   /// A round begins now.

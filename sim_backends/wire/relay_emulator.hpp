@@ -1,4 +1,4 @@
-// The box that switches the laser's supply, as its serial line sees it.
+// The box that switches the laser's supply, behind its serial line.
 #pragma once
 
 #include <atomic>
@@ -15,19 +15,19 @@ namespace tankrig::sim {
 struct RelayEmulatorSettings {
   std::filesystem::path name;  ///< of the line
   RelayProtocol protocol{};
-  Duration watchdog = std::chrono::seconds{1};           ///< opens by itself when no on came for longer; 0: never
+  Duration watchdog = std::chrono::seconds{1};           ///< opens by itself if no on came for longer; 0: never
   Duration answer_delay = std::chrono::milliseconds{2};  ///< a byte each way at 9600 baud
 };
 
 /// The rig file's `emulation: laser:`.
 extern const SettingsTable<RelayEmulatorSettings> kRelayEmulatorKeys;
 
-/// The box for a rig file's `laser`, with the habits that `emulation` says, where there is one.
+/// The box for a rig file's `laser`, with the behaviour from `emulation`, if any.
 /// Errors: InputError.
 RelayEmulatorSettings relay_emulator_settings_from(const ConfigNode& laser, const ConfigNode* emulation,
                                                    const std::filesystem::path& runtime);
 
-/// What may be wrong with the box.
+/// Possible faults of the box.
 enum class RelayFault : std::uint8_t {
   kNone,
   kSilent,     ///< switches, but never answers
@@ -36,8 +36,8 @@ enum class RelayFault : std::uint8_t {
   kGarbage,    ///< as kNone, with noise before every answer
 };
 
-/// Drives a MockLaser, whose power_at() is what emulated cameras see: on while the relay is closed and the interlock's
-/// loop, wired in series, is closed.
+/// Drives a MockLaser, whose power_at() is what emulated cameras see: on while both the relay and the interlock's loop,
+/// wired in series, are closed.
 /// Threads: any; owns one, and the MockLaser's set() and faults while it lives.
 class RelayEmulator {
  public:
@@ -46,16 +46,16 @@ class RelayEmulator {
 
   void set_fault(RelayFault fault) noexcept { fault_ = fault; }
   void set_answer_delay(Duration delay) noexcept { answer_delay_ns_ = delay.count(); }
-  /// The contact sticks where it is while it is closed.
+  /// The contact sticks while it is closed.
   void set_welded(bool welded) noexcept { welded_ = welded; }
-  /// Somebody opens the lid.
+  /// Opens the lid.
   void set_interlock_closed(bool closed) noexcept;
   void unplug() { server_.unplug(); }
   void plug() { server_.plug(); }
 
   bool relay_closed() const noexcept { return closed_; }
   std::uint64_t watchdog_openings() const noexcept { return watchdog_openings_; }
-  /// When an on byte first came; since when the newest command byte says off; when the contact last opened.
+  /// When an on byte first came; since when the newest command is off; when the contact last opened.
   std::optional<Stamp> first_on() const noexcept { return stamp_of(first_on_ns_); }
   std::optional<Stamp> off_since() const noexcept { return stamp_of(off_since_ns_); }
   std::optional<Stamp> opened() const noexcept { return stamp_of(opened_ns_); }

@@ -1,5 +1,5 @@
-// An emulated camera on a Video for Linux output device, such as v4l2loopback's: what it writes there, a V4L2 camera
-// driver reads at the other end.
+// An emulated camera on a Video for Linux output device, such as v4l2loopback's: a V4L2 camera driver reads its
+// pictures at the other end.
 #pragma once
 
 #include <cstddef>
@@ -26,27 +26,26 @@ struct V4l2OutputSettings {
   Duration exposure = std::chrono::milliseconds{10};
   Duration readout{};  ///< from the end of the exposure to the picture's end on the wire
   /// True: buffers carry the end of the read-out as their stamp, exact however late the picture was (v4l2loopback then
-  /// counts no sequence). False, or if the device has no buffers: written; the kernel stamps and counts when that
-  /// happens.
+  /// counts no sequence). False, or without buffers: pictures are written, and the kernel stamps and counts them then.
   bool stamped = true;
 };
 
 /// A camera of the rig file's `emulation: v4l2_outputs:`.
 extern const SettingsTable<V4l2OutputSettings> kV4l2OutputKeys;
 
-/// The picture of exposure `index`, that began at `begin`: 8-bit, 1 or 3 (BGR) channels, of the device's size.
+/// Renders exposure `index`, which began at `begin`: 8-bit, 1 or 3 (BGR) channels, of the device's size.
 using PictureSource = std::function<cv::Mat(std::uint64_t index, Stamp begin, Duration exposure)>;
-/// Which of the pictures of a folder that exposure shows.
+/// Which picture of a folder that exposure shows.
 using PictureChoice = std::function<std::size_t(std::uint64_t index, Stamp begin, Duration exposure)>;
 
 /// Plays the pictures of a folder, in the order of their names: *.png, or *.raw (width * height grey bytes, or three
-/// times as many BGR ones). All are read now. Without `choice`, one after the other, over and over.
+/// times as many BGR ones). Reads all of them now. Without `choice`, they repeat in order.
 /// Errors: InputError if there is none, or one is not `width` x `height`.
 PictureSource pictures_of_folder(const std::filesystem::path& folder, int width, int height, PictureChoice choice = {});
 
-/// Exposes at `rate_hz` on CLOCK_MONOTONIC: frame n begins at epoch + n / rate and is asked for when its exposure is
-/// over. One that comes more than a period too late is skipped, and counted.
-/// Threads: an own one calls `source`; the destructor stops it within one picture.
+/// Exposes at `rate_hz` on CLOCK_MONOTONIC: frame n begins at epoch + n / rate and is requested after its exposure. One
+/// more than a period late is skipped and counted.
+/// Threads: its own calls `source`; the destructor stops it within one picture.
 /// RT: never.
 /// Errors: the constructor throws InputError, one line that says what to do.
 class V4l2OutputEmulator {
@@ -60,7 +59,7 @@ class V4l2OutputEmulator {
 
   /// When frame 0 began.
   Stamp epoch() const;
-  /// No more pictures from now on, as a camera that stalls; and again.
+  /// Stops pictures, as a stalled camera; and starts them again.
   void stall(bool stalled);
   /// written, skipped, refused (wrong size or type), failed (the device would not)
   Statistics statistics() const;

@@ -1,4 +1,4 @@
-// A fault plan played on emulated devices, at the level of their wires.
+// Plays a fault plan on emulated devices, at the level of their wires.
 #pragma once
 
 #include <atomic>
@@ -18,7 +18,7 @@
 
 namespace tankrig::sim {
 
-/// What there is; null or empty where there is nothing. The arm's own node on the hub is the first that connected.
+/// The devices; null or empty if absent. The arm's node on the hub is the first that connected.
 struct WireDevices {
   ArmEmulator* arm = nullptr;
   CanHub* hub = nullptr;
@@ -29,10 +29,10 @@ struct WireDevices {
   std::map<std::string, V4l2OutputEmulator*> outputs;
 };
 
-/// Switches faults on and off within a few milliseconds of their time; counts motion and light from when the emulators
-/// see them. What concerns pictures and the lux meter's reading is asked for by whoever makes them: PictureFaults,
-/// spoilt_lux(). A fault whose device is not there does nothing.
-/// Threads: an own one, which calls the emulators; the destructor ends it when the switching under way is done.
+/// Switches faults on and off within a few milliseconds of their time. Motion and light count from when the emulators
+/// see them. Whoever makes pictures or lux readings asks for their faults: PictureFaults, spoilt_lux(). A fault of an
+/// absent device does nothing.
+/// Threads: its own calls the emulators; the destructor ends it after the current switching.
 class WireFaults {
  public:
   /// All outlive it.

@@ -1,4 +1,4 @@
-// The pace of emulated wires, kept beside a renderer that takes every processor it gets.
+// Keeps the pace of emulated wires beside a renderer that uses every processor.
 #pragma once
 
 #include "core/thread_priority.hpp"

@@ -25,7 +25,7 @@ class AmbientGrid {
   const Radiometry* radiometry_;
 };
 
-/// Do both lie on one flat piece of one surface?
+/// Whether both lie on one flat piece of one surface.
 bool same_plane(const SurfaceHit& a, const SurfaceHit& b);
 
 }  // namespace tankrig::sim

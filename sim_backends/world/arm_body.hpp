@@ -1,4 +1,4 @@
-// The arm's bodies: capsules along its links, met by rays in closed form, so that it moves without any rebuilding.
+// The arm's bodies: capsules along its links, intersected in closed form, so that it moves without rebuilding.
 #pragma once
 
 #include <optional>

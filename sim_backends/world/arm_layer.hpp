@@ -1,4 +1,4 @@
-// The arm where it stands in a camera's view, hiding what is behind it. Costs nothing while it is out of view.
+// The arm in a camera's view, hiding what is behind it. Costs nothing while it is out of view.
 #pragma once
 
 #include "sim_backends/world/arm_body.hpp"

@@ -1,4 +1,4 @@
-// The arm's mechanics and motors: speed demands in ticks/s go in, where the links really are comes out.
+// The arm's mechanics and motors: from speed demands in ticks/s to the true position of the links.
 #pragma once
 
 #include <array>
@@ -41,14 +41,14 @@ class ArmPlant {
   };
   using Axes = std::array<Axis, kJoints>;
 
-  /// Powers on at `start`, at rest in posture `q`, which is moved into the limits.
+  /// Powers on at `start`, at rest in posture `q`, clamped to the limits.
   ArmPlant(const ArmModel& model, const ArmPlantParameters& parameters, const JointVector& q, Stamp start);
 
-  /// From `when` on the axes are driven with these. Demands come in the order of time; one that comes late acts at the
-  /// time of the one before it.
+  /// Drives the axes with these demands from `when` on. Demands come in order of time; a late one acts at the time of
+  /// the one before it.
   void drive(Stamp when, const std::array<double, kJoints>& ticks_per_s) noexcept;
 
-  /// State at `when`; older than the memory is answered with its oldest.
+  /// State at `when`; before the oldest remembered demand, its state.
   Axes axes_at(Stamp when) const noexcept;
   /// State at the newest demand.
   Axes newest() const noexcept;
@@ -57,7 +57,7 @@ class ArmPlant {
   JointVector truth_at(Stamp when) const noexcept;
   /// Velocity of the links, without backlash [rad/s].
   JointVector true_velocity_at(Stamp when) const noexcept;
-  /// What the arm takes from its supply [A].
+  /// The supply current of the arm [A].
   double current_at(Stamp when) const noexcept;
 
  private:

@@ -1,6 +1,6 @@
-// What one camera sees that never changes: the radiance of the lit tank, and the surfaces behind its sub-pixels.
+// The constant part of a camera's view: the radiance of the lit tank, and the surfaces behind its sub-pixels.
 //
-// Camera and tank do not move and light is linear, so both are computed once; a frame adds the laser's light to them.
+// Camera and tank do not move and light is linear, so both are computed once; a frame adds the laser's light.
 #pragma once
 
 #include <array>

@@ -1,4 +1,4 @@
-// What is true of the rig while one frame is exposed.
+// The rig's true state while one frame is exposed.
 #pragma once
 
 #include <array>

@@ -8,7 +8,7 @@
 namespace tankrig::sim {
 
 /// BGR picture: tank without its near walls, arm at `q`, objects, cameras as frusta, the laser's fan and its line.
-/// Its light is the draughtsman's own; nothing is measured in it.
+/// Its light is made up; nothing is measured in it.
 cv::Mat external_view(const Scene& scene, const RenderGeometry& geometry, const JointVector& q, bool laser_on,
                       int width, int height);
 

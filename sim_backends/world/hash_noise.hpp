@@ -1,4 +1,4 @@
-// Randomness that depends on what it is for and not on who asks first: hashes of (seed, camera, frame, pixel).
+// Randomness that depends on its purpose, not on the order of calls: hashes of (seed, camera, frame, pixel).
 #pragma once
 
 #include <array>
@@ -7,7 +7,8 @@
 
 namespace tankrig::sim {
 
-/// Bijective scrambling of 64 bits.  Source: finaliser of SplitMix64 (Steele, Lea, Flood 2014).
+/// Bijective scrambling of 64 bits.
+/// Source: finaliser of SplitMix64 (Steele, Lea, Flood 2014).
 constexpr std::uint64_t mix(std::uint64_t x) {
   x += 0x9e3779b97f4a7c15u;
   x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;

@@ -21,7 +21,7 @@ struct ExposedSheet {
 };
 
 /// Digital numbers of the laser's light before its colour, in tiles of the image.
-/// Work is proportional to the stripe's length: cells of the image whose surfaces the sheet misses are never looked at.
+/// Work is proportional to the stripe's length: cells of the image that the sheet misses are skipped.
 class LaserLayer {
  public:
   static constexpr int kTile = 16;  ///< pixels along a tile's side

@@ -42,7 +42,8 @@ class LaserSheet {
   float lumen_per_rad_, tan_flat_, tan_edge_, flat_, edge_;
 };
 
-/// Is the laser's way from its exit to `p` (its illuminated side towards `normal`) free of tank, objects and arm?
+/// Whether the laser's way from its exit to `p` (its illuminated side towards `normal`) is free of tank, objects and
+/// arm.
 /// Rays start kExitClearance beyond the exit: the projector does not shade itself.
 bool laser_reaches(const SheetPose& pose, const Vector3f& p, const Vector3f& normal, const RenderGeometry& geometry,
                    const std::vector<Capsule>& blockers);

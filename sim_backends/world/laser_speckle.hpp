@@ -11,8 +11,8 @@
 namespace tankrig::sim {
 
 /// Factors of mean 1 and standard deviation `contrast` for a square of N x N pixels, gamma distributed as integrated
-/// speckle is. A pixel's factor depends only on the key and the pixel. Source: J. W. Goodman, Speckle Phenomena in
-/// Optics, 2007; the gamma variate by Wilson and Hilferty's cube.
+/// speckle is. A pixel's factor depends only on the key and the pixel.
+/// Source: J. W. Goodman, Speckle Phenomena in Optics, 2007; the gamma variate by Wilson and Hilferty's cube.
 template <int N>
 class SpeckleTile {
  public:

@@ -1,4 +1,4 @@
-// Particles that float in the tank: where they are at a time, and how a camera sees them.
+// Particles that float in the tank: their positions over time, and how a camera sees them.
 #pragma once
 
 #include <cstdint>

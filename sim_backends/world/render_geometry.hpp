@@ -1,4 +1,4 @@
-// The surfaces of the tank as light meets them: floor, walls and objects in one bounding volume hierarchy.
+// The tank's surfaces for light: floor, walls and objects in one bounding volume hierarchy.
 #pragma once
 
 #include <memory>
@@ -40,7 +40,7 @@ class RenderGeometry {
   RenderGeometry& operator=(RenderGeometry&&) noexcept;
 
   std::optional<SurfaceHit> intersect(const Vector3f& origin, const Vector3f& unit_direction, float from = 0) const;
-  /// Is there a surface between origin + from * direction and origin + to * direction?
+  /// Whether there is a surface between origin + from * direction and origin + to * direction.
   bool occluded(const Vector3f& origin, const Vector3f& unit_direction, float from, float to) const;
 
   const Surface& surface(int index) const { return surfaces_[index]; }

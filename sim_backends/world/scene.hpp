@@ -1,6 +1,6 @@
-// What a scene file says: the tank and everything in it, before it is rendered.
+// A scene file's content: the tank and everything in it, before rendering.
 //
-// Written in UWSim's own scene vocabulary where it has the word, and ours for what it lacks: docs/reference/scene.md.
+// It uses UWSim's own scene vocabulary, extended where that lacks a word: docs/reference/scene.md.
 #pragma once
 
 #include <filesystem>
@@ -66,7 +66,7 @@ struct SceneObject {
   bool target = false;  ///< the object that is measured
 };
 
-/// How a camera makes numbers of light.
+/// How a camera turns light into numbers.
 struct Sensor {
   enum class Model { kGaussian, kEmva1288 };
   Model model = Model::kGaussian;

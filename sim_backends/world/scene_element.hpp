@@ -1,4 +1,4 @@
-// One element of a scene file: strict reading, every complaint with its line.
+// One element of a scene file: strict reading, every error with its line.
 #pragma once
 
 #include <cstddef>
@@ -62,7 +62,7 @@ class SceneElement {
   Vector3d xyz_or(const char* child, const Vector3d& fallback, Bounds bounds = {}) const;
   /// <r> <g> <b>
   Eigen::Array3f rgb_or(const char* child, const Eigen::Array3f& fallback, Bounds bounds) const;
-  /// <position>, and <orientation> (r, p, y) or <quaternion> (x, y, z, w); what is not given is zero.
+  /// <position>, and <orientation> (r, p, y) or <quaternion> (x, y, z, w); missing values are zero.
   Transform pose() const;
 
   void warn(const std::string& message) const;

@@ -12,7 +12,7 @@
 
 namespace tankrig::sim {
 
-/// What a run changes of the scene file without editing it.
+/// A run's changes to the scene file, without editing it.
 struct WorldOptions {
   std::optional<double> light;        ///< ambient light, 0 darkness .. 1 the reference (simParams/lightRate)
   std::optional<double> noise;        ///< additive Gaussian sd, 0 .. 0.10 of full scale, every camera
@@ -21,14 +21,14 @@ struct WorldOptions {
   std::uint64_t seed = 1;
 };
 
-/// A scene file made visible. Everything is const after load: one world serves many threads.
+/// A scene file ready to render. Everything is const after load: one world serves many threads.
 /// Frames: w, b, e, c, l, o of core/frames.hpp. Bit-reproducible for a seed on one instruction set, whatever the thread
 /// count.
 class TankWorld {
  public:
   /// Errors: InputError with file and line. Elements known but not simulated are returned by warnings().
   static TankWorld load(const std::filesystem::path& scene, const WorldOptions& options);
-  /// The same of a scene made in code.
+  /// The same for a scene made in code.
   static TankWorld from_scene(Scene scene, const WorldOptions& options);
   ~TankWorld();
   TankWorld(TankWorld&&) noexcept;

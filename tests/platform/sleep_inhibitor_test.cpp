@@ -17,13 +17,14 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using testing_support::FakeLogind;
 
-TEST(SleepInhibitor, HoldsSleepAndLidForAsLongAsItLives) {
+TEST(SleepInhibitor, HoldsSleepLidAndShutdownForAsLongAsItLives) {
   FakeLogind logind;
   {
     const SleepInhibitor sut(logind.address());
     EXPECT_EQ(sut.missing(), "");
-    EXPECT_THAT(logind.asked(), ElementsAre("sleep/tankrig/block", "handle-lid-switch/tankrig/block"));
-    EXPECT_EQ(logind.held(), 2);
+    EXPECT_THAT(logind.asked(),
+                ElementsAre("sleep/tankrig/block", "handle-lid-switch/tankrig/block", "shutdown/tankrig/block"));
+    EXPECT_EQ(logind.held(), 3);
   }
   logind.wait_until_given_back();
 }
@@ -32,7 +33,7 @@ TEST(SleepInhibitor, TellsWhatLogindRefusesAndHoldsTheRest) {
   FakeLogind logind({"handle-lid-switch"});
   const SleepInhibitor sut(logind.address());
   EXPECT_EQ(sut.missing(), "handle-lid-switch: Permission denied");
-  EXPECT_EQ(logind.held(), 1);
+  EXPECT_EQ(logind.held(), 2);
 }
 
 TEST(SleepInhibitor, TellsThatThereIsNoBus) {

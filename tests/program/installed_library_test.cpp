@@ -34,6 +34,13 @@ TEST(InstalledLibrary, BuildsAProgramThatScoresAsOursDoes) {
   std::snprintf(expected, sizeof expected, "%zu points, mean error %.3f mm, coverage %.2f %% of %.2f %%\n",
                 ours.at("points").get<std::size_t>(), 1e3 * ours.at("mean_error_m").get<double>(),
                 100 * ours.at("coverage").get<double>(), 100 * ours.at("coverage_ceiling").get<double>());
+  // OpenCV as a whole can still be found beside it.
+  fs::create_directory(folder / "beside");
+  write_text(folder / "beside/CMakeLists.txt",
+             "cmake_minimum_required(VERSION 3.22)\nproject(beside LANGUAGES CXX)\nfind_package(tankrig REQUIRED)\n"
+             "find_package(OpenCV REQUIRED COMPONENTS core)\n");
+  said_by("cmake -G Ninja -DCMAKE_PREFIX_PATH=" + prefix.string() + " -S " + (folder / "beside").string() + " -B " +
+          (folder / "beside/build").string());
   EXPECT_EQ(said_by((build / "score_session").string() + " " + scanned().string()), expected);
 }
 

@@ -22,7 +22,7 @@ namespace {
 struct InitOptions {
   std::filesystem::path directory;
   std::string from = "tank-sim";
-  bool keys = false;  ///< print the keys of `scan` and make nothing
+  bool keys = false;  ///< print the keys of rig files and make nothing
 };
 
 /// `text` with every path in front of the file name `name` removed: "../objects/box.obj" becomes "box.obj".
@@ -86,7 +86,7 @@ void add_init(CLI::App& app, ChosenCommand& chosen) {
   c->footer("Example: tankrig init my-rig && tankrig scan --rig my-rig/rig.yaml");
   auto* what = c->add_option_group("what");
   what->add_option("directory", o.directory, "Folder to make");
-  what->add_flag("--keys", o.keys, "Print every key of the rig file's scan section: default, range, meaning");
+  what->add_flag("--keys", o.keys, "Print every key of a rig file: default, range, meaning");
   what->require_option(1);
   c->add_option("--from", o.from, "Rig to copy")->capture_default_str();
 }

@@ -34,7 +34,7 @@ class BagFile {
   /// Whether this program was built with librosbag-storage.
   static bool available() noexcept;
 
-  /// Errors: InputError also of a program built without.
+  /// Errors: InputError, also if this program was built without librosbag-storage.
   explicit BagFile(const std::string& file);
   ~BagFile();
   BagFile(const BagFile&) = delete;
@@ -62,7 +62,7 @@ class BagFile {
              const std::vector<BagPointField>& fields, std::uint32_t step, std::uint32_t points,
              const std::vector<std::uint8_t>& bytes);
 
-  /// Writes the index. No call after it.
+  /// Writes the index. The last call.
   void close();
 
  private:
