@@ -47,7 +47,7 @@ std::vector<std::string> matching(const std::filesystem::path& root, const std::
 /// Those that know more of a laser or an arm than their interfaces, and so could go round them.
 const std::regex& driver_headers() {
   static const std::regex headers(
-      R"(#\s*include\s*"(drivers/output_right|drivers/laser/relay_laser|drivers/arm/(arm5e|backlash_arm|homing|arm_link)|sim_backends/(mock/mock_(arm|laser)|faults/faulty_(arm|laser)))\.hpp")");
+      R"(#\s*include\s*"(drivers/output_right|drivers/laser/relay_laser|drivers/arm/(arm5e|backlash_arm|homing|arm_link|arm_requests|arm_keeper|can_arm_link|serial_arm_link)|sim_backends/(mock/mock_(arm|laser)|faults/faulty_(arm|laser)))\.hpp")");
   return headers;
 }
 
@@ -55,8 +55,10 @@ TEST(GuardedOutputs, AreTheOnlyWayToLightAndMotion) {
   EXPECT_THAT(matching(TANKRIG_SOURCE_DIR, driver_headers()),
               ::testing::UnorderedElementsAre("rig/safety/guarded_outputs.hpp", "apps/tankrig/devices/backend.hpp",
                                               "apps/tankrig/devices/device_backend.cpp",
-                                              "apps/tankrig/devices/mock_backend.cpp", "apps/tankrig/arm/arm_home.cpp"))
-      << "the guard holds the right; the backends make the drivers; homing moves the arm on its own, laser off";
+                                              "apps/tankrig/devices/mock_backend.cpp", "apps/tankrig/arm/arm_home.cpp",
+                                              "session/export/export_candump.hpp"))
+      << "the guard holds the right; the backends make the drivers; homing moves the arm on its own, laser off; "
+         "the export names the arm's identifiers";
 }
 
 /// The drivers themselves let anybody who has one move it: nobody who has one does.

@@ -20,6 +20,7 @@ const std::vector<Rule>& rules() {
   static const std::vector<Rule> table = {
       {"core", {"core"}},
       {"drivers", {"core", "drivers"}},
+      {"sim_backends/world", {"core", "drivers", "sim_backends/world"}},
       {"sim_backends", {"core", "drivers", "sim_backends"}},
       {"rig/platform", {"core", "drivers", "rig/platform"}},
       {"rig/safety", {"core", "drivers", "rig/safety"}},
