@@ -25,6 +25,9 @@ struct SettingsTable;
 struct ConfigRange {
   double lower = -std::numeric_limits<double>::infinity();
   double upper = std::numeric_limits<double>::infinity();
+
+  constexpr ConfigRange() = default;
+  constexpr ConfigRange(double least, double most) : lower(least), upper(most) {}
 };
 
 /// A mapping of a YAML file. Each reader takes the keys it knows; finish() refuses what nobody took.
