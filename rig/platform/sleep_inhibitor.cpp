@@ -64,13 +64,14 @@ SleepInhibitor::SleepInhibitor(const std::string& bus, Duration patience) {
   const Object<GCancellable> over(g_cancellable_new());
   const Reminder at_its_end(patience, patience, [&] { g_cancellable_cancel(over.get()); });
   const Object<GDBusConnection> connection = connect(bus, over.get(), missing_);
+  if (!connection) return;
   for (const char* const what : kLocks) {
-    if (!missing_.empty()) return;
-    OwnedDescriptor lock = inhibit(connection.get(), what, over.get(), missing_);
+    std::string why;
+    OwnedDescriptor lock = inhibit(connection.get(), what, over.get(), why);
     if (lock)
       locks_.push_back(std::move(lock));
     else
-      missing_ = std::string(what) + ": " + missing_;
+      missing_ += (missing_.empty() ? "" : "; ") + std::string(what) + ": " + why;
   }
 }
 

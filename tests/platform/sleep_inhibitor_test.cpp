@@ -59,7 +59,7 @@ TEST(SuspendFinding, IsGoodWhereSleepIsKeptOffAndUsableWithACureWhereItIsNot) {
   well.wait_until_given_back();  // it is only tried
   const Finding found = suspend_finding(refuses.address());
   EXPECT_EQ(found.verdict, Verdict::kUsable);
-  EXPECT_EQ(found.measured, "not kept off: sleep: Permission denied");
+  EXPECT_EQ(found.measured, "not kept off: sleep: Permission denied; handle-lid-switch: Permission denied");
   EXPECT_THAT(found.cure, HasSubstr("systemctl mask"));
   EXPECT_FALSE(found.refused);
 }
