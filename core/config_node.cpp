@@ -1,5 +1,6 @@
 #include "core/config_node.hpp"
 
+#include <fmt/core.h>
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
@@ -137,6 +138,10 @@ ConfigNode ConfigNode::load(const std::filesystem::path& file) {
 }
 
 ConfigNode ConfigNode::parse(const std::string& text, const std::filesystem::path& file) {
+  if (const std::size_t bad = find_unprintable(text); bad != std::string::npos)
+    throw InputError(
+        file, static_cast<int>(std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(bad), '\n')) + 1,
+        fmt::format("found byte 0x{:02x}, expected printable UTF-8 text", static_cast<unsigned char>(text[bad])));
   return mapping_of(file, [&] { return YAML::Load(text); });
 }
 
@@ -259,7 +264,10 @@ Transform ConfigNode::as_transform() const {
 std::filesystem::path ConfigNode::path(std::string_view key) const {
   const std::string value = text(key);
   if (value.empty()) fail(key, "found nothing, expected a file name");
-  return std::filesystem::absolute(node_->file_of(key).parent_path() / value).lexically_normal();
+  const auto whole = std::filesystem::absolute(node_->file_of(key).parent_path() / value).lexically_normal();
+  if (find_unprintable(whole.string()) != std::string::npos)
+    fail(key, "found '" + printable(whole.string()) + "', expected folders with names in UTF-8");
+  return whole;
 }
 
 ConfigNode ConfigNode::child(std::string_view key) const {

@@ -4,7 +4,6 @@
 
 #include "core/camera_ranges.hpp"
 #include "core/settings_table.hpp"
-#include "core/shown_text.hpp"
 
 namespace tankrig {
 namespace {
@@ -129,11 +128,6 @@ const Setting<ArmModel> kArm[] = {
 
 constinit const SettingsTable<CameraModel> kCameraModelKeys{kCamera, check_camera};
 constinit const SettingsTable<ArmModel> kArmModelKeys{kArm};
-
-void emit_text(YAML::Emitter& out, const std::string& text) {
-  if (shown_text(text, text.size()) == text) out << YAML::DoubleQuoted;
-  out << text;
-}
 
 void emit(YAML::Emitter& out, const Transform& aMb) {
   out << YAML::Flow << YAML::BeginMap << YAML::Key << "translation_m" << YAML::Value;

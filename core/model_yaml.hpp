@@ -13,9 +13,6 @@
 
 namespace tankrig {
 
-/// In double quotes. Text that is not UTF-8, such as an old file name, goes without them if it can, so its bytes stay.
-void emit_text(YAML::Emitter& out, const std::string& text);
-
 /// "[x, y, z]"
 template <class Numbers>
 void emit_list(YAML::Emitter& out, const Numbers& numbers) {

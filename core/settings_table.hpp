@@ -139,12 +139,12 @@ void write_value(YAML::Emitter& out, const char* key, const T& value) {
   } else if constexpr (std::is_same_v<T, Duration>) {
     out << exact_text(std::string_view(key).ends_with("_us") ? 1e6 * seconds(value) : from_si(key, seconds(value)));
   } else if constexpr (std::is_same_v<T, std::string>) {
-    emit_text(out, value);
+    out << YAML::DoubleQuoted << value;
   } else if constexpr (std::is_same_v<T, std::filesystem::path>) {
-    emit_text(out, value.string());
+    out << YAML::DoubleQuoted << value.string();
   } else if constexpr (std::is_same_v<T, std::vector<std::string>>) {
     out << YAML::Flow << YAML::BeginSeq;
-    for (const std::string& text : value) emit_text(out, text);
+    for (const std::string& text : value) out << YAML::DoubleQuoted << text;
     out << YAML::EndSeq;
   } else if constexpr (std::is_same_v<T, Transform> || std::is_same_v<T, Plane>) {
     emit(out, value);

@@ -34,4 +34,14 @@ std::string shown_text(std::string_view value, std::size_t longest) {
   return out;
 }
 
+std::size_t find_unprintable(std::string_view text) {
+  for (std::size_t i = 0; i < text.size();) {
+    const bool space = text[i] == '\t' || text[i] == '\n' || text[i] == '\r';
+    const std::size_t bytes = space ? 1 : printable_bytes(text.substr(i));
+    if (bytes == 0) return i;
+    i += bytes;
+  }
+  return std::string_view::npos;
+}
+
 }  // namespace tankrig

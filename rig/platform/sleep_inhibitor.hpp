@@ -10,9 +10,9 @@
 
 namespace tankrig {
 
-/// While it lives, logind neither suspends nor shuts down this machine on request, nor when its lid is closed. Root may override that; a
-/// suspension is then a fault of the cycle (SuspendWatch). Without logind, or if it refuses, nothing is inhibited and
-/// missing() says why.
+/// While it lives, logind neither suspends nor shuts down this machine on request, nor when its lid is closed. Root may
+/// override that; a suspension is then a fault of the cycle (SuspendWatch). Without logind, or if it refuses, nothing
+/// is inhibited and missing() says why.
 /// Threads: any; GLib has one of its own.
 class SleepInhibitor {
  public:

@@ -41,7 +41,7 @@ void write_map(YAML::Emitter& out, const std::map<std::string, T>& map, Write wr
   out << (map.empty() ? YAML::Flow : YAML::Block) << YAML::BeginMap;
   for (const auto& [name, value] : map) {
     out << YAML::Key;
-    emit_text(out, name);
+    out << YAML::DoubleQuoted << name;
     out << YAML::Value;
     write(value);
   }
@@ -52,7 +52,7 @@ void read_format(Node n, const char* key, Info&) { static_cast<void>(n.choice(ke
 void write_format(Out out, const Info&) { out << kFormat; }
 
 void read_kind(Node n, const char* key, Info& i) { i.kind = n.choice(key, {"scan", "import"}); }
-void write_kind(Out out, const Info& i) { emit_text(out, i.kind); }
+void write_kind(Out out, const Info& i) { out << YAML::DoubleQuoted << i.kind; }
 
 void read_clock(Node n, const char* key, Info& i) {
   const ConfigNode clock = n.child(key);
@@ -109,7 +109,7 @@ void read_platform(Node n, const char* key, Info& i) {
   for (const std::string& what : platform.keys()) i.platform[what] = platform.text(what);
 }
 void write_platform(Out out, const Info& i) {
-  write_map(out, i.platform, [&](const std::string& found) { emit_text(out, found); });
+  write_map(out, i.platform, [&](const std::string& found) { out << YAML::DoubleQuoted << found; });
 }
 
 void read_tables(Node n, const char* key, Info& i) {
@@ -123,7 +123,7 @@ void write_tables(Out out, const Info& i) {
 void read_recovered(Node n, const char* key, Info& i) { i.recovered = n.texts(key); }
 void write_recovered(Out out, const Info& i) {
   out << YAML::BeginSeq;
-  for (const std::string& loss : i.recovered) emit_text(out, loss);
+  for (const std::string& loss : i.recovered) out << YAML::DoubleQuoted << loss;
   out << YAML::EndSeq;
 }
 

@@ -67,8 +67,19 @@ TEST_F(ConfigNodeTest, RefusesAKeyThatStandsTwice) {
 
 TEST_F(ConfigNodeTest, NamesTheLineOfBrokenYamlAndTheMissingFile) {
   EXPECT_THAT(message([&] { load("a: [1, 2\nb: 3\n"); }), testing::HasSubstr("expected valid YAML"));
+  EXPECT_THAT(message([&] { load("a: 1\nb: caf\xe9\n"); }),
+              testing::HasSubstr(":2: found byte 0xe9, expected printable UTF-8"));
+  EXPECT_THAT(message([&] { load(std::string("a: 1\n\n\0", 7)); }), testing::HasSubstr(":3: found byte 0x00"));
   EXPECT_THAT(message([] { ConfigNode::load("/nonexistent/rig.yaml"); }),
               testing::HasSubstr("/nonexistent/rig.yaml: cannot be read"));
+}
+
+TEST_F(ConfigNodeTest, RefusesAPathThatNoYamlFileCanHold) {
+  const auto folder = folder_.path() / "jos\xe9";
+  std::filesystem::create_directory(folder);
+  std::filesystem::copy(folder_.write("rig.yaml", "mesh: box.stl\n"), folder);
+  EXPECT_THAT(message([&] { ConfigNode::load(folder / "rig.yaml").path("mesh"); }),
+              testing::HasSubstr("jos?/box.stl', expected folders with names in UTF-8"));
 }
 
 TEST_F(ConfigNodeTest, ShowsBinaryAndHugeValuesOnOneShortLine) {

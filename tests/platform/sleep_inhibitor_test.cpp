@@ -13,18 +13,17 @@
 namespace tankrig {
 namespace {
 
-using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using testing_support::FakeLogind;
+using testing_support::kAllInhibitors;
 
 TEST(SleepInhibitor, HoldsSleepLidAndShutdownForAsLongAsItLives) {
   FakeLogind logind;
   {
     const SleepInhibitor sut(logind.address());
     EXPECT_EQ(sut.missing(), "");
-    EXPECT_THAT(logind.asked(),
-                ElementsAre("sleep/tankrig/block", "handle-lid-switch/tankrig/block", "shutdown/tankrig/block"));
-    EXPECT_EQ(logind.held(), 3);
+    EXPECT_EQ(logind.asked(), kAllInhibitors);
+    EXPECT_EQ(logind.held(), std::ssize(kAllInhibitors));
   }
   logind.wait_until_given_back();
 }

@@ -24,6 +24,10 @@ inline constexpr char kLogindInterfaces[] =
     "<arg type='s' direction='in'/><arg type='s' direction='in'/><arg type='s' direction='in'/>"
     "<arg type='s' direction='in'/><arg type='h' direction='out'/></method></interface></node>";
 
+/// All that a SleepInhibitor asks for, as FakeLogind::asked() tells it.
+inline const std::vector<std::string> kAllInhibitors = {"sleep/tankrig/block", "handle-lid-switch/tankrig/block",
+                                                        "shutdown/tankrig/block"};
+
 /// A bus with nobody on it but logind, which refuses the locks it is told to.
 /// Threads: owns one.
 class FakeLogind {
