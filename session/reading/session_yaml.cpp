@@ -40,9 +40,7 @@ template <class T, class Write>
 void write_map(YAML::Emitter& out, const std::map<std::string, T>& map, Write write) {
   out << (map.empty() ? YAML::Flow : YAML::Block) << YAML::BeginMap;
   for (const auto& [name, value] : map) {
-    out << YAML::Key;
-    out << YAML::DoubleQuoted << name;
-    out << YAML::Value;
+    out << YAML::Key << YAML::DoubleQuoted << name << YAML::Value;
     write(value);
   }
   out << YAML::EndMap;
