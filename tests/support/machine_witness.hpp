@@ -68,11 +68,11 @@ class MachineWitness {
 
   /// So far, at most; also where a processor or a line has not come back yet.
   Duration latest() const noexcept {
-    std::int64_t latest_ns = latest_ns_;
-    if (ends_) return Duration{latest_ns};
+    std::int64_t latest_ns = 0;
     const std::int64_t now_ns = clock_.now().ns;
-    for (const std::atomic<std::int64_t>& due_ns : due_ns_) latest_ns = std::max(latest_ns, now_ns - due_ns);
-    return Duration{latest_ns};
+    if (!ends_)
+      for (const std::atomic<std::int64_t>& due_ns : due_ns_) latest_ns = std::max(latest_ns, now_ns - due_ns);
+    return Duration{std::max<std::int64_t>(latest_ns, latest_ns_)};  // after the others: a watcher notes, then goes on
   }
 
   static constexpr Duration kPunctual = std::chrono::milliseconds{1};
@@ -100,20 +100,21 @@ class MachineWitness {
     CPU_SET(cpu, &only);
     (void)::pthread_setaffinity_np(::pthread_self(), sizeof only, &only);
     MonotonicClock clock;
-    note({{due_ns}, clock.now()});
     termios raw{};
     ::cfmakeraw(&raw);
     int here = -1, there = -1;
     const bool line = ::openpty(&here, &there, nullptr, &raw, nullptr) == 0;
-    while (!ends_) {
-      const Stamp due = clock.now() + kPeriod;
-      due_ns = due.ns;
+    Stamp due{due_ns};
+    do {  // also where it only came to run at the watch's end
       clock.sleep_until(due);
       char byte = 0;
       pollfd door{here, POLLIN, 0};
       if (line && ::write(there, &byte, 1) == 1 && ::poll(&door, 1, kLongest) == 1) (void)!::read(here, &byte, 1);
-      note({due, clock.now()});
-    }
+      const Stamp came = clock.now();
+      note({due, came});
+      due = came + kPeriod;  // no time between that nobody watches
+      due_ns = due.ns;
+    } while (!ends_);
     if (line) ::close(here), ::close(there);
   }
 
