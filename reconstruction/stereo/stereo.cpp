@@ -181,7 +181,8 @@ StereoResult reconstruct(const std::vector<StereoPair>& pairs, const StereoCalib
   const cv::Mat1b radii = window_radii(eyes, noise_variance, p);
 
   const DisparityRange range = {rectifier.disparity(p.max_depth_m), rectifier.disparity(p.min_depth_m)};
-  const CoarseMatch match = match_both_ways(eyes.left, eyes.right, range, {p.match_window_px, p.uniqueness_percent});
+  const CoarseMatch match = match_both_ways(eyes.left, eyes.right, eyes.noise / std::sqrt(pairs.size()), range,
+                                            {p.match_window_px, p.uniqueness_percent});
   const cv::Mat1b edges = discontinuities(match.disparity, p.edge_jump_px);
 
   const cv::Size size = rectifier.size();
