@@ -93,8 +93,8 @@ Eyes look(const std::vector<StereoPair>& pairs, const Rectifier& rectifier) {
 }
 
 /// Radius of each pixel's window [px], 0 where no window will do. A window does if its horizontal gradients are more
-/// than noise makes and enough for a disparity of `max_sigma_px`. Where noise hides the texture, windows up to three
-/// times as wide are taken until one is enough for half that sigma. Rounding would not average out in them.
+/// than noise makes and enough for a disparity of `max_sigma_px`. The first of three sizes is taken that is enough for
+/// half that sigma, or else the largest.
 cv::Mat1b window_radii(const Eyes& eyes, const cv::Mat1f& noise_variance, const StereoParameters& p) {
   cv::Mat1f squared(eyes.left.size(), 0.0f);
   for (int v = 0; v < squared.rows; ++v) {
@@ -103,12 +103,12 @@ cv::Mat1b window_radii(const Eyes& eyes, const cv::Mat1f& noise_variance, const 
       if (!std::isnan(gradient)) squared(v, u) = gradient * gradient;
     }
   }
-  const int widest = eyes.noise < kDitherNoise ? 1 : 3;
+  constexpr int kWidest = 3;
   cv::Mat1b radii(squared.size(), std::uint8_t{0});
-  for (int scale = 1; scale <= widest; ++scale) {
+  for (int scale = 1; scale <= kWidest; ++scale) {
     const int radius = scale * p.window_radius_px;
     const int side = 2 * radius + 1;
-    const double max_sigma = scale < widest ? 0.5 * p.max_sigma_px : p.max_sigma_px;
+    const double max_sigma = scale < kWidest ? 0.5 * p.max_sigma_px : p.max_sigma_px;
     const double over_noise = 1 + (p.texture_to_noise - 1) / scale;  // chance evens out in a larger window
     cv::Mat1f energy;
     cv::boxFilter(squared, energy, CV_32F, {side, side}, {-1, -1}, false);

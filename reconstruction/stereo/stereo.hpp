@@ -19,7 +19,7 @@ struct StereoParameters {
   double max_sigma_px = 0.25;     ///< of a disparity
   double min_correlation = 0.7;   ///< of the two windows after the fit
   double min_support = 0.6;       ///< share of the window on the same surface
-  int window_radius_px = 5;       ///< of the sub-pixel fit; up to three times that where noise hides the texture
+  int window_radius_px = 5;       ///< of the sub-pixel fit; up to three times that where texture is weak
   double edge_jump_px = 2.0;      ///< disparity range within 5 x 5 px that is a depth discontinuity
   int min_region_px = 200;        ///< smaller islands of points are dropped
 };

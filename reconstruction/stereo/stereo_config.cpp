@@ -26,7 +26,7 @@ const Setting<Ours> kStereoRows[] = {
     {"min_correlation", &Ours::min_correlation, ConfigRange(0, 1), "of the two windows after the fit"},
     {"min_support", &Ours::min_support, ConfigRange(0, 1), "share of the window on the same surface"},
     {"window_radius_px", &Ours::window_radius_px, ConfigRange(2, 15),
-     "of the sub-pixel fit; up to three times that where noise hides the texture"},
+     "of the sub-pixel fit; up to three times that where texture is weak"},
     {"edge_jump_px", &Ours::edge_jump_px, ConfigRange(0.1, 100),
      "disparity range within 5 x 5 px that is a depth discontinuity"},
     {"min_region_px", &Ours::min_region_px, ConfigRange(0, 100000), "smaller islands of points are dropped"},

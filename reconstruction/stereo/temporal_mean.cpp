@@ -14,7 +14,7 @@ namespace tankrig {
 namespace {
 
 constexpr float kQuantisationVariance = 1.0f / 12.0f;
-constexpr float kDitherVariance = kDitherNoise * kDitherNoise;
+constexpr float kDitherVariance = 0.25f;  ///< [grey levels^2]
 constexpr int kBlockPx = 16;
 
 /// Noise variance of a single image: high-pass energy of its smoothest tenth of blocks (J. Immerkaer 1996's mask).

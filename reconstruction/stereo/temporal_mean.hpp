@@ -6,9 +6,6 @@
 
 namespace tankrig {
 
-/// Standard deviation of the noise below which a mean of many images keeps their rounding [grey levels].
-constexpr double kDitherNoise = 0.5;
-
 struct TemporalMean {
   cv::Mat1f mean;      ///< per pixel, of the samples near the pixel's median [grey levels of 255]
   cv::Mat1f variance;  ///< of `mean`; never below the quantisation's [grey levels^2]
