@@ -71,7 +71,7 @@ class Window {
   }
 
   bool fit() {
-    Eigen::Matrix<double, 5, 5> normal;
+    Eigen::Matrix<double, 5, 5> normal = Eigen::Matrix<double, 5, 5>::Zero();
     for (int i = 0; i < 5; ++i)
       for (int j = 0; j <= i; ++j) normal(i, j) = column(i).dot(column(j));
     const Eigen::LLT<Eigen::Matrix<double, 5, 5>> solver(normal);
