@@ -12,32 +12,42 @@
 namespace tankrig {
 namespace {
 
-struct GreyRange {
-  float low, high;
+/// From grey to 8 bits: (grey - low) * gain.
+struct Stretch {
+  float low, gain;
 };
 
-/// 0.5 % and 99.5 % of the grey levels of both images.
-GreyRange contrast(const cv::Mat1f& left, const cv::Mat1f& right) {
+/// Takes 0.5 % of the grey levels of both images to 0 and 99.5 % to 255.
+Stretch stretch(const cv::Mat1f& left, const cv::Mat1f& right) {
   std::vector<float> values;
   values.reserve(left.total() + right.total());
   for (const cv::Mat1f* image : {&left, &right})
     std::copy_if(image->begin(), image->end(), std::back_inserter(values), [](float g) { return !std::isnan(g); });
-  if (values.empty()) return {0, 255};
+  if (values.empty()) return {0, 1};
   const auto at = [&](double share) {
     const auto it = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
     std::nth_element(values.begin(), it, values.end());
     return *it;
   };
-  return {at(0.005), at(0.995)};
+  const float low = at(0.005);
+  return {low, 255.0f / std::max(at(0.995) - low, 1.0f)};
 }
 
-cv::Mat1b stretched(const cv::Mat1f& image, const GreyRange& range) {
-  const float gain = 255.0f / std::max(range.high - range.low, 1.0f);
+cv::Mat1b stretched(const cv::Mat1f& image, const Stretch& by) {
   cv::Mat1b out(image.size());
   std::transform(image.begin(), image.end(), out.begin(), [&](float g) {
-    return std::isnan(g) ? std::uint8_t{0} : cv::saturate_cast<std::uint8_t>((g - range.low) * gain);
+    return std::isnan(g) ? std::uint8_t{0} : cv::saturate_cast<std::uint8_t>((g - by.low) * by.gain);
   });
   return out;
+}
+
+/// Odd side of the matcher's window [px]: grows with the noise of the stretched images, so that a window's sum stays as
+/// certain.
+int window_side(double noise, int least) {
+  constexpr double kBearableNoise = 4.5;  // [grey levels], for the least window
+  constexpr int kMost = 11;               // OpenCV's advice
+  const int side = static_cast<int>(least * noise / kBearableNoise) | 1;
+  return std::max(least, std::min(side, kMost));
 }
 
 /// Disparity of the first image's pixels in 1/16 px, below `lower` where unknown. The matcher skips the columns that
@@ -63,17 +73,19 @@ cv::Mat1b mirrored(const cv::Mat1b& image) {
 
 }  // namespace
 
-CoarseMatch match_both_ways(const cv::Mat1f& left, const cv::Mat1f& right, const DisparityRange& range,
+CoarseMatch match_both_ways(const cv::Mat1f& left, const cv::Mat1f& right, double noise, const DisparityRange& range,
                             const CoarseMatchParameters& parameters) {
   const int lower = std::max(0, static_cast<int>(std::floor(range.lower)));
   const int steps = (static_cast<int>(std::ceil(range.upper)) - lower + 16) / 16 * 16;
-  const GreyRange grey = contrast(left, right);
-  const cv::Mat1b left8 = stretched(left, grey);
-  const cv::Mat1b right8 = stretched(right, grey);
+  const Stretch by = stretch(left, right);
+  const cv::Mat1b left8 = stretched(left, by);
+  const cv::Mat1b right8 = stretched(right, by);
+  CoarseMatchParameters widened = parameters;
+  widened.window_px = window_side(noise * by.gain, parameters.window_px);
   cv::Mat1s from_left, from_right;
-  tbb::parallel_invoke([&] { from_left = match(left8, right8, lower, steps, parameters); },
+  tbb::parallel_invoke([&] { from_left = match(left8, right8, lower, steps, widened); },
                        [&] {
-                         from_right = match(mirrored(right8), mirrored(left8), lower, steps, parameters);
+                         from_right = match(mirrored(right8), mirrored(left8), lower, steps, widened);
                          cv::flip(from_right, from_right, 1);
                        });
 

@@ -12,7 +12,7 @@ struct DisparityRange {
 };
 
 struct CoarseMatchParameters {
-  int window_px;
+  int window_px;  ///< at least; up to 11 px where noise asks for it
   int uniqueness_percent;
 };
 
@@ -23,7 +23,8 @@ struct CoarseMatch {
 };
 
 /// `left`, `right`: rectified grey, NaN outside. Contrast is stretched by one gain for both, so dim pairs match too.
-CoarseMatch match_both_ways(const cv::Mat1f& left, const cv::Mat1f& right, const DisparityRange& range,
+/// `noise`: of either image before it was smoothed, one standard deviation [grey levels].
+CoarseMatch match_both_ways(const cv::Mat1f& left, const cv::Mat1f& right, double noise, const DisparityRange& range,
                             const CoarseMatchParameters& parameters);
 
 }  // namespace tankrig

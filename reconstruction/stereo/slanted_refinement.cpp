@@ -13,8 +13,9 @@ namespace {
 
 constexpr int kSubSteps = 8;           ///< samples per pixel of the interpolated right rows
 constexpr float kMaxDriftPx = 1.0f;    ///< from the coarse disparity
-constexpr double kConvergedPx = 0.01;  ///< the step after one of this size is a hundred times smaller
-constexpr std::size_t kFewestSamples = 20;
+constexpr double kConvergedPx = 0.01;  ///< the step after one of this size is ten times smaller
+constexpr int kFewestSamples = 20;
+constexpr int kDenseRadiusPx = 7;  ///< larger windows look at every other pixel: smoothing has made neighbours alike
 
 /// The rows of the right image at kSubSteps samples per pixel, cubic in between; linear interpolation does the rest.
 cv::Mat1f fine_rows(const cv::Mat1f& image) {
@@ -41,157 +42,139 @@ struct DisparityPlane {
   float d = 0, a = 0, b = 0;
 };
 
-using Normal = Eigen::Matrix<double, 5, 5>;
-using Unknowns = Eigen::Matrix<double, 5, 1>;  ///< d, a, b, gain, offset
+using Unknowns = Eigen::Matrix<double, 5, 1>;  ///< of a step: d, a, b, all times gain / (1 - a); gain; offset
 
 /// One pixel's window: gathered once from the left image, compared again and again with the right.
 class Window {
  public:
-  Window(const cv::Mat1f& left, const cv::Mat1f& fine_right, const cv::Mat1f& coarse,
+  Window(const cv::Mat1f& left, const cv::Mat1f& fine_right, const cv::Mat1f& coarse, int largest_radius,
          const SlantedRefinementParameters& parameters)
       : left_(left), fine_right_(fine_right), coarse_(coarse), parameters_(parameters) {
-    samples_.reserve(static_cast<std::size_t>((2 * parameters.radius_px + 1) * (2 * parameters.radius_px + 1)));
+    const Eigen::Index most = (2 * largest_radius + 1) * (2 * largest_radius + 1);
+    rows_.resize(static_cast<std::size_t>(most));
+    offsets_.resize(most, 2);
+    model_.resize(most, 5);
+    right_.resize(most);
   }
 
   /// Lays the first plane through the coarse disparities. False if too few of them lie on one plane to fit five
   /// unknowns.
-  bool place(int u0, int v0) {
+  bool place(int u0, int v0, int radius) {
     u0_ = u0;
     v0_ = v0;
+    step_ = radius > kDenseRadiusPx ? 2 : 1;
+    reach_ = radius / step_ * step_;
     plane_ = {coarse_(v0, u0), 0, 0};
-    if (!fit_plane(2.0f)) return false;
+    if (!fit_plane()) return false;
     gather();
-    return samples_.size() >= kFewestSamples;
+    return samples_ >= kFewestSamples;
   }
 
   bool fit() {
-    gain_ = 1;
-    offset_ = 0;
+    Eigen::Matrix<double, 5, 5> normal = Eigen::Matrix<double, 5, 5>::Zero();
+    for (int i = 0; i < 5; ++i)
+      for (int j = 0; j <= i; ++j) normal(i, j) = column(i).dot(column(j));
+    const Eigen::LLT<Eigen::Matrix<double, 5, 5>> solver(normal);
+    if (solver.info() != Eigen::Success) return false;
     for (int i = 0; i < parameters_.iterations; ++i) {
-      if (!accumulate()) return false;
-      const Unknowns step = normal_.ldlt().solve(gradient_);
-      if (!step.allFinite()) return false;
-      plane_.d += static_cast<float>(step[0]);
-      plane_.a += static_cast<float>(step[1]);
-      plane_.b += static_cast<float>(step[2]);
-      gain_ += step[3];
-      offset_ += step[4];
+      if (!look_right()) return false;
+      const auto right = right_.head(samples_);
+      Unknowns product;
+      for (int j = 0; j < 5; ++j) product[j] = column(j).dot(right);
+      const Unknowns x = solver.solve(product);
+      if (!x.allFinite() || x[3] <= 0) return false;
+      const double scale = (1 - plane_.a) / x[3];
+      plane_.d += static_cast<float>(scale * x[0]);
+      plane_.a += static_cast<float>(scale * x[1]);
+      plane_.b += static_cast<float>(scale * x[2]);
       if (std::abs(plane_.d - coarse_(v0_, u0_)) > kMaxDriftPx) return false;
-      squared_residuals_ -= gradient_.dot(step);
-      if (std::abs(step[0]) < kConvergedPx) return true;
+      if (std::abs(scale * x[0]) >= kConvergedPx) continue;
+      const double energy = right.squaredNorm();
+      squared_residuals_ = std::max(0.0, energy - product.dot(x));
+      right_energy_ = energy - product[4] * product[4] / samples_;
+      unit_variance_ = solver.solve(Unknowns::Unit(0))[0] * scale * scale / (step_ * step_);
+      return true;
     }
     return false;
   }
 
   float disparity() const { return plane_.d; }
   float support() const {
-    const int side = 2 * parameters_.radius_px + 1;
-    return static_cast<float>(samples_.size()) / static_cast<float>(side * side);
+    const int side = 2 * reach_ / step_ + 1;
+    return static_cast<float>(samples_) / static_cast<float>(side * side);
   }
   double correlation() const {
-    return right_energy_ > 0 && gain_ > 0 ? std::sqrt(std::max(0.0, 1 - squared_residuals_ / right_energy_)) : 0.0;
+    return right_energy_ > 0 ? std::sqrt(std::max(0.0, 1 - squared_residuals_ / right_energy_)) : 0.0;
   }
-  double residual_variance() const {
-    return std::max(0.0, squared_residuals_) / (static_cast<double>(samples_.size()) - 5);
-  }
-  /// Variance of d for unit noise variance.
-  double unit_variance() const { return normal_.ldlt().solve(Unknowns::Unit(0))[0]; }
+  double residual_variance() const { return squared_residuals_ / (samples_ - 5); }
+  /// Variance of d for unit noise variance before smoothing. Pixels left out would not have lowered it.
+  double unit_variance() const { return unit_variance_; }
 
  private:
-  struct Sample {
-    float du, dv, grey;
-  };
+  Eigen::Ref<const Eigen::VectorXf> column(int i) const { return model_.col(i).head(samples_); }
 
-  bool fit_plane(float limit) {
-    Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
-    Eigen::Vector3d y = Eigen::Vector3d::Zero();
-    for_each_coarse(limit, [&](int du, int dv, float d) {
-      const Eigen::Vector3d row(1, du, dv);
-      A += row * row.transpose();
-      y += row * static_cast<double>(d - plane_.d);
+  /// Through the coarse disparities near the pixel's own. Float holds their sums exactly.
+  bool fit_plane() {
+    Eigen::Matrix3f A = Eigen::Matrix3f::Zero();
+    Eigen::Vector3f y = Eigen::Vector3f::Zero();
+    for_each_coarse(2.0f, [&](float du, float dv, int, int, float off) {
+      A(0, 0) += 1;
+      A(1, 0) += du;
+      A(2, 0) += dv;
+      A(1, 1) += du * du;
+      A(2, 1) += du * dv;
+      A(2, 2) += dv * dv;
+      y += off * Eigen::Vector3f(1, du, dv);
     });
     if (A(0, 0) < kFewestSamples) return false;
-    const Eigen::Vector3d p = A.ldlt().solve(y);
+    const Eigen::Vector3d p = A.cast<double>().llt().solve(y.cast<double>());
     plane_.a = static_cast<float>(p[1]);
     plane_.b = static_cast<float>(p[2]);
     return p.allFinite();
   }
 
+  /// The left image's side of the equations: what right changes by with d, a and b; its grey; one.
   void gather() {
-    samples_.clear();
-    mean_grey_ = 0;
-    for_each_coarse(parameters_.same_surface_px, [&](int du, int dv, float) {
-      const float grey = left_(v0_ + dv, u0_ + du);
-      if (std::isnan(grey)) return;
-      samples_.push_back({static_cast<float>(du), static_cast<float>(dv), grey});
-      mean_grey_ += grey;
+    samples_ = 0;
+    for_each_coarse(parameters_.same_surface_px, [&](float du, float dv, int u, int v, float) {
+      if (u < 2 || u + 2 >= left_.cols) return;
+      const float* row = left_[v] + u;
+      const float slope = (8 * (row[1] - row[-1]) - (row[2] - row[-2])) / 12;
+      if (std::isnan(row[0]) || std::isnan(slope)) return;
+      rows_[static_cast<std::size_t>(samples_)] = fine_right_[v];
+      offsets_.row(samples_) << du, dv;
+      model_.row(samples_++) << slope, slope * du, slope * dv, row[0], 1;
     });
-    if (!samples_.empty()) mean_grey_ /= static_cast<float>(samples_.size());
-    for (Sample& s : samples_) s.grey -= mean_grey_;
+    if (samples_ == 0) return;
+    auto grey = model_.col(3).head(samples_);
+    mean_grey_ = grey.mean();
+    grey.array() -= mean_grey_;
   }
 
   template <class Visit>
-  void for_each_coarse(float limit, Visit visit) {
-    const int r = parameters_.radius_px;
-    const int v_end = std::min(v0_ + r, coarse_.rows - 1);
-    const int u_end = std::min(u0_ + r, coarse_.cols - 1);
-    for (int v = std::max(v0_ - r, 0); v <= v_end; ++v) {
-      const float* row = coarse_[v];
-      for (int u = std::max(u0_ - r, 0); u <= u_end; ++u) {
-        const float expected =
-            plane_.d + plane_.a * static_cast<float>(u - u0_) + plane_.b * static_cast<float>(v - v0_);
-        if (std::abs(row[u] - expected) < limit) visit(u - u0_, v - v0_, row[u]);
+  void for_each_coarse(float limit, Visit visit) const {
+    const int first_v = -std::min(reach_, v0_ / step_ * step_), last_v = std::min(reach_, coarse_.rows - 1 - v0_);
+    const int first_u = -std::min(reach_, u0_ / step_ * step_), last_u = std::min(reach_, coarse_.cols - 1 - u0_);
+    for (int dv = first_v; dv <= last_v; dv += step_) {
+      const float* row = coarse_[v0_ + dv] + u0_;
+      for (int du = first_u; du <= last_u; du += step_) {
+        const auto x = static_cast<float>(du), y = static_cast<float>(dv);
+        const float off = row[du] - (plane_.d + plane_.a * x + plane_.b * y);
+        if (std::abs(off) < limit) visit(x, y, u0_ + du, v0_ + dv, off);
       }
     }
   }
 
-  /// Normal equations of the present plane.  False if the window leaves the right image.
-  bool accumulate() {
-    float s[20] = {};
-    float e2 = 0, r2 = 0;
-    for (const Sample& w : samples_) {
-      const float x = (static_cast<float>(u0_) + w.du - plane_.d - plane_.a * w.du - plane_.b * w.dv) * kSubSteps;
+  /// The right image where the present plane sees the window. False if that is not all in the image.
+  bool look_right() {
+    const float centre = static_cast<float>(u0_) - plane_.d, along = 1 - plane_.a;
+    for (int k = 0; k < samples_; ++k) {
+      const float x = (centre + along * offsets_(k, 0) - plane_.b * offsets_(k, 1)) * kSubSteps;
       const int i = static_cast<int>(x);
       if (x < 0 || i + 1 >= fine_right_.cols) return false;
-      const float* row = fine_right_[v0_ + static_cast<int>(w.dv)] + i;
-      const float slope = row[1] - row[0];
-      const float right = row[0] + (x - static_cast<float>(i)) * slope - mean_grey_;
-      const float g = -slope * kSubSteps;  // d right / d disparity
-      const float e = right - static_cast<float>(gain_) * w.grey - static_cast<float>(offset_);
-      const float gu = g * w.du, gv = g * w.dv;
-      s[0] += g * g;
-      s[1] += g * gu;
-      s[2] += g * gv;
-      s[3] += g * w.grey;
-      s[4] += g;
-      s[5] += gu * gu;
-      s[6] += gu * gv;
-      s[7] += gu * w.grey;
-      s[8] += gu;
-      s[9] += gv * gv;
-      s[10] += gv * w.grey;
-      s[11] += gv;
-      s[12] += w.grey * w.grey;
-      s[13] += w.grey;
-      s[14] += g * e;
-      s[15] += gu * e;
-      s[16] += gv * e;
-      s[17] += w.grey * e;
-      s[18] += e;
-      s[19] += right;
-      e2 += e * e;
-      r2 += right * right;
+      const float* at = rows_[static_cast<std::size_t>(k)] + i;
+      right_[k] = at[0] + (x - static_cast<float>(i)) * (at[1] - at[0]) - mean_grey_;
     }
-    if (std::isnan(e2)) return false;
-    const auto n = static_cast<float>(samples_.size());
-    normal_ << s[0], s[1], s[2], -s[3], -s[4],  //
-        s[1], s[5], s[6], -s[7], -s[8],         //
-        s[2], s[6], s[9], -s[10], -s[11],       //
-        -s[3], -s[7], -s[10], s[12], s[13],     //
-        -s[4], -s[8], -s[11], s[13], n;
-    gradient_ << -s[14], -s[15], -s[16], s[17], s[18];
-    squared_residuals_ = e2;
-    right_energy_ = r2 - s[19] * s[19] / n;
     return true;
   }
 
@@ -200,30 +183,35 @@ class Window {
   const cv::Mat1f& coarse_;
   const SlantedRefinementParameters& parameters_;
   int u0_ = 0, v0_ = 0;
+  int reach_ = 0, step_ = 1;  ///< the window: pixels that are multiples of `step_` from its centre, up to `reach_`
   DisparityPlane plane_;
-  double gain_ = 1, offset_ = 0;
-  std::vector<Sample> samples_;
+  int samples_ = 0;
+  std::vector<const float*> rows_;                   ///< of each sample, in the right image
+  Eigen::Matrix<float, Eigen::Dynamic, 2> offsets_;  ///< du, dv of each sample
+  Eigen::Matrix<float, Eigen::Dynamic, 5> model_;    ///< of each sample, in the order of the unknowns
+  Eigen::VectorXf right_;
   float mean_grey_ = 0;
-  Normal normal_ = Normal::Zero();
-  Unknowns gradient_ = Unknowns::Zero();
   double squared_residuals_ = 0;
   double right_energy_ = 0;  ///< about its mean
+  double unit_variance_ = 0;
 };
 
 }  // namespace
 
 RefinedDisparity refine_slanted(const cv::Mat1f& left, const cv::Mat1f& right, const cv::Mat1f& coarse,
-                                const cv::Mat1f& noise_variance, double smoothing_energy,
+                                const cv::Mat1b& radius, const cv::Mat1f& noise_variance, double smoothing_energy,
                                 const SlantedRefinementParameters& parameters) {
   const cv::Mat1f fine_right = fine_rows(right);
   RefinedDisparity out;
   for (cv::Mat1f* image : {&out.disparity, &out.sigma, &out.correlation, &out.support})
     *image = cv::Mat1f(left.size(), NAN);
+  double largest_radius = 0;
+  cv::minMaxLoc(radius, nullptr, &largest_radius);
 
   tbb::parallel_for(0, left.rows, [&](int v) {
-    Window window(left, fine_right, coarse, parameters);
+    Window window(left, fine_right, coarse, static_cast<int>(largest_radius), parameters);
     for (int u = 0; u < left.cols; ++u) {
-      if (std::isnan(coarse(v, u)) || !window.place(u, v)) continue;
+      if (radius(v, u) == 0 || std::isnan(coarse(v, u)) || !window.place(u, v, radius(v, u))) continue;
       out.support(v, u) = window.support();
       if (!window.fit()) continue;
       const double white_noise =

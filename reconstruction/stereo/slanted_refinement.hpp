@@ -7,7 +7,6 @@
 namespace tankrig {
 
 struct SlantedRefinementParameters {
-  int radius_px = 5;   ///< window of (2 radius + 1)^2 pixels
   int iterations = 8;  ///< at most; a window that has not settled by then has no disparity
   float same_surface_px =
       0.75f;  ///< a neighbour whose coarse disparity is off the window's plane by more does not vote
@@ -23,12 +22,14 @@ struct RefinedDisparity {
 };
 
 /// Fits right(u - d - a (u - u0) - b (v - v0), v) = gain * left(u, v) + offset over the window of every pixel (u0, v0)
-/// with a coarse disparity: d, its slopes a and b, gain and offset, by Gauss-Newton.
+/// with a coarse disparity: d, its slopes a and b, gain and offset, by Gauss-Newton with the left image's slopes.
 /// `left`, `right`: rectified grey images, smoothed by `smoothing_energy` (sum of the squared weights of that filter);
 /// NaN outside. `noise_variance`: of left plus right before smoothing. `coarse`: within 1 px of the truth [px], NaN
-/// where unknown. Source: B. Lucas, T. Kanade 1981 with the affine window of M. Bleyer et al. 2011.
+/// where unknown. `radius`: of the pixel's window of (2 radius + 1)^2 pixels [px], 0 for none.
+/// Source: B. Lucas, T. Kanade 1981 with the affine window of M. Bleyer et al. 2011; S. Baker, I. Matthews 2004 for the
+/// constant normal equations.
 RefinedDisparity refine_slanted(const cv::Mat1f& left, const cv::Mat1f& right, const cv::Mat1f& coarse,
-                                const cv::Mat1f& noise_variance, double smoothing_energy,
-                                const SlantedRefinementParameters& parameters);
+                                const cv::Mat1b& radius, const cv::Mat1f& noise_variance, double smoothing_energy,
+                                const SlantedRefinementParameters& parameters = {});
 
 }  // namespace tankrig

@@ -92,9 +92,10 @@ Eyes look(const std::vector<StereoPair>& pairs, const Rectifier& rectifier) {
   return eyes;
 }
 
-/// True where the window's horizontal gradients are more than noise makes, and enough for a disparity of
-/// `max_sigma_px`.
-cv::Mat1b texture_mask(const Eyes& eyes, const cv::Mat1f& noise_variance, const StereoParameters& p) {
+/// Radius of each pixel's window [px], 0 where no window will do. A window does if its horizontal gradients are more
+/// than noise makes and enough for a disparity of `max_sigma_px`. The first of three sizes is taken that is enough for
+/// half that sigma, or else the largest.
+cv::Mat1b window_radii(const Eyes& eyes, const cv::Mat1f& noise_variance, const StereoParameters& p) {
   cv::Mat1f squared(eyes.left.size(), 0.0f);
   for (int v = 0; v < squared.rows; ++v) {
     for (int u = 1; u + 1 < squared.cols; ++u) {
@@ -102,19 +103,26 @@ cv::Mat1b texture_mask(const Eyes& eyes, const cv::Mat1f& noise_variance, const 
       if (!std::isnan(gradient)) squared(v, u) = gradient * gradient;
     }
   }
-  const int side = 2 * p.window_radius_px + 1;
-  cv::Mat1f energy;
-  cv::boxFilter(squared, energy, CV_32F, {side, side}, {-1, -1}, false);
-  cv::Mat1b mask(energy.size());
-  for (int v = 0; v < mask.rows; ++v) {
-    for (int u = 0; u < mask.cols; ++u) {
-      const double from_noise = eyes.left_variance(v, u) * eyes.derivative_energy * side * side;
-      const double from_scene = energy(v, u) - from_noise;
-      mask(v, u) = energy(v, u) > p.texture_to_noise * from_noise &&
-                   from_scene * p.max_sigma_px * p.max_sigma_px > noise_variance(v, u);
+  constexpr int kWidest = 3;
+  cv::Mat1b radii(squared.size(), std::uint8_t{0});
+  for (int scale = 1; scale <= kWidest; ++scale) {
+    const int radius = scale * p.window_radius_px;
+    const int side = 2 * radius + 1;
+    const double max_sigma = scale < kWidest ? 0.5 * p.max_sigma_px : p.max_sigma_px;
+    const double over_noise = 1 + (p.texture_to_noise - 1) / scale;  // chance evens out in a larger window
+    cv::Mat1f energy;
+    cv::boxFilter(squared, energy, CV_32F, {side, side}, {-1, -1}, false);
+    for (int v = 0; v < radii.rows; ++v) {
+      for (int u = 0; u < radii.cols; ++u) {
+        if (radii(v, u) > 0) continue;
+        const double from_noise = eyes.left_variance(v, u) * eyes.derivative_energy * side * side;
+        const double from_scene = energy(v, u) - from_noise;
+        if (energy(v, u) > over_noise * from_noise && from_scene * max_sigma * max_sigma > noise_variance(v, u))
+          radii(v, u) = static_cast<std::uint8_t>(radius);
+      }
     }
   }
-  return mask;
+  return radii;
 }
 
 /// True within 3 pixels of a jump of the disparity by more than `jump`.
@@ -170,10 +178,11 @@ StereoResult reconstruct(const std::vector<StereoPair>& pairs, const StereoCalib
   const Rectifier rectifier(calibration);
   const Eyes eyes = look(pairs, rectifier);
   const cv::Mat1f noise_variance = eyes.left_variance + eyes.right_variance;
-  const cv::Mat1b textured = texture_mask(eyes, noise_variance, p);
+  const cv::Mat1b radii = window_radii(eyes, noise_variance, p);
 
   const DisparityRange range = {rectifier.disparity(p.max_depth_m), rectifier.disparity(p.min_depth_m)};
-  const CoarseMatch match = match_both_ways(eyes.left, eyes.right, range, {p.match_window_px, p.uniqueness_percent});
+  const CoarseMatch match = match_both_ways(eyes.left, eyes.right, eyes.noise / std::sqrt(pairs.size()), range,
+                                            {p.match_window_px, p.uniqueness_percent});
   const cv::Mat1b edges = discontinuities(match.disparity, p.edge_jump_px);
 
   const cv::Size size = rectifier.size();
@@ -184,7 +193,7 @@ StereoResult reconstruct(const std::vector<StereoPair>& pairs, const StereoCalib
       std::uint8_t& why = verdict(v, u);
       if (std::isnan(eyes.left(v, u)))
         why = kOutside;
-      else if (!textured(v, u))
+      else if (radii(v, u) == 0)
         why = kNoTexture;
       else if (std::isnan(match.disparity(v, u)))
         why = kNoMatch;
@@ -196,8 +205,8 @@ StereoResult reconstruct(const std::vector<StereoPair>& pairs, const StereoCalib
     }
   }
 
-  const RefinedDisparity fine = refine_slanted(eyes.left, eyes.right, coarse, noise_variance, eyes.smoothing_energy,
-                                               {.radius_px = p.window_radius_px});
+  const RefinedDisparity fine =
+      refine_slanted(eyes.left, eyes.right, coarse, radii, noise_variance, eyes.smoothing_energy);
   for (int v = 0; v < size.height; ++v) {
     for (int u = 0; u < size.width; ++u) {
       std::uint8_t& why = verdict(v, u);

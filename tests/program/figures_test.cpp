@@ -149,6 +149,15 @@ TEST(Conditions, StereoInDarknessReportsNothingAndSaysWhy) {
   EXPECT_FALSE(stereo.at("reason").get<std::string>().empty());
 }
 
+TEST(Conditions, NoiseLeavesStereoMostOfItsCeiling) {
+  const json &some = scan({"--noise", "0.05"}).at("stereo"), &much = scan({"--noise", "0.1"}).at("stereo");
+  EXPECT_GE(number(some, "coverage_of_ceiling"), 0.95);
+  EXPECT_LE(number(some, "mean_error_m"), 1e-3);
+  EXPECT_GE(number(much, "coverage_of_ceiling"), 0.60);
+  EXPECT_LE(number(much, "mean_error_m"), 1.5e-3);
+  EXPECT_LE(number(much, "outliers"), 0.01);
+}
+
 TEST(PaperTrends, BrightLightHurtsThePapersLaser) {
   const json &dark = scan({"--light", "0"}).at("laser_paper"), &bright = scan({}).at("laser_paper");
   EXPECT_GT(number(bright, "outliers"), number(dark, "outliers") + 0.005);

@@ -114,6 +114,31 @@ TEST(Stereo, AveragesTenPercentOfNoiseAwayOverTwentyPairs) {
   EXPECT_NEAR(r.noise, 25.5, 1.5);
 }
 
+TEST(Stereo, WidensItsWindowsInADimSceneUnderTenPercentOfNoise) {
+  TexturedScene scene = box_on_floor();
+  scene.light = 0.3;
+  const StereoResult r = reconstruct(pairs_of(scene, 20, {.sigma = 0.1}), laboratory());
+  const CloudErrors e = errors(scene, r.cloud);
+  EXPECT_GT(e.points, 38000u);
+  EXPECT_LT(e.mean, 0.0015);
+  EXPECT_LT(e.outliers, 0.001);
+  EXPECT_GT(e.median_sigmas, 0.4);
+  EXPECT_LT(e.median_sigmas, 1.0) << "a Gaussian's is 0.67";
+}
+
+TEST(Stereo, AveragesAllItsPairsBeforeMatching) {
+  TexturedScene scene = box_on_floor();
+  scene.light = 0.3;
+  const std::vector<StereoPair> pairs = pairs_of(scene, 20, {.sigma = 0.1});
+  const auto points = [&](std::size_t count) {
+    return reconstruct({pairs.begin(), pairs.begin() + static_cast<std::ptrdiff_t>(count)}, laboratory())
+        .cloud.points.size();
+  };
+  const std::size_t all = points(20);
+  EXPECT_GT(all, 2 * points(5));
+  EXPECT_GT(all, 20 * points(1));
+}
+
 TEST(Stereo, ForgetsParticlesThatDriftThroughSinglePairs) {
   const TexturedScene scene = box_on_floor();
   const std::vector<StereoPair> pairs = pairs_of(scene, 15, {.sigma = 0.005, .particles = 25});
@@ -174,18 +199,21 @@ TEST(Stereo, AccountsForEveryPixel) {
 }
 
 TEST(Stereo, GivesTheSameBitsOnOneThreadAndOnMany) {
-  const std::vector<StereoPair> pairs = pairs_of(box_on_floor(), 4, {.sigma = 0.02});
-  const auto run = [&](std::size_t threads) {
-    const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-    cv::setNumThreads(static_cast<int>(threads));
-    return reconstruct(pairs, laboratory()).cloud.points;
-  };
-  const std::vector<CloudPoint> one = run(1);
-  const std::vector<CloudPoint> many = run(4);
-  ASSERT_EQ(one.size(), many.size());
-  for (std::size_t i = 0; i < one.size(); ++i) {
-    ASSERT_EQ(one[i].p, many[i].p);
-    ASSERT_EQ(one[i].sigma, many[i].sigma);
+  for (const double noise : {0.02, 0.15}) {  // narrow windows, and wide ones too
+    const std::vector<StereoPair> pairs = pairs_of(box_on_floor(), 4, {.sigma = noise});
+    const auto run = [&](std::size_t threads) {
+      const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+      cv::setNumThreads(static_cast<int>(threads));
+      return reconstruct(pairs, laboratory()).cloud.points;
+    };
+    const std::vector<CloudPoint> one = run(1);
+    const std::vector<CloudPoint> many = run(4);
+    ASSERT_GT(one.size(), 1000u) << "noise " << noise;
+    ASSERT_EQ(one.size(), many.size()) << "noise " << noise;
+    for (std::size_t i = 0; i < one.size(); ++i) {
+      ASSERT_EQ(one[i].p, many[i].p);
+      ASSERT_EQ(one[i].sigma, many[i].sigma);
+    }
   }
 }
 
