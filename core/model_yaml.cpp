@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "core/camera_ranges.hpp"
+#include "core/plausible_length.hpp"
 #include "core/settings_table.hpp"
 
 namespace tankrig {
@@ -159,6 +160,14 @@ Plane read_plane(const ConfigNode& node) {
   // A normal that is already of length one to the last digits is kept as it is: it reads back exactly.
   if (std::abs(length - 1) > kUnitLength) plane.normal /= length;
   return plane;
+}
+
+void check_laser_reach(const ConfigNode& node, std::string_view origin_key, const Plane& ePl,
+                       const Vector3d& origin_e) {
+  if (std::abs(ePl.offset) > kLongestReach)
+    node.fail("ePl", "found offset_m " + exact_text(ePl.offset) + kLaserOutOfReach);
+  if (origin_e.norm() > kLongestReach)
+    node.fail(origin_key, "found a point " + exact_text(origin_e.norm()) + " m off" + kLaserOutOfReach);
 }
 
 }  // namespace tankrig

@@ -45,4 +45,8 @@ extern const SettingsTable<ArmModel> kArmModelKeys;
 Vector3d read_vector(const ConfigNode& node, std::string_view key);
 Plane read_plane(const ConfigNode& node);
 
+/// Of a laser that the end effector carries: the plane `ePl`, and its origin under `origin_key`.
+/// Errors: InputError if either is as far off as only millimetres taken for metres are.
+void check_laser_reach(const ConfigNode& node, std::string_view origin_key, const Plane& ePl, const Vector3d& origin_e);
+
 }  // namespace tankrig

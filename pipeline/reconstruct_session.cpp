@@ -6,6 +6,7 @@
 #include <chrono>
 
 #include "core/input_error.hpp"
+#include "core/laser_view.hpp"
 #include "core/shown_text.hpp"
 #include "core/trigger_pairing.hpp"
 #include "reconstruction/cloud/cloud_io.hpp"
@@ -31,6 +32,15 @@ std::vector<cv::Mat> images_of(const Session& session, const std::vector<const F
   return out;
 }
 
+/// Those of an import, which no rig file vouches for.
+void check_given_planes(const Session& session, const CameraModel& camera, const std::vector<StripeFrame>& frames) {
+  if (session.info.kind != "import") return;
+  std::vector<Plane> planes;
+  for (const StripeFrame& frame : frames) planes.push_back(frame.cPl);
+  if (const std::string wrong = out_of_view(camera, planes); !wrong.empty())
+    throw InputError(session.path / "frames.csv", wrong);
+}
+
 void reconstruct_laser(const Session& session, const PipelineParameters& parameters, const ProgressCallback& progress,
                        Reconstruction& reconstruction) {
   const CalibratedCamera& camera = session.camera(CameraRole::kMono);
@@ -43,6 +53,7 @@ void reconstruct_laser(const Session& session, const PipelineParameters& paramet
     reconstruction.reason = "no frame with the laser on";
     return;
   }
+  check_given_planes(session, camera.model, frames);
   StripeReconstructionParameters job;
   if (scan) job.workspace = parameters.workspace;
   cv::Mat background;

@@ -50,6 +50,7 @@ void check_sheet(const ConfigNode& node, const RigLaser& laser) {
   constexpr double kOnTheSheet = 1e-3;
   const double length = laser.direction_e.norm(), off = laser.ePl.distance(laser.origin_e);
   if (!(length > 1e-6)) node.fail("direction_e", "found length 0, expected a direction");
+  check_laser_reach(node, "origin_e_m", laser.ePl, laser.origin_e);
   if (std::abs(off) > kOnTheSheet)
     node.fail("origin_e_m", "found a point " + std::to_string(off) + " m off the sheet ePl, expected one on it");
   if (std::abs(laser.ePl.normal.dot(laser.direction_e)) > kOnTheSheet * length)

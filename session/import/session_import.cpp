@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/input_error.hpp"
+#include "core/laser_view.hpp"
 #include "core/regular_file.hpp"
 #include "core/text_files.hpp"
 #include "core/utc.hpp"
@@ -16,6 +17,7 @@
 #include "session/reading/picture_file.hpp"
 #include "session/reading/session_tables.hpp"
 #include "session/reading/session_yaml.hpp"
+#include "session/recording/event_kinds.hpp"
 #include "session/recording/session_writer.hpp"
 
 namespace tankrig {
@@ -55,15 +57,32 @@ std::string pixels_in_words(int type) {
   return fmt::format("{} x {} bits{}", CV_MAT_CN(type), bits, CV_MAT_DEPTH(type) >= CV_32F ? " (floating point)" : "");
 }
 
+/// The images that can be decoded; the others go to `left_out`.
+struct Images {
+  std::vector<fs::path> files;
+  std::vector<int> types;  ///< of their pixels
+};
+
+Images whole_images(const std::vector<fs::path>& files, const CameraModel& camera, std::vector<std::string>& left_out) {
+  Images whole;
+  for (const fs::path& file : files) {
+    try {
+      whole.types.push_back(check_image(file, camera));
+      whole.files.push_back(file);
+    } catch (const DamagedPicture& e) {
+      left_out.push_back(e.what());
+    }
+  }
+  return whole;
+}
+
 /// Dark images are subtracted from the others: their pixels must be alike.
-void check_dark_images(const std::vector<fs::path>& dark, const std::vector<fs::path>& images,
-                       const CameraModel& camera) {
-  if (dark.empty()) return;
-  const int expected = check_image(images.front(), camera);
-  for (const fs::path& file : dark)
-    if (const int found = check_image(file, camera); found != expected)
-      throw InputError(file, "found " + pixels_in_words(found) + " a pixel, expected " + pixels_in_words(expected) +
-                                 " as in " + images.front().filename().string());
+void check_dark_images(const Images& dark, const Images& images) {
+  for (std::size_t i = 0; i < dark.files.size(); ++i)
+    if (dark.types[i] != images.types.front())
+      throw InputError(dark.files[i], "found " + pixels_in_words(dark.types[i]) + " a pixel, expected " +
+                                          pixels_in_words(images.types.front()) + " as in " +
+                                          images.files.front().filename().string());
 }
 
 void check_out_is_outside(const fs::path& out, const fs::path& folder, const char* what) {
@@ -88,13 +107,20 @@ void check_planes(const ImportRequest& request, const std::vector<fs::path>& ima
       throw InputError(request.images / name, "does not exist, expected every image named in the planes file");
 }
 
+void check_in_view(const ImportRequest& request) {
+  std::vector<Plane> planes;
+  if (request.plane) planes.push_back(*request.plane);
+  for (const auto& [name, plane] : request.planes) planes.push_back(plane);
+  if (const std::string wrong = out_of_view(request.camera, planes); !wrong.empty())
+    throw InputError((request.plane ? "plane: " : "planes, none in view: ") + wrong);
+}
+
 std::string copy_images(const ImportRequest& request, const std::vector<fs::path>& images, bool dark, int first,
                         const fs::path& session) {
   const fs::path folder = fs::path("frames") / kCamera / (dark ? "dark" : "");
   if (!images.empty()) fs::create_directories(session / folder);
   std::string lines;
   for (std::size_t i = 0; i < images.size(); ++i) {
-    check_image(images[i], request.camera);
     const std::string name = images[i].filename().string();
     FrameRecord frame;
     frame.camera = kCamera;
@@ -134,14 +160,21 @@ bool natural_less(std::string_view a, std::string_view b) {
   return a_ends != b_ends ? a_ends : a < b;
 }
 
-void write_import_session(const ImportRequest& request) {
+std::vector<std::string> write_import_session(const ImportRequest& request) {
   const std::vector<fs::path> images = images_in(request.images);
   const std::vector<fs::path> dark = request.dark ? images_in(*request.dark) : std::vector<fs::path>{};
   check_planes(request, images);
+  check_in_view(request);
   if (fs::exists(request.out)) throw InputError(request.out, "exists already, expected the name of a new session");
   check_out_is_outside(request.out, request.images, "images");
   if (request.dark) check_out_is_outside(request.out, *request.dark, "dark images");
-  check_dark_images(dark, images, request.camera);
+  std::vector<std::string> left_out;
+  const Images whole = whole_images(images, request.camera, left_out);
+  if (whole.files.empty())
+    throw InputError(request.images, fmt::format("holds no image that is whole, expected one; of {} the first: {}",
+                                                 images.size(), left_out.front()));
+  const Images whole_dark = whole_images(dark, request.camera, left_out);
+  check_dark_images(whole_dark, whole);
 
   UnfinishedFolder made(request.out);
   const fs::path& session = made.path();
@@ -157,15 +190,20 @@ void write_import_session(const ImportRequest& request) {
   info.noise = "device";
   info.cameras = {{kCamera, CameraRole::kMono, request.camera, Transform::Identity()}};
   std::string frames = frames_header();
-  frames += copy_images(request, images, false, 0, session);
-  frames += copy_images(request, dark, true, static_cast<int>(images.size()), session);
+  frames += copy_images(request, whole.files, false, 0, session);
+  frames += copy_images(request, whole_dark.files, true, static_cast<int>(whole.files.size()), session);
+  info.counts[std::string(kCamera) + ".recorded"] = whole.files.size() + whole_dark.files.size();
+  if (!left_out.empty()) info.counts[std::string(kCamera) + ".left_out"] = left_out.size();
+  std::string events = events_header();
+  for (const std::string& image : left_out) events += events_line({}, event_kind::kLeftOut, image);
   write_whole_file(session / "frames.csv", frames);
   write_whole_file(session / "joints.csv", joints_header());
-  write_whole_file(session / "events.csv", events_header());
+  write_whole_file(session / "events.csv", events);
   write_whole_file(session / "session.yaml", session_yaml(info));
   disk.sync();
   write_checksums(session);
   made.put_in_place();
+  return left_out;
 }
 
 }  // namespace tankrig

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "core/camera_model.hpp"
 #include "core/frames.hpp"
@@ -27,8 +28,9 @@ struct ImportRequest {
 };
 
 /// Writes a session of kind "import": the images unchanged, in natural order, then the dark ones as dark_before. It is
-/// built beside `out` and renamed at the end, so no partial session gets that name.
+/// built beside `out` and renamed at the end, so no partial session gets that name. Images that are no whole picture
+/// are left out, each with an event; returns what is wrong with them, a line each.
 /// Errors: InputError naming the file, what was found and what was expected.
-void write_import_session(const ImportRequest& request);
+std::vector<std::string> write_import_session(const ImportRequest& request);
 
 }  // namespace tankrig

@@ -8,7 +8,8 @@
 #include <cstdlib>
 #include <opencv2/imgcodecs.hpp>
 
-#include "core/input_error.hpp"
+#include "core/jpeg_errors.hpp"
+#include "session/recording/png_file.hpp"
 
 namespace tankrig {
 namespace {
@@ -55,6 +56,18 @@ Sides bmp_sides(std::string_view bmp) {
   return {static_cast<std::int32_t>(bytes.u32(18)), std::abs(static_cast<std::int64_t>(rows))};
 }
 
+/// End of the pixels, where they are not compressed.
+std::uint64_t bmp_end(std::string_view bmp) {
+  constexpr std::uint32_t kOldHeader = 12, kPlain = 0, kBitFields = 3;
+  const Bytes bytes{bmp, true};
+  const bool old = bytes.u32(14) == kOldHeader;
+  const std::uint32_t compression = old ? kPlain : bytes.u32(30);
+  if (compression != kPlain && compression != kBitFields) return 0;
+  const auto [width, height] = bmp_sides(bmp);
+  const std::uint64_t row = (static_cast<std::uint64_t>(width) * bytes.u16(old ? 24 : 28) + 31) / 32 * 4;
+  return bytes.u32(10) + row * static_cast<std::uint64_t>(height);
+}
+
 /// Of its first picture; none where a side is given twice, or as no number that a picture has: whoever decodes it may
 /// read another one.
 Sides tiff_sides(std::string_view tiff) {
@@ -73,27 +86,148 @@ Sides tiff_sides(std::string_view tiff) {
   return sides;
 }
 
-/// Of PBM, PGM and PPM: two numbers after the first two characters, comments between them.
-Sides pnm_sides(std::string_view pnm) {
-  std::int64_t sides[2] = {};
-  std::size_t at = 2;
-  for (std::int64_t& side : sides) {
-    while (at < pnm.size() && (std::isspace(static_cast<unsigned char>(pnm[at])) || pnm[at] == '#'))
-      at = pnm[at] == '#' ? std::min(pnm.find('\n', at), pnm.size()) : at + 1;
-    for (; at < pnm.size() && std::isdigit(static_cast<unsigned char>(pnm[at])) && side <= kMostPixels; ++at)
-      side = 10 * side + (pnm[at] - '0');
+/// End of the last strip or tile of its first picture.
+std::uint64_t tiff_end(std::string_view tiff) {
+  constexpr std::uint32_t kOffsets[] = {273, 324}, kCounts[] = {279, 325}, kShort = 3;
+  const Bytes bytes{tiff, tiff.starts_with('I')};
+  const std::size_t directory = bytes.u32(4);
+  struct List {
+    std::size_t size = 0, at = 0, step = 4;
+  } offsets, counts;
+  for (std::size_t i = 0, entries = bytes.u16(directory); i < entries; ++i) {
+    const std::size_t entry = directory + 2 + 12 * i;
+    const std::uint32_t tag = bytes.u16(entry);
+    const bool is_offsets = std::ranges::find(kOffsets, tag) != std::end(kOffsets);
+    if (!is_offsets && std::ranges::find(kCounts, tag) == std::end(kCounts)) continue;
+    List& list = is_offsets ? offsets : counts;
+    list.step = bytes.u16(entry + 2) == kShort ? 2 : 4;
+    list.size = bytes.u32(entry + 4);
+    list.at = list.size * list.step <= 4 ? entry + 8 : bytes.u32(entry + 8);
   }
-  return {sides[0], sides[1]};
+  const auto value = [&](const List& list, std::size_t i) {
+    const std::size_t at = list.at + i * list.step;
+    return std::uint64_t{list.step == 2 ? bytes.u16(at) : bytes.u32(at)};
+  };
+  std::uint64_t end = 0;
+  for (std::size_t i = 0; i < std::min({offsets.size, counts.size, tiff.size()}); ++i)
+    end = std::max(end, value(offsets, i) + value(counts, i));
+  return end;
+}
+
+/// The number at `at` in the header of a PBM, PGM or PPM, comments before it skipped; `at` moves behind it.
+std::int64_t pnm_number(std::string_view pnm, std::size_t& at) {
+  std::int64_t number = 0;
+  while (at < pnm.size() && (std::isspace(static_cast<unsigned char>(pnm[at])) || pnm[at] == '#'))
+    at = pnm[at] == '#' ? std::min(pnm.find('\n', at), pnm.size()) : at + 1;
+  for (; at < pnm.size() && std::isdigit(static_cast<unsigned char>(pnm[at])) && number <= kMostPixels; ++at)
+    number = 10 * number + (pnm[at] - '0');
+  return number;
+}
+
+/// Of PBM, PGM and PPM: two numbers after the first two characters.
+Sides pnm_sides(std::string_view pnm) {
+  std::size_t at = 2;
+  const std::int64_t width = pnm_number(pnm, at);
+  return {width, pnm_number(pnm, at)};
+}
+
+/// End of the pixels, where they are binary.
+std::uint64_t pnm_end(std::string_view pnm) {
+  if (pnm[1] < '4') return 0;
+  std::size_t at = 2;
+  const auto width = static_cast<std::uint64_t>(pnm_number(pnm, at)),
+             height = static_cast<std::uint64_t>(pnm_number(pnm, at));
+  if (pnm[1] == '4') return at + 1 + (width + 7) / 8 * height;
+  const std::uint64_t bytes_per_value = pnm_number(pnm, at) > 255 ? 2 : 1;
+  return at + 1 + width * height * (pnm[1] == '6' ? 3 : 1) * bytes_per_value;
+}
+
+enum class Format { kUnknown, kPng, kJpeg, kBmp, kTiff, kPnm };
+
+Format format_of(std::string_view bytes) {
+  using namespace std::string_view_literals;
+  if (bytes.starts_with("\x89PNG\r\n\x1a\n")) return Format::kPng;
+  if (bytes.starts_with("\xff\xd8\xff")) return Format::kJpeg;
+  if (bytes.starts_with("BM")) return Format::kBmp;
+  if (bytes.starts_with("II*\0"sv) || bytes.starts_with("MM\0*"sv)) return Format::kTiff;
+  if (bytes.size() > 2 && bytes[0] == 'P' && bytes[1] >= '1' && bytes[1] <= '6') return Format::kPnm;
+  return Format::kUnknown;
 }
 
 Sides sides_of(std::string_view bytes) {
-  using namespace std::string_view_literals;
-  if (bytes.starts_with("\x89PNG\r\n\x1a\n")) return png_sides(bytes);
-  if (bytes.starts_with("\xff\xd8\xff")) return jpeg_sides(bytes);
-  if (bytes.starts_with("BM")) return bmp_sides(bytes);
-  if (bytes.starts_with("II*\0"sv) || bytes.starts_with("MM\0*"sv)) return tiff_sides(bytes);
-  if (bytes.size() > 2 && bytes[0] == 'P' && bytes[1] >= '1' && bytes[1] <= '6') return pnm_sides(bytes);
+  switch (format_of(bytes)) {
+    case Format::kPng:
+      return png_sides(bytes);
+    case Format::kJpeg:
+      return jpeg_sides(bytes);
+    case Format::kBmp:
+      return bmp_sides(bytes);
+    case Format::kTiff:
+      return tiff_sides(bytes);
+    case Format::kPnm:
+      return pnm_sides(bytes);
+    case Format::kUnknown:
+      break;
+  }
   return {};
+}
+
+/// Whether libjpeg reads it without making anything up. Decoded at an eighth of the size, for the codes alone.
+bool is_sound_jpeg(std::string_view bytes) {
+  constexpr int kPadding = 8;  // bytes; webcams end a scan with a few
+  JpegErrors errors{};
+  jpeg_decompress_struct decoder{};
+  errors.attach(decoder);
+  jpeg_create_decompress(&decoder);
+  // Nothing in here has a destructor: longjmp may leave it.
+  const auto read = [](jpeg_decompress_struct& from, JpegErrors& complaints, std::string_view jpeg) {
+    if (setjmp(complaints.give_up) != 0) return false;
+    jpeg_mem_src(&from, reinterpret_cast<const unsigned char*>(jpeg.data()), jpeg.size());
+    if (jpeg_read_header(&from, TRUE) != JPEG_HEADER_OK) return false;
+    from.scale_num = 1, from.scale_denom = 8;
+    if (!jpeg_start_decompress(&from)) return false;
+    JSAMPARRAY row = from.mem->alloc_sarray(reinterpret_cast<j_common_ptr>(&from), JPOOL_IMAGE,
+                                            from.output_width * static_cast<JDIMENSION>(from.output_components), 1);
+    while (from.output_scanline < from.output_height)
+      if (jpeg_read_scanlines(&from, row, 1) != 1) return false;
+    return static_cast<bool>(jpeg_finish_decompress(&from));
+  };
+  const bool all = read(decoder, errors, bytes);
+  jpeg_destroy_decompress(&decoder);
+  return all && !errors.damaged && errors.extraneous <= kPadding;
+}
+
+/// Refuses what a decoder might fill up on its own.
+void check_whole(std::string_view bytes, const std::filesystem::path& file) {
+  const auto check_end = [&](std::uint64_t end) {
+    if (bytes.size() < end)
+      throw DamagedPicture(file, fmt::format("is cut short: found {} bytes, expected {}", bytes.size(), end));
+  };
+  const char* copy_again = ": copy it from the camera again";
+  switch (format_of(bytes)) {
+    case Format::kPng:
+      if (whole_png_size(bytes) == 0)
+        throw DamagedPicture(file,
+                             std::string("is a PNG that is cut short or damaged, expected a whole one") + copy_again);
+      break;
+    case Format::kJpeg:
+      if (!is_whole_jpeg(bytes))
+        throw DamagedPicture(file, std::string("is a JPEG that is cut short, expected a whole one") + copy_again);
+      if (!is_sound_jpeg(bytes))
+        throw DamagedPicture(file, std::string("is a JPEG that is damaged, expected a sound one") + copy_again);
+      break;
+    case Format::kBmp:
+      check_end(bmp_end(bytes));
+      break;
+    case Format::kTiff:
+      check_end(tiff_end(bytes));
+      break;
+    case Format::kPnm:
+      check_end(pnm_end(bytes));
+      break;
+    case Format::kUnknown:
+      break;
+  }
 }
 
 std::string sides_text(int width, int height) { return fmt::format("{} x {}", width, height); }
@@ -132,22 +266,22 @@ bool is_whole_jpeg(std::string_view bytes) {
 
 cv::Mat decode_picture(std::string_view bytes, const std::filesystem::path& file, const ExpectedSize* expected,
                        int flags) {
+  if (bytes.empty()) throw DamagedPicture(file, "is empty, expected an image");
   const auto size = picture_size(bytes);
-  if (!size) throw InputError(file, "cannot be decoded, expected an image: PNG, JPEG, BMP, TIFF, PGM or PPM");
+  if (!size) throw DamagedPicture(file, "cannot be decoded, expected an image: PNG, JPEG, BMP, TIFF, PGM or PPM");
   if (expected && (size->width != expected->width || size->height != expected->height))
     throw InputError(file, fmt::format("found {} px, expected {} {}", sides_text(size->width, size->height),
                                        sides_text(expected->width, expected->height), expected->as));
   if (std::int64_t{size->width} * size->height > kMostPixels)
     throw InputError(file, fmt::format("found {} px, expected at most {} megapixels",
                                        sides_text(size->width, size->height), kMostPixels / 1'000'000));
-  if (bytes.starts_with("\xff\xd8") && !is_whole_jpeg(bytes))
-    throw InputError(file, "is a JPEG that is cut short, expected a whole one: copy it from the camera again");
+  check_whole(bytes, file);
   cv::Mat image;
   try {
     image = cv::imdecode(cv::Mat(1, static_cast<int>(bytes.size()), CV_8UC1, const_cast<char*>(bytes.data())), flags);
   } catch (const cv::Exception&) {
   }
-  if (image.size() != *size) throw InputError(file, "cannot be decoded, expected an image that is whole");
+  if (image.size() != *size) throw DamagedPicture(file, "cannot be decoded, expected an image that is whole");
   return image;
 }
 

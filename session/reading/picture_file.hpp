@@ -7,6 +7,8 @@
 #include <string>
 #include <string_view>
 
+#include "core/input_error.hpp"
+
 namespace tankrig {
 
 /// Size that a PNG, JPEG, BMP, TIFF, PBM, PGM or PPM states at its beginning [px]; nothing for other formats. Nothing
@@ -23,9 +25,16 @@ struct ExpectedSize {
   std::string as;  ///< "as in the camera file"
 };
 
+/// A picture that is cut short or damaged, or none at all.
+class DamagedPicture : public InputError {
+ public:
+  using InputError::InputError;
+};
+
 /// Decodes `bytes` of `file` with OpenCV's `flags`. `expected` is null if no size is known.
-/// Errors: InputError if the format is unknown, a JPEG is cut short, the size is wrong, or the picture has more pixels
-/// than any camera.
+/// Errors: InputError if the size is wrong, or the picture has more pixels than any camera; DamagedPicture if the format
+/// is unknown, the file ends before its picture, a PNG's check sum is wrong, or the decoder had to make up part of a JPEG.
+/// BMP, TIFF, PGM and PPM have no check sums: a wrong pixel there is a pixel.
 cv::Mat decode_picture(std::string_view bytes, const std::filesystem::path& file, const ExpectedSize* expected,
                        int flags);
 

@@ -7,6 +7,7 @@
 
 #include "core/csv.hpp"
 #include "core/input_error.hpp"
+#include "core/plausible_length.hpp"
 #include "core/session_names.hpp"
 #include "core/shown_text.hpp"
 #include "core/text_files.hpp"
@@ -123,6 +124,8 @@ FrameRecord parse_frame(Fields fields) {
     frame.cPl = Plane{{a, b, c}, d};
     if (!(std::abs(frame.cPl->normal.norm() - 1) < 1e-6))
       fields.table.fail(fields.row, fields.next - 4, "the first number of a normal of length 1");
+    if (!plausible_length(d))
+      fields.table.fail(fields.row, fields.next - 1, "metres, at most a tank's length (20); looks like millimetres");
   }
   frame.file = fields.text();
   if (!is_picture_name(frame.file, frame.camera))

@@ -173,7 +173,10 @@ const Setting<Calibration> kCalibrationRows[] = {
     {"laser_direction_e", &Calibration::laser_direction_e, "", Need::kRequired},
     {"laser_fan_rad", &Calibration::laser_fan, ConfigRange(0, 3.2), "", Need::kRequired},
 };
-constexpr SettingsTable<Calibration> kCalibration{kCalibrationRows};
+void check_laser(Node n, const Calibration& c) {
+  if (c.ePl) check_laser_reach(n, "laser_origin_e_m", *c.ePl, c.laser_origin_e);
+}
+constexpr SettingsTable<Calibration> kCalibration{kCalibrationRows, check_laser};
 
 const Setting<SessionObject> kObjectRows[] = {
     {"mesh", &SessionObject::mesh, "", Need::kRequired},

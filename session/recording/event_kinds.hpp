@@ -10,6 +10,7 @@ inline constexpr std::string_view kPlan = "plan";           ///< its stamp is ti
 inline constexpr std::string_view kPhase = "phase";         ///< a segment of the plan begins
 inline constexpr std::string_view kLaser = "laser";         ///< its command and its measured state
 inline constexpr std::string_view kDrop = "drop";           ///< frames not recorded, and why
+inline constexpr std::string_view kLeftOut = "left_out";    ///< an image that an import left out, and why
 inline constexpr std::string_view kOverrun = "overrun";     ///< cycles missed
 inline constexpr std::string_view kRealTime = "real_time";  ///< rights that the system refuses the cycle
 inline constexpr std::string_view kInjected = "injected";   ///< a fault that was played

@@ -28,20 +28,22 @@ std::string png_of(const cv::Mat& image, const std::filesystem::path& file) {
   return {bytes.begin(), bytes.end()};
 }
 
-bool is_whole_png(std::string_view bytes) {
+std::size_t whole_png_size(std::string_view bytes) {
   constexpr std::string_view kSignature("\x89PNG\r\n\x1a\n", 8);
   constexpr std::size_t kAround = 12;  // length, type and CRC of a chunk
-  if (!bytes.starts_with(kSignature)) return false;
-  bytes.remove_prefix(kSignature.size());
-  while (bytes.size() >= kAround) {
-    const std::size_t length = big_endian(bytes);
-    if (length > bytes.size() - kAround) return false;
-    const std::string_view checked = bytes.substr(4, 4 + length);
-    if (crc32(checked) != big_endian(bytes.substr(8 + length))) return false;
-    bytes.remove_prefix(kAround + length);
-    if (checked.starts_with("IEND")) return bytes.empty();
+  if (!bytes.starts_with(kSignature)) return 0;
+  std::size_t at = kSignature.size();
+  while (bytes.size() - at >= kAround) {
+    const std::size_t length = big_endian(bytes.substr(at));
+    if (length > bytes.size() - at - kAround) return 0;
+    const std::string_view checked = bytes.substr(at + 4, 4 + length);
+    if (crc32(checked) != big_endian(bytes.substr(at + 8 + length))) return 0;
+    at += kAround + length;
+    if (checked.starts_with("IEND")) return at;
   }
-  return false;
+  return 0;
 }
+
+bool is_whole_png(std::string_view bytes) { return !bytes.empty() && whole_png_size(bytes) == bytes.size(); }
 
 }  // namespace tankrig

@@ -15,4 +15,7 @@ std::string png_of(const cv::Mat& image, const std::filesystem::path& file);
 /// Whether `bytes` are a PNG from its signature to its end, with every chunk's CRC right. Nothing is decoded.
 bool is_whole_png(std::string_view bytes);
 
+/// How many of `bytes` are such a PNG, whatever follows; 0 if none.
+std::size_t whole_png_size(std::string_view bytes);
+
 }  // namespace tankrig

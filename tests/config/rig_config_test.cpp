@@ -138,6 +138,23 @@ TEST(RigConfig, QuestionsLengthsInMillimetresByKeyAndValue) {
   }
 }
 
+TEST(RigConfig, QuestionsALaserThatItsEndEffectorCannotCarry) {
+  const std::pair<const char*, const char*> changes[] = {
+      {"offset_m: 0.09796", "ePl: found offset_m 9.796, farther from the end effector than a laser it carries (5 m)"},
+      {"origin_e_m: [-0.09796", "origin_e_m: found a point 9.79"},
+  };
+  const auto error = [](const std::string& text) {
+    const TemporaryFolder folder;
+    return message_of<InputError>([&] { load_rig(folder.write("rig.yaml", text)); });
+  };
+  for (const auto& [metres, message] : changes) {
+    const std::string found =
+        error(changed(kSmallRig, metres, std::string(metres).replace(std::string(metres).find("0.09796"), 7, "9.796")));
+    EXPECT_THAT(found, HasSubstr(message));
+    EXPECT_THAT(found, HasSubstr("looks like millimetres, expected metres"));
+  }
+}
+
 struct Damage {
   const char *find, *replace, *message;
 };

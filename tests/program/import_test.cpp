@@ -15,6 +15,8 @@ namespace fs = std::filesystem;
 namespace tankrig::test {
 namespace {
 
+using testing::HasSubstr;
+
 /// A scanner that is not ours: its camera, its sheet, the colour of its line, and a board it looks at.
 struct Scanner {
   CameraModel camera{640, 480, 514.4, 685.9, 329.8, 237.7, -0.35, 0.158, 0.0007, -0.0002, 0};
@@ -123,6 +125,72 @@ TEST(Import, AClippedGreenLineAlongTheRowsInABrightRoomWithAPlanePerImage) {
   const auto [rms, points] = reconstructed(scanner, false, true);
   EXPECT_LT(rms, 0.5e-3);
   EXPECT_GT(points, 3u * 640 * 9 / 10);
+}
+
+/// A folder with a camera file and three pictures, the second of them cut; arguments of an import of it.
+struct CutImport {
+  fs::path folder = scratch_folder();
+  std::vector<std::string> arguments{"session",
+                                     "import",
+                                     "--images",
+                                     (folder / "photos").string(),
+                                     "--camera",
+                                     (folder / "camera.yaml").string(),
+                                     "--out",
+                                     (folder / "session").string(),
+                                     "--plane"};
+
+  CutImport() {
+    fs::create_directories(folder / "photos");
+    const Scanner scanner;
+    write_camera(folder / "camera.yaml", scanner.camera);
+    cv::Mat noise(scanner.camera.height, scanner.camera.width, CV_8UC3);
+    cv::randu(noise, 0, 255);
+    for (const char* name : {"a.jpg", "b.jpg", "c.jpg"}) cv::imwrite((folder / "photos" / name).string(), noise);
+    fs::resize_file(folder / "photos/b.jpg", fs::file_size(folder / "photos/b.jpg") / 2);
+  }
+  ProgramRun run(const std::string& plane, const std::vector<std::string>& more = {}) {
+    std::vector<std::string> all = arguments;
+    all.push_back(plane);
+    all.insert(all.end(), more.begin(), more.end());
+    return run_tankrig(all);
+  }
+};
+
+TEST(Import, ACutPictureIsNamedCountedAndLeftOut) {
+  const ProgramRun run = CutImport().run("0.94,0.02,0.341,-0.22");
+  EXPECT_EQ(run.exit_code, 3) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("photos/b.jpg: is a JPEG that is cut short, expected a whole one"));
+  EXPECT_THAT(run.err, HasSubstr("images left out: 1"));
+  EXPECT_THAT(run.out, testing::ContainsRegex("mono.left_out +1\n"));
+  const ProgramRun json = CutImport().run("0.94,0.02,0.341,-0.22", {"--json"});
+  EXPECT_EQ(json.exit_code, 3) << json.err;
+  EXPECT_EQ(json.json().at("left_out").size(), 1u);
+}
+
+TEST(Import, APlaneInMillimetresIsRefusedInOneLine) {
+  for (const char* plane : {"0.94,0.02,0.341,-220", "0.99989,0.01415,0.00503,16"}) {
+    CutImport import;
+    const ProgramRun run = import.run(plane);
+    EXPECT_EQ(run.exit_code, 1) << plane;
+    EXPECT_THAT(run.err, HasSubstr("looks like millimetres, expected metres")) << plane;
+    EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
+    EXPECT_FALSE(fs::exists(import.folder / "session"));
+  }
+}
+
+TEST(Reconstruct, APlaneInMillimetresThatASessionHasIsRefused) {
+  CutImport import;
+  ASSERT_EQ(import.run("1,0,0,0.016").exit_code, 3);
+  std::ifstream in(import.folder / "session/frames.csv");
+  std::string frames{std::istreambuf_iterator<char>(in), {}};
+  for (std::size_t at = 0; (at = frames.find(",1,0,0,0.016,", at)) != std::string::npos; ++at)
+    frames.replace(at, 13, ",1,0,0,16,");
+  std::ofstream(import.folder / "session/frames.csv") << frames;
+  const ProgramRun run = run_tankrig({"reconstruct", (import.folder / "session").string()});
+  EXPECT_EQ(run.exit_code, 1) << frames;
+  EXPECT_THAT(run.err, HasSubstr("frames.csv: found d = 16, a plane that is "));
+  EXPECT_THAT(run.err, HasSubstr("looks like millimetres, expected metres"));
 }
 
 }  // namespace

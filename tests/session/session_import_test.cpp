@@ -122,6 +122,71 @@ TEST(ImportSession, RefusesAJpegThatIsCutShort) {
               HasSubstr("a.jpg: is a JPEG that is cut short, expected a whole one"));
 }
 
+TEST(ImportSession, NamesCountsAndLeavesOutWhatIsNoWholePicture) {
+  const TemporaryFolder folder;
+  for (const char* name : {"in/a.png", "in/cut.png", "in/flipped.bmp", "in/z.ppm", "dark/a.png", "dark/b.png"})
+    put_image(folder, name, 1);
+  fs::resize_file(folder.path() / "in/cut.png", fs::file_size(folder.path() / "in/cut.png") / 2);
+  fs::resize_file(folder.path() / "in/flipped.bmp", fs::file_size(folder.path() / "in/flipped.bmp") - 1);
+  fs::resize_file(folder.path() / "dark/b.png", 0);
+  folder.write("in/text.png", "not a picture");
+  ImportRequest request = request_in(folder);
+  request.dark = folder.path() / "dark";
+  EXPECT_THAT(write_import_session(request),
+              testing::ElementsAre(HasSubstr("in/cut.png: is a PNG that is cut short or damaged"),
+                                   HasSubstr("in/flipped.bmp: is cut short: found "),
+                                   HasSubstr("in/text.png: cannot be decoded, expected an image"),
+                                   HasSubstr("dark/b.png: is empty, expected an image")));
+  const Session session = Session::open(request.out);
+  ASSERT_EQ(session.frames.size(), 3u);
+  EXPECT_EQ(session.frames[0].file, "frames/mono/a.png");
+  EXPECT_EQ(session.frames[1].file, "frames/mono/z.ppm");
+  EXPECT_EQ(session.frames[1].index, 1);
+  EXPECT_EQ(session.frames[2].file, "frames/mono/dark/a.png");
+  EXPECT_EQ(session.info.counts.at("mono.recorded"), 3u);
+  EXPECT_EQ(session.info.counts.at("mono.left_out"), 4u);
+  EXPECT_FALSE(fs::exists(request.out / "frames/mono/cut.png"));
+  EXPECT_THAT(folder.read("out/events.csv"), HasSubstr("left_out"));
+  EXPECT_THAT(folder.read("out/events.csv"), HasSubstr("in/text.png: cannot be decoded"));
+  EXPECT_THAT(examine_session(request.out, {}).losses, testing::IsEmpty());
+}
+
+TEST(ImportSession, IsNotOpenedWithAPlaneInMillimetres) {
+  const TemporaryFolder folder;
+  put_image(folder, "in/a.png", 1);
+  write_import_session(request_in(folder));
+  std::string frames = folder.read("out/frames.csv");
+  const std::size_t at = frames.find(",0,0,1,-0.5,");
+  ASSERT_NE(at, std::string::npos) << frames;
+  folder.write("out/frames.csv", frames.replace(at, 12, ",0,0,1,-500,"));
+  EXPECT_THAT(message_of<InputError>([&] { Session::open(folder.path() / "out"); }),
+              HasSubstr("frames.csv:2: plane_d_m: found '-500', expected metres, at most a tank's length (20); looks "
+                        "like millimetres"));
+}
+
+TEST(ImportSession, RefusesAFolderWithoutAWholePicture) {
+  const TemporaryFolder folder;
+  for (const char* name : {"in/a.png", "in/b.png"}) folder.write(name, "");
+  EXPECT_THAT(message_of<InputError>([&] { write_import_session(request_in(folder)); }),
+              HasSubstr("in: holds no image that is whole, expected one; of 2 the first: "));
+  EXPECT_FALSE(fs::exists(folder.path() / "out"));
+}
+
+TEST(ImportSession, ReadsNoHalfOfAPictureThatWasCutLater) {
+  const TemporaryFolder folder;
+  for (const char* name : {"in/a.png", "in/b.jpg", "in/c.bmp", "in/d.tif", "in/e.ppm"}) put_image(folder, name, 1);
+  const ImportRequest request = request_in(folder);
+  write_import_session(request);
+  const Session session = Session::open(request.out);
+  ASSERT_EQ(session.frames.size(), 5u);
+  for (const FrameRecord& frame : session.frames) {
+    EXPECT_EQ(session.image(frame).size(), cv::Size(8, 6)) << frame.file;
+    const fs::path file = request.out / frame.file;
+    fs::resize_file(file, fs::file_size(file) - 3);
+    EXPECT_THROW(session.image(frame), DamagedPicture) << frame.file;
+  }
+}
+
 TEST(ImportSession, RemovesNothingThatIsNotItsOwn) {
   const TemporaryFolder folder;
   put_image(folder, "in/a.png", 1);
@@ -198,8 +263,13 @@ TEST(ImportSession, RefusesBadInputAndLeavesNothingBehind) {
   request = request_in(folder);
   request.camera.width = 9;
   EXPECT_THAT(error(request), HasSubstr("a.png: found 8 x 6 px, expected 9 x 6 as in the camera file"));
-  folder.write("in/b.png", "not a picture");
-  EXPECT_THAT(error(request_in(folder)), HasSubstr("b.png: cannot be decoded, expected an image"));
+  request = request_in(folder);
+  request.plane = Plane{Vector3d(0.99989, 0.01415, 0.00503).normalized(), 16};
+  EXPECT_THAT(error(request), HasSubstr("plane: found d = 16, a plane that is "));
+  EXPECT_THAT(error(request), HasSubstr("looks like millimetres, expected metres"));
+  request.plane.reset();
+  request.planes = {{"a.png", {Vector3d::UnitZ(), 1}}};
+  EXPECT_THAT(error(request), HasSubstr("planes, none in view: found d = 1, a plane that is nowhere in front"));
   folder.write("in/b.png", "\x89PNG\r\n\x1a\n" + std::string("\0\0\0\rIHDR\0\1\x86\xa0\0\1\x86\xa0", 16));
   EXPECT_THAT(error(request_in(folder)), HasSubstr("b.png: found 100000 x 100000 px, expected 8 x 6 as in the camera"));
   EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), fs::directory_iterator()), 1) << "only 'in' is left";

@@ -146,15 +146,21 @@ nlohmann::ordered_json list_json(const Listed& s) {
   return out;
 }
 
-int session_info(const SessionInfoOptions& options) {
-  Progress progress;
-  const Session session = open_with_warnings(options.session, progress).session;
-  if (options.json) {
-    print_json(info_json(session));
-  } else {
+/// `left_out`: what an import did not take.
+void print_info(const Session& session, bool json, const std::vector<std::string>& left_out = {}) {
+  if (!json) {
     for (const auto& [what, value] : session_summary(session))
       std::printf("%-22s %s\n", printable(what).c_str(), printable(value).c_str());
+    return;
   }
+  nlohmann::ordered_json out = info_json(session);
+  if (!left_out.empty()) out["left_out"] = left_out;
+  print_json(out);
+}
+
+int session_info(const SessionInfoOptions& options) {
+  Progress progress;
+  print_info(open_with_warnings(options.session, progress).session, options.json);
   return kOk;
 }
 
@@ -170,8 +176,12 @@ int import_session(const ImportOptions& options) {
   request.out = options.out;
   request.notes = options.notes;
   request.software = TANKRIG_VERSION;
-  write_import_session(request);
-  return session_info({session_path(options.out), options.json});
+  const std::vector<std::string> left_out = write_import_session(request);
+  Progress progress;
+  for (const std::string& image : left_out) progress.warn(image);
+  if (!left_out.empty()) progress.warn(fmt::format("images left out: {}", left_out.size()));
+  print_info(open_with_warnings(session_path(options.out), progress).session, options.json, left_out);
+  return left_out.empty() ? kOk : kPartial;
 }
 
 int session_list(const SessionListOptions& options) {
