@@ -10,6 +10,7 @@ find_package(fmt REQUIRED)
 find_package(mstch REQUIRED)
 find_package(nlohmann_json REQUIRED)
 pkg_check_modules(YAML_CPP REQUIRED IMPORTED_TARGET yaml-cpp)
+pkg_check_modules(PUGIXML REQUIRED IMPORTED_TARGET pugixml)
 find_package(embree 3 REQUIRED)
 pkg_check_modules(ASSIMP REQUIRED IMPORTED_TARGET assimp)
 

@@ -1,6 +1,5 @@
 # Debian's packages that devices, their emulators and the program stand on, as imported targets.
 find_package(spdlog REQUIRED)
-pkg_check_modules(PUGIXML REQUIRED IMPORTED_TARGET pugixml)
 find_package(CLI11 REQUIRED)
 pkg_check_modules(ARAVIS REQUIRED IMPORTED_TARGET aravis-0.8)
 pkg_check_modules(GIO REQUIRED IMPORTED_TARGET gio-2.0)

@@ -1,15 +1,16 @@
 #include "core/camera_file.hpp"
 
 #include <fmt/core.h>
-#include <yaml-cpp/yaml.h>
 
 #include <array>
 #include <charconv>
 #include <cmath>
 #include <initializer_list>
 #include <span>
+#include <tuple>
 
 #include "core/atomic_file.hpp"
+#include "core/camera_fields.hpp"
 #include "core/camera_ranges.hpp"
 #include "core/regular_file.hpp"
 #include "core/shown_text.hpp"
@@ -21,14 +22,13 @@ namespace {
 /// One camera file while it is read: every complaint carries file, line and field.
 struct CameraFile {
   std::filesystem::path path;
-  YAML::Node root;
+  CameraFields fields;
 
-  [[noreturn]] void fail(const YAML::Node& at, const std::string& field, const std::string& message) const {
-    const int line = at.IsDefined() ? at.Mark().line + 1 : 1;
-    throw InputError(path, std::max(line, 1), field + ": " + message);
+  [[noreturn]] void fail(const CameraValue& at, const std::string& field, const std::string& message) const {
+    throw InputError(path, at.line, field + ": " + message);
   }
 
-  void expect(const YAML::Node& at, const std::string& field, const char* parameter, double value,
+  void expect(const CameraValue& at, const std::string& field, const char* parameter, double value,
               ConfigRange range) const {
     if (!(value >= range.lower && value <= range.upper))
       fail(at, field,
@@ -36,33 +36,31 @@ struct CameraFile {
                        exact_text(range.lower), exact_text(range.upper)));
   }
 
-  /// The first of `names` the file has; undefined if none.
-  std::pair<std::string, YAML::Node> find(std::initializer_list<const char*> names) const {
-    for (const char* name : names) {
-      const YAML::Node value = static_cast<const YAML::Node&>(root)[name];
-      if (value.IsDefined()) return {name, value};
-    }
-    return {*names.begin(), YAML::Node(YAML::NodeType::Undefined)};
+  /// The first of `names` the file has; absent if none.
+  std::pair<std::string, CameraValue> find(std::initializer_list<const char*> names) const {
+    for (const char* name : names)
+      if (CameraValue value = fields(name); value.present()) return {name, std::move(value)};
+    return {*names.begin(), {}};
   }
 
-  double number(const YAML::Node& node, const std::string& field) const {
-    const std::string text = node.IsScalar() ? node.Scalar() : "";
+  double number(const CameraValue& at, const std::string& field) const {
+    const std::string& text = at.text;
     const char* first = text.data() + (text.starts_with('+') ? 1 : 0);
     double value = 0;
     const auto [end, ec] = std::from_chars(first, text.data() + text.size(), value);
     const bool all = end == text.data() + text.size() || std::string_view(end) == ".";
     if (ec != std::errc{} || !all || !std::isfinite(value))
-      fail(node, field, "found '" + shown_text(text) + "', expected a number");
+      fail(at, field, "found '" + shown_text(text) + "', expected a number");
     return value;
   }
 
   /// The numbers of an OpenCV matrix, a ROS {rows, cols, data} mapping, or a plain (nested) list.
-  std::vector<double> matrix(const YAML::Node& node, const std::string& field) const {
-    if (!node.IsMap()) return flat_list(node, field);
-    const YAML::Node data = node["data"], rows = node["rows"], cols = node["cols"];
-    if (!data.IsDefined()) fail(node, field, "found no 'data', expected rows, cols and data");
+  std::vector<double> matrix(const CameraValue& value, const std::string& field) const {
+    if (value.kind != CameraValue::Kind::kMapping) return flat_list(value, field);
+    const CameraValue &data = value.child("data"), &rows = value.child("rows"), &cols = value.child("cols");
+    if (!data.present()) fail(value, field, "found no 'data', expected rows, cols and data");
     std::vector<double> values = flat_list(data, field + ".data");
-    if (rows.IsDefined() && cols.IsDefined()) {
+    if (rows.present() && cols.present()) {
       const double expected = number(rows, field + ".rows") * number(cols, field + ".cols");
       if (expected != static_cast<double>(values.size()))
         fail(data, field + ".data",
@@ -71,52 +69,37 @@ struct CameraFile {
     return values;
   }
 
-  std::vector<double> flat_list(const YAML::Node& node, const std::string& field) const {
-    if (!node.IsSequence()) fail(node, field, "found no list, expected numbers");
+  std::vector<double> flat_list(const CameraValue& list, const std::string& field) const {
+    if (list.kind != CameraValue::Kind::kList) fail(list, field, "found no list, expected numbers");
     std::vector<double> values;
-    for (const auto& item : node) {
-      if (item.IsSequence())
-        for (const auto& inner : item) values.push_back(number(inner, field));
+    for (const CameraValue& item : list.items) {
+      if (item.kind == CameraValue::Kind::kList)
+        for (const CameraValue& inner : item.items) values.push_back(number(inner, field));
       else
         values.push_back(number(item, field));
     }
     return values;
   }
 
-  int size(std::initializer_list<const char*> names, int index) const {
+  int size(std::initializer_list<const char*> names, std::size_t index) const {
     auto [name, value] = find(names);
-    if (!value.IsDefined()) {
+    if (!value.present()) {
       std::tie(name, value) = find({"image_size", "imageSize", "Image_size"});
-      if (!value.IsDefined() || !value.IsSequence() || value.size() != 2)
+      if (value.kind != CameraValue::Kind::kList || value.items.size() != 2)
         throw InputError(path,
                          std::string(*names.begin()) + ": missing, expected the size of the calibrated image [px]");
-      value.reset(value[index]);
+      value = CameraValue(value.items[index]);
     }
     const double pixels = number(value, name);
     if (pixels < 1 || pixels > 100000 || pixels != std::floor(pixels))
-      fail(value, name, "found " + shown_text(value.Scalar()) + ", expected a whole number of pixels from 1 to 100000");
+      fail(value, name, "found " + shown_text(value.text) + ", expected a whole number of pixels from 1 to 100000");
     return static_cast<int>(pixels);
   }
 };
 
-CameraFile load(const std::filesystem::path& path) {
-  std::string yaml = read_regular_file(path, kMostYamlBytes, "a camera file (YAML)");
-  // OpenCV writes "%YAML:1.0", which is not a YAML directive: blank it, keep the line count.
-  if (yaml.starts_with("%YAML")) yaml.replace(0, std::min(yaml.find('\n'), yaml.size()), "");
-  CameraFile file{path, {}};
-  try {
-    file.root = YAML::Load(yaml);
-  } catch (const YAML::Exception& e) {
-    throw InputError(path, std::max(e.mark.line + 1, 1),
-                     shown_text(e.msg, 100) + ", expected a camera calibration in YAML");
-  }
-  if (!file.root.IsMap()) throw InputError(path, 1, "found no mapping, expected a camera calibration in YAML");
-  return file;
-}
-
 void read_matrix(const CameraFile& file, CameraModel& camera) {
   const auto [name, node] = file.find({"camera_matrix", "Camera_Matrix", "cameraMatrix", "CameraMatrix", "K"});
-  if (!node.IsDefined())
+  if (!node.present())
     throw InputError(file.path,
                      "camera_matrix: missing, expected nine numbers (also called Camera_Matrix, cameraMatrix, K)");
   const std::vector<double> k = file.matrix(node, name);
@@ -133,13 +116,12 @@ void read_matrix(const CameraFile& file, CameraModel& camera) {
 
 void read_distortion(const CameraFile& file, CameraModel& camera) {
   const auto [model_name, model] = file.find({"distortion_model"});
-  if (model.IsDefined() && model.Scalar() != "plumb_bob" && model.Scalar() != "rational_polynomial")
-    file.fail(
-        model, model_name,
-        "found '" + shown_text(model.Scalar()) + "', expected plumb_bob, or rational_polynomial with k4, k5, k6 = 0");
+  if (model.present() && model.text != "plumb_bob" && model.text != "rational_polynomial")
+    file.fail(model, model_name,
+              "found '" + shown_text(model.text) + "', expected plumb_bob, or rational_polynomial with k4, k5, k6 = 0");
   const auto [name, node] =
       file.find({"distortion_coefficients", "Distortion_Coefficients", "distCoeffs", "dist_coeffs", "D"});
-  if (!node.IsDefined())
+  if (!node.present())
     throw InputError(
         file.path,
         "distortion_coefficients: missing, expected k1, k2, p1, p2[, k3] (also called Distortion_Coefficients, D)");
@@ -170,7 +152,8 @@ std::array<double, 5> distortion_of(const CameraModel& c) { return {c.k1, c.k2, 
 }  // namespace
 
 CameraModel read_camera_file(const std::filesystem::path& path) {
-  const CameraFile file = load(path);
+  const CameraFile file{path,
+                        camera_fields(read_regular_file(path, kMostYamlBytes, "a camera file (YAML or XML)"), path)};
   CameraModel camera;
   camera.width = file.size({"image_width", "image_Width", "width"}, 0);
   camera.height = file.size({"image_height", "image_Height", "height"}, 1);

@@ -1,4 +1,4 @@
-// Camera files: OpenCV calibrations and ROS camera_info, both YAML.
+// Camera files: OpenCV calibrations in YAML or XML, and ROS camera_info in YAML.
 #pragma once
 
 #include <filesystem>
@@ -9,7 +9,8 @@
 
 namespace tankrig {
 
-/// Reads an OpenCV calibration (camera_matrix, distortion_coefficients) or a ROS camera_info YAML file.
+/// Reads an OpenCV calibration (camera_matrix, distortion_coefficients; cv::FileStorage's YAML or XML) or a ROS
+/// camera_info YAML file.
 /// Errors: InputError with file, field and what was expected.
 CameraModel read_camera_file(const std::filesystem::path& file);
 

@@ -163,6 +163,7 @@ TEST(Import, ACutPictureIsNamedCountedAndLeftOut) {
   EXPECT_THAT(run.err, HasSubstr("photos/b.jpg: is a JPEG that is cut short, expected a whole one"));
   EXPECT_THAT(run.err, HasSubstr("images left out: 1"));
   EXPECT_THAT(run.out, testing::ContainsRegex("mono.left_out +1\n"));
+  fs::remove_all(CutImport().folder / "session");
   const ProgramRun json = CutImport().run("0.94,0.02,0.341,-0.22", {"--json"});
   EXPECT_EQ(json.exit_code, 3) << json.err;
   EXPECT_EQ(json.json().at("left_out").size(), 1u);

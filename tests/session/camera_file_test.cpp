@@ -48,6 +48,27 @@ distortion_coefficients:
   data: [-0.3745, 0.1606, 0.00096, -6e-6, 0]
 )";
 
+constexpr const char* kXml = R"(<?xml version="1.0"?>
+<opencv_storage>
+<calibration_Time>"Tue 02 May 2017"</calibration_Time>
+<image_width>640</image_width>
+<image_height>480</image_height>
+<Camera_Matrix type_id="opencv-matrix">
+  <rows>3</rows>
+  <cols>3</cols>
+  <dt>d</dt>
+  <data>
+    5.14e+02 0. 3.29e+02 0.
+    685.5 237. 0. 0. 1.</data></Camera_Matrix>
+<Distortion_Coefficients type_id="opencv-matrix">
+  <rows>5</rows>
+  <cols>1</cols>
+  <dt>d</dt>
+  <data>
+    -0.35 0.158 7.3e-04 <!-- tangential --> -2.31e-04 .01</data></Distortion_Coefficients>
+</opencv_storage>
+)";
+
 std::string changed(std::string text, const std::string& find, const std::string& replace) {
   const std::size_t at = text.find(find);
   EXPECT_NE(at, std::string::npos) << find;
@@ -81,6 +102,85 @@ TEST(CameraFile, KnowsTheNamesPeopleUse) {
           folder.write("c.yaml", "image_size: [6, 5]\nK: [[10, 0, 2], [0, 30, 4], [0, 0, 1]]\nD: [0, 0, 0, 0.01]\n"))
           .p2,
       0.01);
+}
+
+TEST(CameraFile, ReadsOpenCvsXmlAsItsYaml) {
+  const TemporaryFolder folder;
+  const CameraModel yaml = read_camera_file(folder.write("c.yaml", kOpenCv));
+  std::string windows = kXml;
+  for (std::size_t at = 0; (at = windows.find('\n', at)) != std::string::npos; at += 2) windows.replace(at, 1, "\r\n");
+  for (const std::string& text : {std::string(kXml), windows, std::string("\xef\xbb\xbf") + kXml}) {
+    const CameraModel xml = read_camera_file(folder.write("c.any", text));
+    EXPECT_EQ(std::memcmp(&xml, &yaml, sizeof xml), 0) << "whatever the file is called";
+  }
+  for (const char* name : {"camera_matrix", "cameraMatrix", "CameraMatrix", "K"}) {
+    std::string text = changed(kXml, "<Camera_Matrix", std::string("<") + name);
+    text = changed(text, "</Camera_Matrix", std::string("</") + name);
+    EXPECT_EQ(read_camera_file(folder.write("c.xml", text)).fy, 685.5) << name;
+  }
+  for (const char* name : {"distortion_coefficients", "distCoeffs", "dist_coeffs", "D"}) {
+    std::string text = changed(kXml, "<Distortion_Coefficients", std::string("<") + name);
+    text = changed(text, "</Distortion_Coefficients", std::string("</") + name);
+    EXPECT_EQ(read_camera_file(folder.write("c.xml", text)).k3, 0.01) << name;
+  }
+}
+
+TEST(CameraFile, ReadsWhatOpenCvsFileStorageWrites) {
+  const TemporaryFolder folder;
+  for (const char* name : {"c.xml", "c.yml"}) {
+    const std::string file = (folder.path() / name).string();
+    {
+      cv::FileStorage out(file, cv::FileStorage::WRITE);
+      out << "calibration_time"
+          << "Tue 02 May 2017"
+          << "image_size" << cv::Size(640, 480) << "distortion_model"
+          << "plumb_bob"
+          << "K" << cv::Mat(cv::Matx33d(514.4, 0, 329.8, 0, 685.9, 237.7, 0, 0, 1)) << "D"
+          << "[" << -0.35 << 0.158 << 7.3e-4 << -2.31e-4 << "]";
+    }
+    const CameraModel c = read_camera_file(file);
+    EXPECT_EQ(c.width, 640) << name;
+    EXPECT_EQ(c.height, 480) << name;
+    EXPECT_EQ(c.fx, 514.4) << name;
+    EXPECT_EQ(c.cy, 237.7) << name;
+    EXPECT_EQ(c.p2, -2.31e-4) << name;
+  }
+  const std::string rows =
+      "<opencv_storage><image_size>6 5</image_size><D>0 0 0 0.01</D>"
+      "<K><_>10 0 2</_><_>0 30 4</_><_>0 0 1</_></K></opencv_storage>";
+  EXPECT_EQ(read_camera_file(folder.write("c.xml", rows)).fy, 30);
+}
+
+TEST(CameraFile, NamesFileLineAndFieldOfBadXml) {
+  const TemporaryFolder folder;
+  const auto error = [&](const std::string& text) {
+    const std::string found = message_of<InputError>([&] { read_camera_file(folder.write("c.xml", text)); });
+    EXPECT_EQ(found.find('\n'), std::string::npos) << found;
+    EXPECT_LT(found.size(), 400u);
+    return found;
+  };
+  EXPECT_THAT(error(changed(kXml, "<image_width>640</image_width>\n", "")),
+              HasSubstr("c.xml: image_width: missing, expected the size of the calibrated image [px]"));
+  EXPECT_THAT(error(changed(kXml, "640", "wide")), HasSubstr("c.xml:4: image_width: found 'wide', expected a number"));
+  EXPECT_THAT(error(changed(kXml, "640", "")), HasSubstr("c.xml:4: image_width: found '', expected a number"));
+  EXPECT_THAT(error(changed(kXml, "685.5", "fast")), HasSubstr("c.xml:12: Camera_Matrix.data: found 'fast', expected"));
+  EXPECT_THAT(error(changed(kXml, " 237. ", " ")),
+              HasSubstr("c.xml:10: Camera_Matrix.data: found 8 numbers, expected rows x cols = 9"));
+  EXPECT_THAT(error(changed(kXml, "685.5", "-685.5")),
+              HasSubstr("c.xml:6: Camera_Matrix: found fy = -685.5, expected a number from 1e-09 to"));
+  EXPECT_THAT(error(changed(kXml, "5.14e+02 0.", "5.14e+02 2.")), HasSubstr("c.xml:6: Camera_Matrix: found skew"));
+  EXPECT_THAT(error(changed(kXml, "-0.35", "-3")), HasSubstr("distortion folds over within the image"));
+  EXPECT_THAT(
+      error(changed(kXml, "</opencv_storage>\n", "")),
+      ContainsRegex("c.xml:[0-9]+: found XML that does not parse .+, expected a camera calibration in OpenCV's"));
+  EXPECT_THAT(error("<root>\n<camera/></root>"),
+              HasSubstr("c.xml:1: found root element <root>, expected <opencv_storage>"));
+  EXPECT_THAT(error(std::string("<opencv_storage>\n\0</opencv_storage>", 35)), HasSubstr("c.xml:2: found a byte 0"));
+  std::string deep = "<opencv_storage><K>";
+  for (int i = 0; i < 20000; ++i) deep += "<_>";
+  for (int i = 0; i < 20000; ++i) deep += "</_>";
+  EXPECT_THAT(error(deep + "</K><image_size>6 5</image_size></opencv_storage>"),
+              HasSubstr("c.xml:1: K: found '', expected a number"));
 }
 
 TEST(CameraFile, RefusesADistortionThatFoldsOver) {

@@ -95,6 +95,16 @@ TEST(Session, PlacesTheLaserByTheJointsOfTheFrame) {
   EXPECT_NEAR(cPl.normal.norm(), 1, 1e-14);
 }
 
+TEST(Session, IsNotOpenedWithALaserThatItsEndEffectorCannotCarry) {
+  const TemporaryFolder folder;
+  const fs::path path = recorded(folder);
+  std::string yaml = folder.read("s/session.yaml");
+  const std::size_t at = yaml.find("offset_m: 0.09796");
+  ASSERT_NE(at, std::string::npos);
+  folder.write("s/session.yaml", yaml.replace(at, 17, "offset_m: 9.796"));
+  EXPECT_THAT(error_of_opening(path), HasSubstr("ePl: found offset_m 9.796, farther from the end effector"));
+}
+
 TEST(Session, OpensWhileItIsRecordedAndSaysSo) {
   const TemporaryFolder folder;
   SessionWriter writer(folder.path() / "s", some_info());

@@ -1,0 +1,148 @@
+#include "core/camera_fields.hpp"
+
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <memory>
+#include <pugixml.hpp>
+#include <string_view>
+
+#include "core/input_error.hpp"
+#include "core/shown_text.hpp"
+
+namespace tankrig {
+namespace {
+
+using Kind = CameraValue::Kind;
+
+constexpr int kDeepest = 4;  // a matrix as a list of rows in a mapping; what is deeper is no camera's
+constexpr std::string_view kSpace = " \t\r\n";
+
+CameraValue value_of(const YAML::Node& node, int depth = 0) {
+  if (!node.IsDefined()) return {};
+  CameraValue value{Kind::kEmpty, std::max(node.Mark().line + 1, 1), {}, {}, {}};
+  if (depth == kDeepest) return value;
+  if (node.IsScalar()) {
+    value.kind = Kind::kScalar;
+    value.text = node.Scalar();
+  } else if (node.IsSequence()) {
+    value.kind = Kind::kList;
+    for (const YAML::Node& item : node) value.items.push_back(value_of(item, depth + 1));
+  } else if (node.IsMap()) {
+    value.kind = Kind::kMapping;
+    for (const auto& child : node)
+      if (child.first.IsScalar())
+        value.children.emplace_back(child.first.Scalar(), value_of(child.second, depth + 1));
+  }
+  return value;
+}
+
+CameraFields yaml_fields(std::string text, const std::filesystem::path& file) {
+  // OpenCV writes "%YAML:1.0", which is not a YAML directive: blank it, keep the line count.
+  if (text.starts_with("%YAML")) text.replace(0, std::min(text.find('\n'), text.size()), "");
+  YAML::Node root;
+  try {
+    root = YAML::Load(text);
+  } catch (const YAML::Exception& e) {
+    throw InputError(file, std::max(e.mark.line + 1, 1),
+                     shown_text(e.msg, 100) + ", expected a camera calibration in YAML");
+  }
+  if (!root.IsMap()) throw InputError(file, 1, "found no mapping, expected a camera calibration in YAML");
+  return [root](const std::string& name) { return value_of(static_cast<const YAML::Node&>(root)[name]); };
+}
+
+/// A file in the notation of cv::FileStorage.
+class OpenCvXml {
+ public:
+  OpenCvXml(std::string text, const std::filesystem::path& file) : text_(std::move(text)) {
+    if (const auto zero = text_.find('\0'); zero != std::string::npos)
+      throw InputError(file, line(zero), "found a byte 0, expected a camera calibration in XML");
+    const auto parsed = document_.load_buffer(text_.data(), text_.size(), pugi::parse_default, pugi::encoding_utf8);
+    if (!parsed)
+      throw InputError(file, line(static_cast<std::size_t>(parsed.offset)),
+                       std::string("found XML that does not parse (") + parsed.description() +
+                           "), expected a camera calibration in OpenCV's XML");
+    const pugi::xml_node root = document_.document_element();
+    if (std::string_view(root.name()) != kRoot)
+      throw InputError(file, line_of(root),
+                       "found root element <" + shown_text(root.name()) + ">, expected <" + kRoot + ">");
+  }
+
+  CameraValue field(const std::string& name) const {
+    return value_of(document_.document_element().child(name.c_str()));
+  }
+
+ private:
+  static constexpr const char* kRoot = "opencv_storage";
+
+  int line(std::size_t offset) const {
+    const auto end = text_.begin() + static_cast<std::ptrdiff_t>(std::min(offset, text_.size()));
+    return 1 + static_cast<int>(std::count(text_.begin(), end, '\n'));
+  }
+  int line_of(const pugi::xml_node& node) const { return line(static_cast<std::size_t>(node.offset_debug())); }
+
+  CameraValue value_of(const pugi::xml_node& element, int depth = 0) const {
+    if (!element) return {};
+    CameraValue value{Kind::kEmpty, line_of(element), {}, {}, {}};
+    if (depth == kDeepest) return value;
+    for (const pugi::xml_node child : element.children()) {
+      if (child.type() == pugi::node_element)
+        value.children.emplace_back(child.name(), value_of(child, depth + 1));
+      else
+        add_words(child, value.items);
+    }
+    if (!value.children.empty()) return structured(std::move(value));
+    const bool single = value.items.size() == 1 && std::string_view(element.name()) != "data";
+    if (single) return value.items.front();
+    value.kind = Kind::kList;
+    return value;
+  }
+
+  /// Children all named "_" are the items of a list.
+  static CameraValue structured(CameraValue value) {
+    value.items.clear();
+    const bool list = std::ranges::all_of(value.children, [](const auto& child) { return child.first == "_"; });
+    value.kind = list ? Kind::kList : Kind::kMapping;
+    if (!list) return value;
+    for (auto& [name, child] : value.children) value.items.push_back(std::move(child));
+    value.children.clear();
+    return value;
+  }
+
+  /// Numbers and words lie between spaces, a text with spaces between quotes.
+  void add_words(const pugi::xml_node& node, std::vector<CameraValue>& words) const {
+    const std::string_view all = node.value();
+    int line = line_of(node);
+    std::size_t counted = 0;
+    for (std::size_t at = 0; (at = all.find_first_not_of(kSpace, at)) != all.npos;) {
+      const bool quoted = all[at] == '"';
+      const std::size_t begin = at + (quoted ? 1 : 0);
+      const std::size_t end = std::min(quoted ? all.find('"', begin) : all.find_first_of(kSpace, begin), all.size());
+      line += static_cast<int>(std::count(all.begin() + counted, all.begin() + at, '\n'));
+      counted = at;
+      words.push_back({Kind::kScalar, line, std::string(all.substr(begin, end - begin)), {}, {}});
+      at = std::min(end + (quoted ? 1 : 0), all.size());
+    }
+  }
+
+  std::string text_;
+  pugi::xml_document document_;
+};
+
+}  // namespace
+
+const CameraValue& CameraValue::child(const std::string& name) const {
+  static const CameraValue kNone;
+  const auto found = std::ranges::find(children, name, &std::pair<std::string, CameraValue>::first);
+  return found == children.end() ? kNone : found->second;
+}
+
+CameraFields camera_fields(std::string text, const std::filesystem::path& file) {
+  constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
+  const std::size_t begin = text.find_first_not_of(kSpace, text.starts_with(kByteOrderMark) ? 3 : 0);
+  if (begin == text.npos || text[begin] != '<') return yaml_fields(std::move(text), file);
+  const auto xml = std::make_shared<const OpenCvXml>(std::move(text), file);
+  return [xml](const std::string& name) { return xml->field(name); };
+}
+
+}  // namespace tankrig
