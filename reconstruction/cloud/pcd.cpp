@@ -197,10 +197,11 @@ void read_records(const std::filesystem::path& file, const PcdHeader& header, st
 
 void read_columns(const std::filesystem::path& file, const PcdHeader& header, std::string_view data,
                   PointCloud& cloud) {
+  if (header.points == 0) return;
   if (data.size() < 8) fail_truncated(file, 0, header.points);
   const auto packed_size = static_cast<std::size_t>(decode(data.data(), Scalar::kU32, false));
   const auto size = static_cast<std::size_t>(decode(data.data() + 4, Scalar::kU32, false));
-  if (header.points != 0 && size / header.points != header.point_bytes())
+  if (size / header.points != header.point_bytes())
     throw InputError(file, fmt::format("binary_compressed: found {} bytes, expected {} for each of {} points", size,
                                        header.point_bytes(), header.points));
   if (data.size() - 8 < packed_size)

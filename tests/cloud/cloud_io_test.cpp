@@ -161,6 +161,8 @@ TEST_F(CloudIo, UnpacksCompressedPcd) {
   const PointCloud cloud = read_cloud(file("a.pcd", header + sizes + packed));
   ASSERT_EQ(cloud.points.size(), 4u);
   for (const CloudPoint& point : cloud.points) EXPECT_EQ(point.p, Vector3d(1, 2, 3));
+  const std::string none = "FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nWIDTH 0\nHEIGHT 1\nDATA binary_compressed\n";
+  EXPECT_TRUE(read_cloud(file("none.pcd", none)).points.empty());
   packed[5] = '\x01';
   EXPECT_THAT(error_of(file("damaged.pcd", header + sizes + packed)), HasSubstr("LZF"));
   EXPECT_THAT(error_of(file("short.pcd", header + sizes + packed.substr(0, 9))), HasSubstr("found 9 compressed bytes"));

@@ -411,7 +411,7 @@ TEST(Evaluate, ACloudWithoutAPointOfTheObjectIsNoSuccess) {
   for (const std::string definition : {"paper", "uwsim"}) {
     const ProgramRun empty = evaluated("", "[0, 0, 0]", {"--definition", definition});
     EXPECT_EQ(empty.exit_code, 3) << empty.err;
-    EXPECT_THAT(empty.err, HasSubstr("cloud.ply: the cloud has no point"));
+    EXPECT_THAT(empty.err, HasSubstr("cloud.ply: empty cloud: it has no point: nothing to score"));
     EXPECT_EQ(empty.json().at("definition"), definition);
     const ProgramRun far = evaluated("0 0 3\n", "[0, 0, 0]", {"--definition", definition});
     EXPECT_EQ(far.exit_code, 3) << far.err;
@@ -420,6 +420,73 @@ TEST(Evaluate, ACloudWithoutAPointOfTheObjectIsNoSuccess) {
     EXPECT_THAT(far.err, Not(HasSubstr("frame c")));
   }
   EXPECT_EQ(evaluated("0 0 0\n", "[0, 0, 0]").exit_code, 0);
+}
+
+TEST(Evaluate, AnEmptyCloudIsNamedWhateverItsNotation) {
+  const fs::path folder = scratch_folder();
+  write_text(folder / "pose.yaml", "translation_m: [0, 0, 0]\nquaternion_xyzw: [0, 0, 0, 1]\n");
+  const auto ply = [](const std::string& format, int points) {
+    return "ply\nformat " + format + " 1.0\nelement vertex " + std::to_string(points) +
+           "\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
+  };
+  const auto pcd = [](const std::string& data) {
+    return "# .PCD v0.7\nVERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\nWIDTH 0\nHEIGHT 1\n"
+           "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 0\nDATA " +
+           data + "\n";
+  };
+  const std::pair<const char*, std::string> clouds[] = {
+      {"text.ply", ply("ascii", 0)},
+      {"binary.ply", ply("binary_little_endian", 0)},
+      {"text.pcd", pcd("ascii")},
+      {"binary.pcd", pcd("binary")},
+      {"compressed.pcd", pcd("binary_compressed")},
+      {"sized.pcd", pcd("binary_compressed") + std::string(8, '\0')},
+      {"nan.ply", ply("ascii", 1) + "nan 0 0\n"},
+  };
+  for (const auto& [name, text] : clouds) {
+    write_text(folder / name, text);
+    const ProgramRun run = run_tankrig({"evaluate", (folder / name).string(), "--object",
+                                        (fs::path(TANKRIG_SOURCE_DIR) / "etc/objects/black_box.obj").string(), "--pose",
+                                        (folder / "pose.yaml").string()});
+    EXPECT_EQ(run.exit_code, 3) << name;
+    EXPECT_THAT(run.err, HasSubstr(std::string(name) + ": empty cloud: ")) << name;
+    EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
+  }
+}
+
+TEST(Evaluate, CoverageIsGivenAtTheThresholdsThatAreAskedFor) {
+  // The top face of the black box, 140 x 300 mm, as a lattice of 4 mm: nothing of it is farther than 2.83 mm away.
+  std::string face;
+  for (int x = -70; x <= 70; x += 4)
+    for (int y = -150; y <= 150; y += 4) face += std::to_string(1e-3 * x) + " " + std::to_string(1e-3 * y) + " 0\n";
+  const nlohmann::json usual = evaluated(face, "[0, 0, 0]").json();
+  EXPECT_EQ(usual.at("thresholds").at("coverage_m"), (std::vector<double>{0.002, 0.005, 0.010}));
+  const nlohmann::json asked = evaluated(face, "[0, 0, 0]", {"--coverage", "1,3.5,5"}).json();
+  EXPECT_EQ(asked.at("thresholds").at("coverage_m"), (std::vector<double>{0.001, 0.0035, 0.005, 0.010}))
+      << "with the headline's";
+  EXPECT_EQ(asked.at("coverage"), usual.at("coverage")) << "the headline is as it was";
+  EXPECT_EQ(asked.at("coverage_at").at("0.005"), usual.at("coverage_at").at("0.005"));
+  constexpr double kTop = 0.14 * 0.3 / 0.2248;
+  EXPECT_NEAR(asked.at("coverage_at").at("0.001").get<double>(), kTop * 3.1416 / 16, 0.05 * kTop);
+  EXPECT_NEAR(asked.at("coverage_at").at("0.0035").get<double>(), kTop, 0.1 * kTop);
+  std::vector<std::string> words{"evaluate", (scratch_folder() / "cloud.ply").string(),
+                                 "--object", (fs::path(TANKRIG_SOURCE_DIR) / "etc/objects/black_box.obj").string(),
+                                 "--pose",   (scratch_folder() / "pose.yaml").string()};
+  EXPECT_THAT(run_tankrig(words).out, Not(HasSubstr("coverage at")));
+  words.insert(words.end(), {"--coverage", "1,3.5,5"});
+  EXPECT_THAT(run_tankrig(words).out, testing::ContainsRegex("coverage at +1 mm +3.5 mm +5 mm +10 mm\ncloud  "));
+}
+
+TEST(Evaluate, ABadThresholdOfCoverageIsAWrongCommandLine) {
+  for (const char* bad : {"", "0", "-1", "2,", "2,two", "nan", "inf", "0.002,0.005", "1001", "2,2", "2;5", "2 5"}) {
+    const ProgramRun run = evaluated("0 0 0\n", "[0, 0, 0]", {"--coverage", bad});
+    EXPECT_EQ(run.exit_code, 2) << "'" << bad << "'";
+    EXPECT_THAT(run.err, HasSubstr("--coverage: found '")) << bad;
+  }
+  for (const char* command : {"evaluate", "report", "scan"})
+    EXPECT_THAT(run_tankrig({command, "--help"}).out, HasSubstr("Thresholds of coverage [mm], as 1,2,5,10")) << command;
+  EXPECT_THAT(evaluated("0 0 0\n", "[0, 0, 0]", {"--coverage", "2", "--definition", "uwsim"}).err,
+              HasSubstr("--coverage, --ground and --ground-plane belong to --definition paper"));
 }
 
 TEST(Evaluate, APoseInMillimetresIsQuestioned) {

@@ -4,6 +4,7 @@
 
 #include "apps/tankrig/command_line/output.hpp"
 #include "apps/tankrig/commands.hpp"
+#include "apps/tankrig/results/coverage_option.hpp"
 #include "apps/tankrig/results/summary.hpp"
 #include "apps/tankrig/session/open_session.hpp"
 #include "bench/metrics/alignment.hpp"
@@ -23,6 +24,7 @@ struct EvaluateOptions {
   std::filesystem::path verdict;  ///< coloured cloud to write; empty: none
   std::string definition = "paper";
   std::optional<double> inlier_m, outlier_m, ground_m;
+  std::string coverage_mm;   ///< empty: as by default
   std::string ground_plane;  ///< "a,b,c,d" in the object's frame; empty: horizontal, below the mesh
   bool json = false;
 };
@@ -31,7 +33,8 @@ struct EvaluateOptions {
 ExitCode no_score(const PointCloud& cloud, const EvaluateOptions& options) {
   const std::string cloud_file = printable(options.cloud.string());
   if (cloud.points.empty())
-    std::fprintf(stderr, "tankrig: %s: the cloud has no point: nothing to score\n", cloud_file.c_str());
+    std::fprintf(stderr, "tankrig: %s: empty cloud: %s: nothing to score\n", cloud_file.c_str(),
+                 cloud.invalid == 0 ? "it has no point" : "none of its points has three finite coordinates");
   else
     std::fprintf(stderr,
                  "tankrig: %s: no point is near the object: wrong pose, frame or unit? Coordinates are taken as metres "
@@ -59,9 +62,10 @@ int evaluate(const EvaluateOptions& options) {
   bool scored = false;
   if (options.definition == "uwsim") {
     if (!options.verdict.empty() || options.inlier_m || options.outlier_m || options.ground_m ||
-        !options.ground_plane.empty())
+        !options.ground_plane.empty() || !options.coverage_mm.empty())
       throw InputError(
-          "evaluate: --verdict, --inlier, --outlier, --ground and --ground-plane belong to --definition paper");
+          "evaluate: --verdict, --inlier, --outlier, --coverage, --ground and --ground-plane belong to --definition "
+          "paper");
     const UwsimMetrics metrics = uwsim_metrics(cloud, mesh);
     scored = metrics.inliers > 0;
     result = to_json(metrics);
@@ -70,6 +74,7 @@ int evaluate(const EvaluateOptions& options) {
     if (options.inlier_m) thresholds.inlier_m = *options.inlier_m;
     if (options.outlier_m) thresholds.outlier_m = *options.outlier_m;
     if (options.ground_m) thresholds.ground_band_m = *options.ground_m;
+    set_coverage(thresholds, options.coverage_mm);
     if (!options.ground_plane.empty()) thresholds.ground = parse_plane(options.ground_plane);
     const ObjectSurface object(std::move(mesh), thresholds.surface_samples);
     const Metrics metrics = tankrig::evaluate(cloud, object, thresholds);
@@ -84,6 +89,7 @@ int evaluate(const EvaluateOptions& options) {
     std::printf("%s", uwsim_table(result).c_str());
   } else {
     std::printf("%s", aligned_table(result).c_str());
+    if (!options.coverage_mm.empty()) std::printf("%s", coverage_table({{"cloud", result}}).c_str());
   }
   return scored ? kOk : no_score(given, options);
 }
@@ -104,6 +110,7 @@ void add_evaluate(CLI::App& app, ChosenCommand& chosen) {
       ->capture_default_str();
   c->add_option("--inlier", o.inlier_m, "Inlier threshold [m] (default 0.010)")->check(CLI::PositiveNumber);
   c->add_option("--outlier", o.outlier_m, "Outlier threshold [m] (default 0.010)")->check(CLI::PositiveNumber);
+  add_coverage_option(c, o.coverage_mm);
   c->add_option("--ground", o.ground_m, "Points this near the ground plane [m] may count as ground (default 0.010)")
       ->check(CLI::NonNegativeNumber);
   c->add_option("--ground-plane", o.ground_plane,

@@ -6,6 +6,7 @@
 #include "apps/tankrig/command_line/rig_files.hpp"
 #include "apps/tankrig/command_line/stop.hpp"
 #include "apps/tankrig/commands.hpp"
+#include "apps/tankrig/results/coverage_option.hpp"
 #include "apps/tankrig/results/summary.hpp"
 #include "apps/tankrig/session/open_session.hpp"
 #include "core/input_error.hpp"
@@ -32,6 +33,7 @@ struct ReconstructOptions {
 
 struct ReportOptions {
   std::filesystem::path session;
+  std::string coverage_mm;  ///< empty: the session's
   bool json = false;
 };
 
@@ -84,7 +86,8 @@ int report(const ReportOptions& options) {
   Progress progress;
   const SessionLock at_rest(options.session);
   const Session session = open_with_warnings(options.session, progress).session;
-  const PipelineParameters parameters = pipeline_parameters(session);
+  PipelineParameters parameters = pipeline_parameters(session);
+  set_coverage(parameters.thresholds, options.coverage_mm);
   const StopOnSignal stop_on_signal;
   const auto scores = reconstruct_and_report(session, parameters, StopOnSignal::requested(), progress.callback());
   progress.finish_line();
@@ -95,7 +98,8 @@ int report(const ReportOptions& options) {
   if (options.json)
     print_json(scores_json(*scores));
   else
-    std::printf("%slook at %s\n", score_table(tabled(*scores)).c_str(),
+    std::printf("%s%slook at %s\n", score_table(tabled(*scores)).c_str(),
+                options.coverage_mm.empty() ? "" : coverage_table(tabled(*scores)).c_str(),
                 printable((session.path / "report.html").string()).c_str());
   return kOk;
 }
@@ -119,8 +123,9 @@ void add_report(CLI::App& app, ChosenCommand& chosen) {
   CLI::App* c =
       app.add_subcommand("report", "Reconstruct and score a session again, and write its pictures and its report.html");
   ReportOptions& o = options_of(c, chosen, &report);
-  c->footer("Example: tankrig report sessions/monday");
+  c->footer("Example: tankrig report sessions/monday --coverage 1,2,5,10");
   add_session_option(c, o.session);
+  add_coverage_option(c, o.coverage_mm);
   add_json_flag(c, o.json);
 }
 

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cstdlib>
+
 namespace tankrig::app {
 namespace {
 
@@ -36,6 +38,20 @@ std::string score_table(const std::vector<std::pair<std::string, nlohmann::json>
              "; coverage is of the whole surface, the ceiling what could be seen\n";
   }
   return table + reasons;
+}
+
+std::string coverage_table(const std::vector<std::pair<std::string, nlohmann::json>>& scores) {
+  if (scores.empty()) return {};
+  std::string head = fmt::format("{:<13}", "coverage at"), rows;
+  for (const auto& [threshold, share] : scores.front().second.at("coverage_at").items())
+    head += fmt::format(" {:>9}", fmt::format("{:g} mm", 1e3 * std::strtod(threshold.c_str(), nullptr)));
+  for (const auto& [name, score] : scores) {
+    rows += fmt::format("{:<13}", name);
+    for (const auto& [threshold, share] : score.at("coverage_at").items())
+      rows += fmt::format(" {:>9}", cell(share, 100, "{:.1f} %"));
+    rows += "\n";
+  }
+  return head + "\n" + rows;
 }
 
 std::string registration_line(const nlohmann::json& r) {

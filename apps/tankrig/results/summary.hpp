@@ -13,6 +13,9 @@ namespace tankrig::app {
 /// A row per (method, score JSON): the paper's four figures first, each with its threshold or its ceiling.
 std::string score_table(const std::vector<std::pair<std::string, nlohmann::json>>& scores);
 
+/// A row per (method, score JSON) with coverage of the whole surface at each threshold.
+std::string coverage_table(const std::vector<std::pair<std::string, nlohmann::json>>& scores);
+
 /// `evaluate`'s table: the cloud as it was given and, below, as it lies best on the object, with the way from one to the
 /// other.
 std::string aligned_table(const nlohmann::json& score);

@@ -22,6 +22,7 @@ struct ScanOptions {
   std::string operator_name, notes;
   std::filesystem::path faults;  ///< fault plan for simulated or emulated devices; empty: none
   std::filesystem::path out;     ///< session directory; empty: sessions/<rig>-<UTC>
+  std::string coverage_mm;       ///< thresholds of the scores; empty: the rig file's
   bool json = false, dry_run = false;
 };
 

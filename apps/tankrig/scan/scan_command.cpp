@@ -17,6 +17,7 @@
 #include "apps/tankrig/devices/backend.hpp"
 #include "apps/tankrig/devices/scene_check.hpp"
 #include "apps/tankrig/devices/world_options.hpp"
+#include "apps/tankrig/results/coverage_option.hpp"
 #include "apps/tankrig/results/summary.hpp"
 #include "apps/tankrig/scan/dry_run.hpp"
 #include "apps/tankrig/scan/plan_check.hpp"
@@ -103,9 +104,10 @@ nlohmann::ordered_json scan_json(const RigConfig& rig, const Session& session, c
   return out;
 }
 
-void print_scan(const Session& session, const std::vector<Score>& scores, const ScanResult& result, bool real_time,
-                double wall_s) {
-  std::printf("%s%s", score_table(tabled(scores)).c_str(), sync_line(result.sync).c_str());
+void print_scan(const Session& session, const std::vector<Score>& scores, const ScanResult& result, bool coverage,
+                bool real_time, double wall_s) {
+  std::printf("%s%s%s", score_table(tabled(scores)).c_str(), coverage ? coverage_table(tabled(scores)).c_str() : "",
+              sync_line(result.sync).c_str());
   std::printf("%zu frames, a scan of %.1f s%s, all in %.1f s\nlook at %s\n", session.frames.size(), result.simulated_s,
               real_time ? "" : " simulated", wall_s, (session.path / "report.html").c_str());
 }
@@ -123,7 +125,8 @@ int scan(const ScanOptions& options) {
   check_lux(options.lux);
   Progress progress;
   const RigConfig rig = load_rig(find_rig(options.rig), options.preset);
-  const PipelineParameters parameters = pipeline_parameters(rig.root);
+  PipelineParameters parameters = pipeline_parameters(rig.root);
+  set_coverage(parameters.thresholds, options.coverage_mm);
   if (options.dry_run) {
     if (!rig.scene.empty())
       for (const std::string& warning : scene_warnings(rig, sim::TankWorld::load(rig.scene, options.world)))
@@ -191,7 +194,7 @@ int scan(const ScanOptions& options) {
   if (options.json)
     print_json(scan_json(rig, session, *scores, result, wall));
   else
-    print_scan(session, *scores, result, backend->clock().real_time(), wall);
+    print_scan(session, *scores, result, !options.coverage_mm.empty(), backend->clock().real_time(), wall);
   return partial ? kPartial : kOk;
 }
 
@@ -216,6 +219,7 @@ void add_scan(CLI::App& app, ChosenCommand& chosen) {
   c->add_option("--out", o.out, "Session folder to make (default: sessions/RIG-DATE)");
   c->add_flag("--dry-run", o.dry_run,
               "Print path from the park posture, clearance, duration, disk need and view; use no device");
+  add_coverage_option(c, o.coverage_mm);
   add_json_flag(c, o.json);
 }
 

@@ -5,6 +5,7 @@
 #include "apps/tankrig/command_line/output.hpp"
 #include "apps/tankrig/command_line/rig_files.hpp"
 #include "apps/tankrig/commands.hpp"
+#include "apps/tankrig/devices/backend.hpp"
 #include "apps/tankrig/session/open_session.hpp"
 #include "core/config_node.hpp"
 #include "core/input_error.hpp"
