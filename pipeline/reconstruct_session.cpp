@@ -41,6 +41,17 @@ void check_given_planes(const Session& session, const CameraModel& camera, const
     throw InputError(session.path / "frames.csv", wrong);
 }
 
+/// Empty if the paper's gate suits the images.
+std::string gate_warning(const PaperStripeParameters& gate, const StripeStatistics& statistics) {
+  constexpr double kLeastShare = 0.1;  // of the columns
+  const double share = static_cast<double>(statistics.peaks) / static_cast<double>(statistics.columns);
+  if (!(share < kLeastShare)) return {};
+  return fmt::format(
+      "laser_paper: its gate ({}) found a stripe in {:.1f} % of the columns, expected at least {:.0f} %; "
+      "does it suit the laser and the camera?",
+      gate_in_words(gate), 100 * share, 100 * kLeastShare);
+}
+
 void reconstruct_laser(const Session& session, const PipelineParameters& parameters, const ProgressCallback& progress,
                        Reconstruction& reconstruction) {
   const CalibratedCamera& camera = session.camera(CameraRole::kMono);
@@ -57,10 +68,11 @@ void reconstruct_laser(const Session& session, const PipelineParameters& paramet
   StripeReconstructionParameters job;
   if (scan) job.workspace = parameters.workspace;
   cv::Mat background;
-  if (reconstruction.method == "laser") {
+  const std::vector<const FrameRecord*> dark_frames = frames_of(session, camera, dark);
+  if (!dark_frames.empty()) background = median_background(images_of(session, dark_frames));
+  const bool by_paper = reconstruction.method == "laser_paper";
+  if (!by_paper) {
     job.detector = parameters.laser;
-    const std::vector<const FrameRecord*> dark_frames = frames_of(session, camera, dark);
-    if (!dark_frames.empty()) background = median_background(images_of(session, dark_frames));
   } else {
     job.detector = parameters.laser_paper;
     job.particle_run = 0;
@@ -74,6 +86,7 @@ void reconstruct_laser(const Session& session, const PipelineParameters& paramet
   reconstruction.orientation = result.orientation;
   for (const auto& [reason, count] : counts(result.statistics)) reconstruction.rejections[reason] = count;
   reconstruction.rejected = result.statistics.columns - result.statistics.no_peak - result.statistics.points;
+  if (by_paper) reconstruction.warning = gate_warning(parameters.laser_paper, result.statistics);
   if (reconstruction.cloud.points.empty())
     reconstruction.reason = fmt::format("no stripe found in {} frames", frames.size());
 }

@@ -31,6 +31,7 @@ struct Reconstruction {
   std::size_t rejected = 0;   ///< candidate points turned down by the method
   nlohmann::json rejections;  ///< by reason
   std::string reason;         ///< why the cloud is empty
+  std::string warning;        ///< why the cloud may say little; mostly empty
   double seconds = 0;
 };
 

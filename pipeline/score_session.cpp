@@ -66,6 +66,7 @@ Score score_reconstruction(const Session& session, const MetricThresholds& thres
   score.json["reconstruction_rejected"] = reconstruction.rejected;
   score.json["reconstruction_rejected_by_reason"] = reconstruction.rejections;
   if (!reconstruction.reason.empty()) score.json["reason"] = reconstruction.reason;
+  if (!reconstruction.warning.empty()) score.json["warning"] = reconstruction.warning;
   score.reconstruction = std::move(reconstruction);
   return score;
 }

@@ -60,6 +60,7 @@ array method_nodes(const std::vector<ReportMethod>& methods) {
     const json& m = method.metrics;
     nodes.push_back(map{{"name", method.name},
                         {"reason", text_or_none(m, "reason")},
+                        {"warning", text_or_none(m, "warning")},
                         {"mean_error", shown_figure(m, "mean_error_m")},
                         {"stddev", shown_figure(m, "stddev_m")},
                         {"coverage", shown_figure(m, "coverage")},

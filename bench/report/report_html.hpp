@@ -15,7 +15,8 @@ struct ReportPicture {
   std::filesystem::path file;  ///< PNG or JPEG; the page holds its bytes
 };
 
-/// One method's score: bench/metrics' to_json(Metrics). A text member "reason" says why there is no cloud.
+/// One method's score: bench/metrics' to_json(Metrics). A text member "reason" says why there is no cloud,
+/// "warning" why it may say little.
 struct ReportMethod {
   std::string name;
   nlohmann::json metrics;

@@ -1,10 +1,13 @@
 #include "reconstruction/stripe/paper_stripe.hpp"
 
+#include <fmt/core.h>
+
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
 #include <optional>
 
 #include "core/input_error.hpp"
+#include "reconstruction/stripe/stripe_detector.hpp"
 
 namespace tankrig {
 namespace {
@@ -75,12 +78,19 @@ PaperStripeParameters PaperStripeParameters::simulation() {
   return p;
 }
 
+std::string gate_in_words(const PaperStripeParameters& p) {
+  return fmt::format("hue {} to {}, saturation {} to {}, value {} to {}", p.hue_min, p.hue_max, p.saturation_min,
+                     p.saturation_max, p.value_min, p.value_max);
+}
+
 StripeDetection detect_paper(const cv::Mat& image, const PaperStripeParameters& parameters) {
   if (image.type() != CV_8UC3 && image.type() != CV_8UC1)
     throw InputError("stripe: found an image that is not 8 bits with 1 or 3 channels, expected one");
   StripeDetection detection;
-  const bool rows = parameters.orientation == StripeOrientation::kRows;
-  detection.orientation = rows ? StripeOrientation::kRows : StripeOrientation::kColumns;
+  StripeOrientation orientation = parameters.orientation;
+  if (orientation == StripeOrientation::kAuto) orientation = find_orientation(image, {}).orientation;
+  const bool rows = orientation == StripeOrientation::kRows;
+  detection.orientation = orientation;
   cv::Mat bgr = image;
   if (rows) cv::transpose(image, bgr);
   if (bgr.channels() == 1) cv::cvtColor(bgr, bgr, cv::COLOR_GRAY2BGR);

@@ -1,6 +1,8 @@
 // The paper's stripe detector (section VI-B): HSV gate, brightest pixel of each column, centre of masses around it.
 #pragma once
 
+#include <string>
+
 #include "core/config_node.hpp"
 #include "reconstruction/stripe/stripe.hpp"
 
@@ -12,7 +14,7 @@ struct PaperStripeParameters {
   int saturation_min = 0, saturation_max = 90;
   int value_min = 181, value_max = 255;
   int half_window = 5;  ///< pixels on either side of the brightest that enter the centre of masses
-  StripeOrientation orientation = StripeOrientation::kColumns;  ///< kAuto is taken as kColumns
+  StripeOrientation orientation = StripeOrientation::kAuto;  ///< kAuto: as our own detector finds it
   bool blur = false;        ///< the laboratory's public code: Gauss 5x5, sigma 10 px, before the gate
   bool morphology = false;  ///< the laboratory's public code: open and close the gate with a 5x5 ellipse
 
@@ -22,8 +24,16 @@ struct PaperStripeParameters {
   static PaperStripeParameters simulation();
 };
 
-/// Intensity is (R + G + B) / 3 of the unblurred image, in the paper's words "the highest intensity": among equals the
-/// first pixel. No background is removed: the paper's detector has none. sigma_px is 0 (unknown).
+/// "hue 15 to 91, saturation 0 to 90, value 181 to 255".
+std::string gate_in_words(const PaperStripeParameters& parameters);
+
+/// Intensity is (R + G + B) / 3 of the unblurred image. No background is removed: the paper's detector has none.
+/// sigma_px is 0 (unknown). Where the paper's words are silent (docs/reference/paper_detector.md has what the other
+/// readings do):
+///  * "the pixel with the highest intensity is selected": among equals, as the pixels of a clipped stripe are, the first
+///  from the top (from the left, for kRows);
+///  * "the center of masses algorithm is applied to this pixel and the five pixels above and below it": to all of them,
+///  also to those that the gate discarded, with R + G + B as their masses.
 /// `image`: 8-bit, 1 or 3 (BGR) channels; grey counts as hue 0, saturation 0.
 /// Errors: InputError for another type.
 StripeDetection detect_paper(const cv::Mat& image, const PaperStripeParameters& parameters);

@@ -33,17 +33,11 @@ constexpr ConfigRange kHue{0, 179}, kByte{0, 255};
 void read_preset(const ConfigNode& node, const char* key, Paper& p) {
   p = node.choice(key, {"real", "simulation"}) == "real" ? Paper::real() : Paper::simulation();
 }
-void read_orientation(const ConfigNode& node, const char* key, Paper& p) {
-  p.orientation =
-      node.choice(key, {"columns", "rows"}) == "rows" ? StripeOrientation::kRows : StripeOrientation::kColumns;
-}
-void write_orientation(YAML::Emitter& out, const Paper& p) { out << name_of(p.orientation); }
-
 const Setting<Paper> kPaperRows[] = {
     {"preset",
      {read_preset, nullptr, "real, simulation"},
      "the values the laboratory published for its camera, or for its simulator; the other keys change them"},
-    {"orientation", {read_orientation, write_orientation, "columns, rows"}, "as above"},
+    {"orientation", &Paper::orientation, "as above"},
     {"hue_min", &Paper::hue_min, kHue, "of the gate in OpenCV's 8-bit HSV, both ends included"},
     {"hue_max", &Paper::hue_max, kHue, "likewise"},
     {"saturation_min", &Paper::saturation_min, kByte, "likewise"},

@@ -79,9 +79,9 @@ StripeResult reconstruct_stripe(const std::vector<StripeFrame>& frames, const Ca
                                 const std::string& cloud_frame,
                                 const std::function<void(std::size_t, std::size_t)>& progress) {
   StripeReconstructionParameters settled = parameters;
-  if (auto* ours = std::get_if<StripeParameters>(&settled.detector);
-      ours && ours->orientation == StripeOrientation::kAuto && !frames.empty())
-    ours->orientation = vote(frames, camera, background);
+  StripeOrientation& orientation =
+      std::visit([](auto& detector) -> StripeOrientation& { return detector.orientation; }, settled.detector);
+  if (orientation == StripeOrientation::kAuto && !frames.empty()) orientation = vote(frames, camera, background);
 
   std::vector<FrameResult> results(frames.size());
   std::mutex reporting;

@@ -54,7 +54,7 @@ struct StripeResult {
 
 /// Frames are searched in parallel; the result does not depend on the number of threads. An orientation kAuto is
 /// settled once, by the clearest of some frames. `background`: dark image, empty if there is none (the paper's detector
-/// ignores it). `cloud_frame`: letter of frame a. `progress(done, total)` may be called from any thread, one call at a
+/// uses it for its orientation alone). `cloud_frame`: letter of frame a. `progress(done, total)` may be called from any thread, one call at a
 /// time.
 /// Errors: InputError if an image is of another size than the camera or the background.
 StripeResult reconstruct_stripe(const std::vector<StripeFrame>& frames, const CameraModel& camera,

@@ -127,17 +127,29 @@ TEST(Import, AClippedGreenLineAlongTheRowsInABrightRoomWithAPlanePerImage) {
   EXPECT_GT(points, 3u * 640 * 9 / 10);
 }
 
+TEST(Import, APaperGateThatDoesNotSuitTheLaserIsNamedInOneWarning) {
+  Scanner scanner;
+  scanner.sheet = {Vector3d(0.94, 0.02, 0.341).normalized(), -0.22};
+  scanner.colour = {20, 30, 180};  // red: no hue of the laboratory's gate
+  reconstructed(scanner, true, false);
+  const std::string session = (scratch_folder() / "session").string();
+  const ProgramRun run = run_tankrig({"reconstruct", session, "--method", "laser_paper", "--json"});
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  const std::string gate = "its gate (hue 15 to 91, saturation 0 to 90, value 181 to 255) found a stripe in ";
+  EXPECT_THAT(run.err, HasSubstr(gate));
+  EXPECT_EQ(run.err.find(gate), run.err.rfind(gate)) << "once";
+  EXPECT_THAT(run.err, testing::ContainsRegex("in [0-9]\\.[0-9] % of the columns, expected at least 10 %"));
+  EXPECT_THAT(run.json().at("warning").get<std::string>(), HasSubstr(gate));
+  EXPECT_THAT(run_tankrig({"reconstruct", session, "--method", "laser"}).err, testing::Not(HasSubstr("its gate")));
+}
+
 /// A folder with a camera file and three pictures, the second of them cut; arguments of an import of it.
 struct CutImport {
   fs::path folder = scratch_folder();
-  std::vector<std::string> arguments{"session",
-                                     "import",
-                                     "--images",
-                                     (folder / "photos").string(),
-                                     "--camera",
-                                     (folder / "camera.yaml").string(),
-                                     "--out",
-                                     (folder / "session").string(),
+  std::vector<std::string> arguments{"session",  "import",
+                                     "--images", (folder / "photos").string(),
+                                     "--camera", (folder / "camera.yaml").string(),
+                                     "--out",    (folder / "session").string(),
                                      "--plane"};
 
   CutImport() {

@@ -31,6 +31,7 @@ TEST(PaperStripe, SearchesRowsWhenTheStripeRunsAlongColumns) {
   cv::Mat image = stripe.image(), turned;
   cv::transpose(image, turned);
   PaperStripeParameters p = PaperStripeParameters::simulation();
+  p.orientation = StripeOrientation::kColumns;
   const StripeDetection upright = detect_paper(image, p);
   p.orientation = StripeOrientation::kRows;
   const StripeDetection rows = detect_paper(turned, p);

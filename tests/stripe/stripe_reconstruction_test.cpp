@@ -177,6 +177,27 @@ TEST(StripeReconstruction, RunsThePapersDetectorToo) {
   for (const CloudPoint& point : result.cloud.points) EXPECT_LT(std::abs(sweep.floor.distance(point.p)), 0.02);
 }
 
+TEST(StripeReconstruction, FindsTheOrientationForThePapersDetectorToo) {
+  Sweep sweep(6);
+  StripeReconstructionParameters upright;
+  upright.detector = PaperStripeParameters::simulation();
+  EXPECT_EQ(reconstruct_stripe(sweep.frames, sweep.camera, {}, upright, "c").orientation, StripeOrientation::kColumns);
+  // The same tank on its side: x and y change places everywhere.
+  CameraModel& c = sweep.camera;
+  std::swap(c.width, c.height), std::swap(c.fx, c.fy), std::swap(c.cx, c.cy);
+  for (StripeFrame& frame : sweep.frames) {
+    std::swap(frame.cPl.normal.x(), frame.cPl.normal.y());
+    frame.load = [load = frame.load]() -> cv::Mat { return load().t(); };
+  }
+  const StripeResult turned = reconstruct_stripe(sweep.frames, c, {}, upright, "c");
+  EXPECT_EQ(turned.orientation, StripeOrientation::kRows);
+  EXPECT_GE(turned.cloud.points.size(), 6u * 235u);
+  for (const CloudPoint& point : turned.cloud.points) EXPECT_LT(std::abs(sweep.floor.distance(point.p)), 0.02);
+  StripeReconstructionParameters told = upright;
+  std::get<PaperStripeParameters>(told.detector).orientation = StripeOrientation::kColumns;
+  EXPECT_EQ(reconstruct_stripe(sweep.frames, c, {}, told, "c").orientation, StripeOrientation::kColumns);
+}
+
 TEST(StripeReconstruction, CountsWhatLiesOutsideTheWorkspace) {
   const Sweep sweep(6);
   StripeReconstructionParameters p;
@@ -238,7 +259,7 @@ TEST(StripeConfig, ReadsBothSectionsAndRefusesWhatIsOutOfRange) {
   const ConfigNode node = ConfigNode::load(
       folder.write("stripe.yaml",
                    "laser:\n  orientation: rows\n  min_snr: 4\n  smoothing_px: 3\nlaser_paper:\n  preset: simulation\n"
-                   "  hue_min: 40\nbad:\n  hue_min: 60\n  hue_max: 50\n"));
+                   "  hue_min: 40\n  orientation: auto\nbad:\n  hue_min: 60\n  hue_max: 50\n"));
   const StripeParameters ours = settings_from(node.child("laser"), kStripeKeys);
   EXPECT_EQ(ours.orientation, StripeOrientation::kRows);
   EXPECT_EQ(ours.min_snr, 4);
@@ -247,6 +268,7 @@ TEST(StripeConfig, ReadsBothSectionsAndRefusesWhatIsOutOfRange) {
   const PaperStripeParameters paper = settings_from(node.child("laser_paper"), kPaperStripeKeys);
   EXPECT_EQ(paper.hue_min, 40);
   EXPECT_EQ(paper.hue_max, 118);
+  EXPECT_EQ(paper.orientation, StripeOrientation::kAuto);
   EXPECT_EQ(paper.value_min, 40);
   EXPECT_THROW(settings_from(node.child("bad"), kPaperStripeKeys), InputError);
   node.finish();

@@ -66,12 +66,14 @@ int reconstruct(const ReconstructOptions& options) {
     }
   }
   progress.finish_line();
+  if (!reconstruction.warning.empty()) progress.warn(reconstruction.warning);
   if (options.json) {
     nlohmann::ordered_json out{{"method", reconstruction.method},     {"points", reconstruction.cloud.points.size()},
                                {"frame", reconstruction.cloud.frame}, {"cloud", written.string()},
                                {"rejected", reconstruction.rejected}, {"rejected_by_reason", reconstruction.rejections},
                                {"seconds", reconstruction.seconds},   {"warnings", session.warnings}};
     if (laser) out["stripe"] = stripe.string();
+    if (!reconstruction.warning.empty()) out["warning"] = reconstruction.warning;
     if (!reconstruction.reason.empty()) out["reason"] = reconstruction.reason;
     print_json(out);
   } else {
@@ -95,6 +97,7 @@ int report(const ReportOptions& options) {
     progress.warn("stopped before the report");
     return kPartial;
   }
+  warn_of(*scores, progress);
   if (options.json)
     print_json(scores_json(*scores));
   else

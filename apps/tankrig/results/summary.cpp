@@ -54,6 +54,11 @@ std::string coverage_table(const std::vector<std::pair<std::string, nlohmann::js
   return head + "\n" + rows;
 }
 
+void warn_of(const std::vector<Score>& scores, Progress& progress) {
+  for (const Score& score : scores)
+    if (!score.reconstruction.warning.empty()) progress.warn(score.reconstruction.warning);
+}
+
 std::string registration_line(const nlohmann::json& r) {
   const nlohmann::json& t = r.at("translation_m");
   return fmt::format("moved by ({}, {}, {}) mm, turned by {} deg; {} pairs ({} %), rms {}", cell(t[0], 1e3, "{:.2f}"),

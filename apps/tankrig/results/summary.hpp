@@ -6,7 +6,9 @@
 #include <utility>
 #include <vector>
 
+#include "apps/tankrig/command_line/progress.hpp"
 #include "drivers/statistics.hpp"
+#include "pipeline/score_session.hpp"
 
 namespace tankrig::app {
 
@@ -15,6 +17,9 @@ std::string score_table(const std::vector<std::pair<std::string, nlohmann::json>
 
 /// A row per (method, score JSON) with coverage of the whole surface at each threshold.
 std::string coverage_table(const std::vector<std::pair<std::string, nlohmann::json>>& scores);
+
+/// A line for each method whose cloud may say little.
+void warn_of(const std::vector<Score>& scores, Progress& progress);
 
 /// `evaluate`'s table: the cloud as it was given and, below, as it lies best on the object, with the way from one to the
 /// other.

@@ -190,6 +190,7 @@ int scan(const ScanOptions& options) {
     progress.warn("stopped before the report; the scan is complete: tankrig report " + path.string());
     return kPartial;
   }
+  warn_of(*scores, progress);
   const double wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   if (options.json)
     print_json(scan_json(rig, session, *scores, result, wall));
