@@ -31,8 +31,7 @@ CameraValue value_of(const YAML::Node& node, int depth = 0) {
   } else if (node.IsMap()) {
     value.kind = Kind::kMapping;
     for (const auto& child : node)
-      if (child.first.IsScalar())
-        value.children.emplace_back(child.first.Scalar(), value_of(child.second, depth + 1));
+      if (child.first.IsScalar()) value.children.emplace_back(child.first.Scalar(), value_of(child.second, depth + 1));
   }
   return value;
 }

@@ -17,7 +17,7 @@ using testing::HasSubstr;
 std::string encoded(const char* ending, int type, const std::vector<int>& parameters = {}) {
   std::vector<unsigned char> bytes;
   cv::Mat noise(37, 300, type);
-  cv::randu(noise, 0, 255);
+  cv::RNG(1).fill(noise, cv::RNG::UNIFORM, 0, 255);
   cv::imencode(ending, noise, bytes, parameters);
   return {bytes.begin(), bytes.end()};
 }
@@ -135,7 +135,7 @@ TEST(DecodePicture, RefusesAJpegThatTheDecoderFillsUp) {
     return !cv::imdecode(std::vector<unsigned char>(bytes.begin(), bytes.end()), cv::IMREAD_COLOR).empty();
   };
   ASSERT_EQ(error(jpeg), "no error");
-  for (const std::size_t missing : {100, 1000, 5000}) {
+  for (const std::size_t missing : {1000, 2000, 5000}) {  // a JPEG has no check sum: a small gap may happen to fit
     std::string gap = jpeg, zeros = jpeg;
     gap.erase(jpeg.size() / 2, missing);
     zeros.replace(jpeg.size() / 2, missing, missing, '\0');

@@ -218,7 +218,8 @@ void add_session(CLI::App& app, ChosenCommand& chosen) {
       "Example: tankrig session import --images photos --camera camera.yaml --plane 0.99989,0.01415,0.00503,0.03952 "
       "--out sessions/imported");
   c->add_option("--images", import.images, "Folder of images, read in the order of their names")->required();
-  c->add_option("--camera", import.camera, "Camera calibration: OpenCV YAML or XML, or ROS camera_info YAML")->required();
+  c->add_option("--camera", import.camera, "Camera calibration: OpenCV YAML or XML, or ROS camera_info YAML")
+      ->required();
   CLI::Option* plane = c->add_option("--plane", import.plane,
                                      "Laser plane a,b,c,d: ax + by + cz + d = 0 in the camera frame, in metres");
   c->add_option("--planes", import.planes, "CSV table with the columns file,a,b,c,d: one plane per image")
