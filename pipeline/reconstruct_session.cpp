@@ -52,6 +52,35 @@ std::string gate_warning(const PaperStripeParameters& gate, const StripeStatisti
       gate_in_words(gate), 100 * share, 100 * kLeastShare);
 }
 
+/// Empty if the stripe was found and its orientation is clear.
+std::string stripe_warning(const StripeResult& result) {
+  constexpr double kLeastShare = 0.1, kSureOrientation = 0.6;
+  const StripeStatistics& all = result.statistics;
+  const bool rows = result.orientation == StripeOrientation::kRows;
+  const std::string lines = rows ? "rows" : "columns";
+  const auto share = [&](std::uint64_t count) { return static_cast<double>(count) / static_cast<double>(all.columns); };
+  if (share(all.peaks) < kLeastShare) {
+    const std::pair<std::uint64_t, const char*> reasons[] = {
+        {all.no_peak, "show nothing above the noise"},
+        {all.low_snr, "show only what is too weak or not in line with its neighbours"},
+        {all.ambiguous, "show a second line almost as strong"},
+        {all.too_wide, "show a profile wider than the stripe's"},
+        {all.skewed, "show a lopsided profile"},
+        {all.edge, "lie beside a jump of the stripe"},
+        {all.isolated, "belong to pieces too short for a stripe"}};
+    const auto& [count, why] = *std::ranges::max_element(reasons);
+    return fmt::format("laser: a stripe was found in {:.1f} % of the {}, expected at least {:.0f} %; {:.0f} % {}",
+                       100 * share(all.peaks), lines, 100 * kLeastShare, 100 * share(count), why);
+  }
+  if (result.orientation_share < kSureOrientation)
+    return fmt::format(
+        "laser: whether the stripe crosses the columns or the rows is not clear: {:.0f} % of the evidence speaks for "
+        "the "
+        "{}; `reconstruction: laser: orientation:` decides it",
+        100 * result.orientation_share, lines);
+  return {};
+}
+
 void reconstruct_laser(const Session& session, const PipelineParameters& parameters, const ProgressCallback& progress,
                        Reconstruction& reconstruction) {
   const CalibratedCamera& camera = session.camera(CameraRole::kMono);
@@ -86,7 +115,8 @@ void reconstruct_laser(const Session& session, const PipelineParameters& paramet
   reconstruction.orientation = result.orientation;
   for (const auto& [reason, count] : counts(result.statistics)) reconstruction.rejections[reason] = count;
   reconstruction.rejected = result.statistics.columns - result.statistics.no_peak - result.statistics.points;
-  if (by_paper) reconstruction.warning = gate_warning(parameters.laser_paper, result.statistics);
+  reconstruction.orientation_share = result.orientation_share;
+  reconstruction.warning = by_paper ? gate_warning(parameters.laser_paper, result.statistics) : stripe_warning(result);
   if (reconstruction.cloud.points.empty())
     reconstruction.reason = fmt::format("no stripe found in {} frames", frames.size());
 }

@@ -28,10 +28,11 @@ struct Reconstruction {
   PointCloud cloud;             ///< in b for a scan, in c for an imported session
   std::vector<StripeRow> rows;  ///< laser methods: every stripe point
   StripeOrientation orientation = StripeOrientation::kColumns;
-  std::size_t rejected = 0;   ///< candidate points turned down by the method
-  nlohmann::json rejections;  ///< by reason
-  std::string reason;         ///< why the cloud is empty
-  std::string warning;        ///< why the cloud may say little; mostly empty
+  double orientation_share = 1;  ///< of the evidence for either orientation, what speaks for this one; 1: it was given
+  std::size_t rejected = 0;      ///< candidate points turned down by the method
+  nlohmann::json rejections;     ///< by reason
+  std::string reason;            ///< why the cloud is empty
+  std::string warning;           ///< why the cloud may say little; mostly empty
   double seconds = 0;
 };
 

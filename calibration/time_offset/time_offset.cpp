@@ -19,6 +19,8 @@ constexpr double kReach = 0.1;       // [s] of joints wanted beyond the first an
 constexpr double kLeastSine = 0.02;  // of the angle between ray and laser plane
 constexpr std::size_t kLeastPairs = 200;
 constexpr double kLeastFrames = 21;  // of a pass that see places of the other: three waves for the sigma
+constexpr int kLeastWaves = 3;
+constexpr double kWaves = 0.3;       // times frames^(2/3); see spread_of
 constexpr double kSpeedRatio = 1.2;  // of recordings from which the backlash is estimated
 constexpr double kOutlier = 4;       // robust standard deviations beyond which a pair does not count
 constexpr double kTimeStep = 2e-2;   // [s] of the derivatives: joint samples nearer to each other err by ticks
@@ -229,7 +231,8 @@ struct Spread {
 
 /// Neighbouring places err alike: they share frames, a frame's places share the joints' error, and joints in whole
 /// ticks err alike for many frames. So the variance is that of the slowest waves of the error along the sweep (Lazarus,
-/// Lewis, Stock and Watson 2018: equal-weighted cosines, their number of them), each recording for itself.
+/// Lewis, Stock and Watson 2018: equal-weighted cosines), each recording for itself. Their rule has 0.4 frames^(2/3)
+/// waves; whole ticks err alike for longer than their examples, so here are fewer.
 Spread spread_of(const std::vector<Sweeps>& recordings, const Linear& l, const Normal& all, bool with_backlash) {
   Eigen::Matrix2d inverse = Eigen::Matrix2d::Zero();
   inverse(0, 0) = 1 / all.h(0, 0);
@@ -253,7 +256,7 @@ Spread spread_of(const std::vector<Sweeps>& recordings, const Linear& l, const N
     }
     if (!(total > 0)) throw InputError("time offset: no place of a recording agrees in both directions");
     std::sort(places.begin(), places.end());
-    const int waves = static_cast<int>(0.4 * std::pow(frames, 2.0 / 3));
+    const int waves = std::max(kLeastWaves, static_cast<int>(kWaves * std::pow(frames, 2.0 / 3)));
     Eigen::Matrix2Xd sums = Eigen::Matrix2Xd::Zero(2, waves);
     double before = 0;
     for (const auto& [angle, i] : places) {

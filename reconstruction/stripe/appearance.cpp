@@ -6,42 +6,50 @@
 #include <vector>
 
 #include "core/median.hpp"
-#include "reconstruction/stripe/plateau_fit.hpp"
 #include "reconstruction/stripe/profile_fit.hpp"
 #include "reconstruction/stripe/ridge_filter.hpp"
 
 namespace tankrig {
 namespace {
 
-constexpr int kSampledColumns = 32;
-constexpr int kLevels = 4;             ///< columns binned 1, 2, 4, 8 rows at a time
-constexpr double kFilterSigma = 1.6;   ///< [binned px]
+constexpr int kSampledColumns = 48;
+constexpr double kFilterSigma = 1.6;   ///< [px]
 constexpr double kQuantisation = 0.3;  ///< sd of rounding to whole DN
 
 using Profile = std::array<std::vector<float>, 3>;  ///< one column, per channel
 
-std::vector<Profile> sample_columns(const cv::Mat& image, const cv::Mat& background, std::vector<int>& columns) {
-  const int step = std::max(1, image.cols / kSampledColumns), channels = image.channels();
-  for (int x = step / 2; x < image.cols; x += step) columns.push_back(x);
-  std::vector<Profile> profiles(columns.size());
-  for (Profile& profile : profiles)
-    for (int c = 0; c < channels; ++c) profile[c].resize(image.rows);
+/// A column that the path crosses.
+struct Sample {
+  Profile light;                      ///< less the background
+  std::vector<std::uint8_t> clipped;  ///< in any channel
+  double row = 0;                     ///< of the path
+};
+
+std::vector<Sample> sample_columns(const cv::Mat& image, const cv::Mat& background, const StripeLook& look) {
+  std::vector<std::pair<int, double>> crossed;
+  for (std::size_t i = 0; i < look.rows.size(); ++i)
+    if (!std::isnan(look.rows[i])) crossed.emplace_back(static_cast<int>(i) * look.step + look.step / 2, look.rows[i]);
+  const std::size_t step = std::max<std::size_t>(1, crossed.size() / kSampledColumns);
+  const int channels = image.channels();
+  std::vector<Sample> samples;
+  for (std::size_t i = step / 2; i < crossed.size(); i += step) {
+    Sample sample;
+    sample.row = crossed[i].second;
+    sample.clipped.assign(image.rows, 0);
+    for (int c = 0; c < channels; ++c) sample.light[c].resize(image.rows);
+    samples.push_back(std::move(sample));
+  }
   for (int y = 0; y < image.rows; ++y) {
     const std::uint8_t* in = image.ptr<std::uint8_t>(y);
     const std::uint8_t* dark = background.empty() ? nullptr : background.ptr<std::uint8_t>(y);
-    for (std::size_t i = 0; i < columns.size(); ++i)
+    for (std::size_t i = 0; i < samples.size(); ++i)
       for (int c = 0; c < channels; ++c) {
-        const int at = columns[i] * channels + c;
-        profiles[i][c][y] = static_cast<float>(in[at]) - (dark ? dark[at] : 0);
+        const int at = crossed[step / 2 + i * step].first * channels + c;
+        samples[i].light[c][y] = static_cast<float>(in[at]) - (dark ? dark[at] : 0);
+        samples[i].clipped[y] |= in[at] == 255;
       }
   }
-  return profiles;
-}
-
-void bin_by_two(std::vector<float>& values) {
-  const std::size_t n = values.size() / 2;
-  for (std::size_t i = 0; i < n; ++i) values[i] = 0.5f * (values[2 * i] + values[2 * i + 1]);
-  values.resize(n);
+  return samples;
 }
 
 std::vector<float> filter(const std::vector<float>& values, const std::vector<float>& kernel) {
@@ -63,180 +71,141 @@ std::vector<float> projected(const Profile& profile, const std::array<float, 3>&
   return values;
 }
 
-/// Index of the largest value, the ends left out where there is something between them.
-std::size_t strongest(const std::vector<float>& values) {
-  if (values.size() < 3) return 0;
-  return static_cast<std::size_t>(std::max_element(values.begin() + 1, values.end() - 1) - values.begin());
-}
-
-struct LevelResult {
-  double score = 0;
-  Eigen::Vector3d colour = Eigen::Vector3d::Zero();  ///< response of the stripe per channel
-  Eigen::Vector3d weights = Eigen::Vector3d::Zero();
-  std::vector<int> peak_row;  ///< per sampled column, in binned rows
-  std::vector<double> snr;
+/// The two ways to weigh the channels: against the scene, and by the stripe's light alone, which a clipped core needs.
+struct Weights {
+  std::array<float, 3> contrast{}, light{};
 };
 
-/// About eighty values of each column are enough for its statistics.
-std::size_t sample_step(const std::vector<float>& values) { return std::max<std::size_t>(1, values.size() / 80); }
+std::vector<float> values_of(const Sample& sample, const Weights& weights, int channels, double sd) {
+  const int n = static_cast<int>(sample.clipped.size()), reach = static_cast<int>(std::ceil(2 * sd));
+  bool clipped = false;
+  for (int y = std::max(0, static_cast<int>(sample.row) - reach);
+       y <= std::min(n - 1, static_cast<int>(sample.row) + reach); ++y)
+    clipped |= sample.clipped[y] != 0;
+  return projected(sample.light, clipped ? weights.light : weights.contrast, channels);
+}
 
-/// Covariance of the responses, the largest twentieth of each channel pulled in: texture counts, the stripe hardly.
-/// A `wide` stripe fills more than a twentieth: everything beyond noise is pulled in.
-Eigen::Matrix3d robust_covariance(const std::vector<Profile>& responses, int channels, bool wide) {
-  const std::size_t step = sample_step(responses[0][0]);
-  Eigen::Vector3d limit = Eigen::Vector3d::Zero();
-  for (int c = 0; c < channels; ++c) {
-    std::vector<float> sample;
-    for (const Profile& response : responses)
-      for (std::size_t y = 0; y < response[c].size(); y += step) sample.push_back(response[c][y]);
-    const double sd = std::max(robust_sd(sample), kQuantisation);
-    const auto high = sample.begin() + static_cast<std::ptrdiff_t>(sample.size() * 19 / 20);
-    std::nth_element(sample.begin(), high, sample.end());
-    limit[c] = wide ? 2 * sd : std::max<double>(*high, 2 * sd);
+/// About eighty values of each column are enough for its statistics.
+std::size_t sample_step(std::size_t size) { return std::max<std::size_t>(1, size / 80); }
+
+/// The stripe's light of each channel above what lies beside it: the median of the columns. Where a channel is clipped
+/// the light is not the stripe's colour, but tells how much each channel shows.
+Eigen::Vector3d measure_colour(const std::vector<Sample>& samples, int channels, double sd, bool clipped_too) {
+  std::array<std::vector<double>, 3> found;
+  const int reach = static_cast<int>(std::ceil(2.5 * sd)) + 1;
+  for (const Sample& sample : samples) {
+    const int middle = static_cast<int>(std::lround(sample.row)), first = middle - reach, last = middle + reach;
+    if (first < 1 || last + 1 >= static_cast<int>(sample.light[0].size())) continue;
+    Eigen::Vector3d light = Eigen::Vector3d::Zero();
+    for (int y = first + 1; y < last; ++y) {
+      if (sample.clipped[y] && !clipped_too) continue;
+      for (int c = 0; c < channels; ++c)
+        light[c] += sample.light[c][y] - 0.25 * (sample.light[c][first - 1] + sample.light[c][first] +
+                                                 sample.light[c][last] + sample.light[c][last + 1]);
+    }
+    for (int c = 0; c < channels; ++c) found[c].push_back(light[c]);
+  }
+  Eigen::Vector3d colour = Eigen::Vector3d::Zero();
+  for (int c = 0; c < channels; ++c)
+    if (!found[c].empty()) colour[c] = upper_median(found[c]);
+  return colour;
+}
+
+/// Covariance of the channels' responses away from the stripe, their largest twentieth pulled in.
+Eigen::Matrix3d scene_covariance(const std::vector<Sample>& samples, int channels, double sd) {
+  const std::vector<float> kernel = ridge_kernel(std::max(kFilterSigma, 1.5 * sd));
+  std::array<std::vector<float>, 3> away;
+  for (const Sample& sample : samples) {
+    const std::size_t size = sample.light[0].size();
+    for (int c = 0; c < channels; ++c) {
+      const std::vector<float> response = filter(sample.light[c], kernel);
+      for (std::size_t y = 0; y < size; y += sample_step(size))
+        if (std::abs(static_cast<double>(y) - sample.row) > 6 * sd + 4) away[c].push_back(response[y]);
+    }
   }
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
-  double n = 0;
-  for (const Profile& response : responses)
-    for (std::size_t y = 0; y < response[0].size(); y += step) {
-      Eigen::Vector3d r = Eigen::Vector3d::Zero();
-      for (int c = 0; c < channels; ++c) r[c] = std::clamp<double>(response[c][y], -limit[c], limit[c]);
-      sum += r * r.transpose();
-      ++n;
-    }
-  Eigen::Matrix3d covariance = sum / std::max(n, 1.0);
-  for (int c = 0; c < 3; ++c) covariance(c, c) += c < channels ? kQuantisation * kQuantisation : 1.0;
-  return covariance;
+  const std::size_t n = away[0].size();
+  std::array<float, 3> limit{};
+  for (int c = 0; c < channels && n > 0; ++c) {
+    std::vector<float> sizes = away[c];
+    const double noise = robust_sd(sizes);
+    const auto high = sizes.begin() + static_cast<std::ptrdiff_t>(n * 19 / 20);
+    std::nth_element(sizes.begin(), high, sizes.end());
+    limit[c] = std::max(*high, static_cast<float>(2 * std::max(noise, kQuantisation)));
+  }
+  for (std::size_t i = 0; i < n; ++i) {
+    Eigen::Vector3d r = Eigen::Vector3d::Zero();
+    for (int c = 0; c < channels; ++c) r[c] = std::clamp(away[c][i], -limit[c], limit[c]);
+    sum += r * r.transpose() / static_cast<double>(n);
+  }
+  for (int c = 0; c < 3; ++c) sum(c, c) += c < channels ? kQuantisation * kQuantisation : 1.0;
+  return sum;
 }
 
-/// The colour most of the clearest columns agree on.
-Eigen::Vector3d agreed_colour(const std::vector<Eigen::Vector3d>& colours, const std::vector<double>& strength) {
-  std::vector<std::size_t> order(colours.size());
-  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-  std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return strength[a] > strength[b]; });
-  order.resize(std::min(order.size(), std::max<std::size_t>(5, order.size() / 3)));
-  Eigen::Vector3d agreed;
-  for (int c = 0; c < 3; ++c) {
-    std::vector<double> component;
-    for (const std::size_t i : order) component.push_back(colours[i][c]);
-    agreed[c] = upper_median(component);
+std::vector<float> smoothed(const std::vector<float>& values, double sd) {
+  std::vector<float> kernel;
+  float sum = 0;
+  for (int k = 0; k <= static_cast<int>(std::ceil(3 * sd)); ++k) {
+    kernel.push_back(static_cast<float>(std::exp(-0.5 * k * k / std::max(0.01, sd * sd))));
+    sum += (k ? 2 : 1) * kernel.back();
   }
-  return agreed;
+  for (float& weight : kernel) weight /= sum;
+  return filter(values, kernel);
 }
 
-LevelResult measure_level(const std::vector<Profile>& profiles, int channels, bool wide) {
-  const std::vector<float> kernel = ridge_kernel(kFilterSigma);
-  std::vector<Profile> responses(profiles.size());
-  for (std::size_t i = 0; i < profiles.size(); ++i)
-    for (int c = 0; c < channels; ++c) responses[i][c] = filter(profiles[i][c], kernel);
-  LevelResult level;
-  const Eigen::Matrix3d inverse = robust_covariance(responses, channels, wide).inverse();
-  // Distance from noise and texture in their own units: squared norm of the whitened response.
-  const Eigen::Matrix3f whitening = inverse.llt().matrixU().toDenseMatrix().cast<float>();
-  std::vector<Eigen::Vector3d> colours;
-  std::vector<double> strength;
-  std::vector<float> values;
-  for (const Profile& response : responses) {
-    values.assign(response[0].size(), 0.0f);
-    for (int k = 0; k < channels; ++k) {
-      std::array<float, 3> row{};
-      for (int c = 0; c < channels; ++c) row[c] = whitening(k, c);
-      const std::vector<float> white = projected(response, row, channels);
-      for (std::size_t y = 0; y < values.size(); ++y) values[y] += white[y] * white[y];
-    }
-    const std::vector<float> sum = projected(response, {1, 1, 1}, channels);
-    for (std::size_t y = 0; y < values.size(); ++y) values[y] = sum[y] > 0 ? values[y] : 0.0f;
-    const std::size_t row = strongest(values);
-    Eigen::Vector3d colour = Eigen::Vector3d::Zero();
-    for (int c = 0; c < channels; ++c) colour[c] = values[row] > 0 ? response[c][row] : 0.0f;
-    colours.push_back(colour);
-    strength.push_back(values[row]);
-  }
-  level.colour = agreed_colour(colours, strength);
-  level.weights = inverse * level.colour;
-  const double noise = std::sqrt(std::max(level.colour.dot(level.weights), 1e-12));
-  const std::array<float, 3> weights{static_cast<float>(level.weights[0]), static_cast<float>(level.weights[1]),
-                                     static_cast<float>(level.weights[2])};
-  for (const Profile& response : responses) {
-    const std::vector<float> value = projected(response, weights, channels);
-    const std::size_t row = strongest(value);
-    const double snr = std::max(0.0, value[row] / noise);
-    level.peak_row.push_back(static_cast<int>(row));
-    level.snr.push_back(snr);
-    level.score += std::min(snr, 40.0) / static_cast<double>(responses.size());
-  }
-  return level;
-}
-
-/// Typical width of the clipped plateau at the peaks of the clearest columns [px], 0 if most have none.
-int plateau_width(const cv::Mat& image, const std::vector<int>& columns, const LevelResult& level) {
-  constexpr int kReach = 3;
-  const int channels = image.channels();
-  std::vector<double> snr = level.snr;
-  std::sort(snr.begin(), snr.end(), std::greater<>());
+/// Full width at half height around each sample's row, to whose middle the row moves; the median's sd.
+double measure_extent(std::vector<Sample>& samples, const Weights& weights, int channels, double sd) {
+  constexpr double kFullWidthOfSd = 2.3548, kSmoothing = 0.5;  // no single grain of speckle is the stripe
   std::vector<double> widths;
-  std::vector<std::uint8_t> clipped(image.rows);
-  for (std::size_t i = 0; i < columns.size(); ++i) {
-    if (level.snr[i] < snr[snr.size() / 3]) continue;
-    for (int y = 0; y < image.rows; ++y) {
-      const std::uint8_t* pixel = image.ptr<std::uint8_t>(y) + static_cast<std::ptrdiff_t>(columns[i]) * channels;
-      clipped[y] = *std::max_element(pixel, pixel + channels) == 255;
-    }
-    widths.push_back(plateau_at(clipped, level.peak_row[i], kReach).width());
+  for (Sample& sample : samples) {
+    const std::vector<float> values = smoothed(values_of(sample, weights, channels, sd), kSmoothing * sd);
+    const int n = static_cast<int>(values.size()),
+              middle = std::clamp(static_cast<int>(std::lround(sample.row)), 0, n - 1);
+    const int near = static_cast<int>(std::ceil(sd)), far = static_cast<int>(std::ceil(8 * sd)) + 10;
+    const auto at = [&](int i) { return values.begin() + std::clamp(i, 0, n); };
+    int first = static_cast<int>(std::max_element(at(middle - near), at(middle + near + 1)) - values.begin()),
+        last = first;
+    std::vector<float> around(at(middle - far), at(middle + far + 1));
+    const auto low = around.begin() + static_cast<std::ptrdiff_t>(around.size() / 5);
+    std::nth_element(around.begin(), low, around.end());
+    const float half = 0.5f * (values[first] + *low);
+    while (first > 0 && values[first - 1] >= half) --first;
+    while (last + 1 < n && values[last + 1] >= half) ++last;
+    if (first == 0 || last + 1 == n) continue;
+    const double top = first - (values[first] - half) / (values[first] - values[first - 1]);
+    const double bottom = last + (values[last] - half) / (values[last] - values[last + 1]);
+    sample.row = 0.5 * (top + bottom);
+    widths.push_back(bottom - top);
   }
-  return static_cast<int>(upper_median(widths));
+  if (widths.size() < 3) return sd;
+  const double wide = upper_median(widths) / kFullWidthOfSd;
+  return std::clamp(std::sqrt(std::max(0.3, wide * wide - std::pow(kSmoothing * sd, 2))), 0.6, 16.0);
 }
 
 /// Robust sd of a pixel's weighted value, as far as a filter across the stripe sees it.
-double measure_noise(const std::vector<Profile>& profiles, const std::array<float, 3>& weights, int channels) {
+double measure_noise(const std::vector<Sample>& samples, const std::array<float, 3>& weights, int channels) {
   const std::vector<float> kernel = ridge_kernel(kFilterSigma);
-  std::vector<float> sample;
-  for (const Profile& profile : profiles) {
-    const std::vector<float> response = filter(projected(profile, weights, channels), kernel);
-    for (std::size_t y = 0; y < response.size(); y += sample_step(response)) sample.push_back(response[y]);
+  std::vector<float> values;
+  for (const Sample& sample : samples) {
+    const std::vector<float> response = filter(projected(sample.light, weights, channels), kernel);
+    for (std::size_t y = 0; y < response.size(); y += sample_step(response.size())) values.push_back(response[y]);
   }
-  return std::max(robust_sd(sample), kQuantisation);
+  return std::max(robust_sd(values), kQuantisation);
 }
 
-/// The clearest third of the columns, where shape is measured.
-class ClearColumns {
- public:
-  ClearColumns(const std::vector<Profile>& profiles, const LevelResult& level, int binning,
-               const std::array<float, 3>& weights, int channels) {
-    std::vector<double> snr = level.snr;
-    std::sort(snr.begin(), snr.end(), std::greater<>());
-    const double limit = snr[snr.size() / 3];
-    for (std::size_t i = 0; i < profiles.size(); ++i)
-      if (level.snr[i] >= limit)
-        columns_.push_back({projected(profiles[i], weights, channels), (level.peak_row[i] + 0.5) * binning - 0.5});
-  }
-
-  /// Median of a property of the fits, or `otherwise` if there are too few.
-  template <class Property>
-  double median(const ProfileFitter& fitter, const ValueNoise& noise, double otherwise, Property property) const {
-    std::vector<double> found;
-    for (const Column& column : columns_) {
-      const ProfileFit fit =
-          fitter.fit(column.values.data(), static_cast<int>(column.values.size()), column.row, noise);
-      if (fit.ok) found.push_back(property(fit));
+/// The profile's sd: median of fits at the path.
+double measure_width(const std::vector<Sample>& samples, const Weights& weights, int channels, double start,
+                     const ValueNoise& noise) {
+  double sd = start;
+  for (int round = 0; round < 6; ++round) {
+    const ProfileFitter fitter(sd, true);
+    std::vector<double> ratios;
+    for (const Sample& sample : samples) {
+      const std::vector<float> values = values_of(sample, weights, channels, sd);
+      const ProfileFit fit = fitter.fit(values.data(), static_cast<int>(values.size()), sample.row, noise);
+      if (fit.ok) ratios.push_back(fit.width_ratio);
     }
-    return found.size() < 3 ? otherwise : upper_median(found);
-  }
-
- private:
-  struct Column {
-    std::vector<float> values;
-    double row;
-  };
-  std::vector<Column> columns_;
-};
-
-/// The profile's sd.
-double measure_width(const ClearColumns& columns, int binning, const ValueNoise& noise) {
-  double sd = kFilterSigma * binning * 0.7;
-  for (int round = 0; round < 5; ++round) {
-    const double ratio = std::clamp(
-        columns.median(ProfileFitter(sd, true), noise, 1.0, [](const ProfileFit& fit) { return fit.width_ratio; }), 0.6,
-        1.6);
+    const double ratio = ratios.size() < 3 ? 1.0 : std::clamp(upper_median(ratios), 0.6, 1.6);
     sd = std::clamp(sd * ratio, 0.6, 16.0);
     if (std::abs(ratio - 1) < 0.02) break;
   }
@@ -245,44 +214,30 @@ double measure_width(const ClearColumns& columns, int binning, const ValueNoise&
 
 }  // namespace
 
-StripeAppearance measure_appearance(const cv::Mat& image, const cv::Mat& background) {
+StripeAppearance measure_appearance(const cv::Mat& image, const cv::Mat& background, const StripeLook& look) {
   const int channels = image.channels();
-  std::vector<int> columns;
-  const std::vector<Profile> profiles = sample_columns(image, background, columns);
-  std::vector<Profile> binned = profiles;
-  LevelResult best;
-  int binning = 1, plateau = 0;
-  double score = 0;
-  for (int k = 0; k < kLevels; ++k) {
-    if (k > 0)
-      for (Profile& profile : binned)
-        for (int c = 0; c < channels; ++c) bin_by_two(profile[c]);
-    if (k > 0 && binned[0][0].size() < 16) break;
-    LevelResult level = measure_level(binned, channels, plateau >= kWidePlateau);
-    if (k == 0) plateau = plateau_width(image, columns, level);
-    if (k == 0 && plateau >= kWidePlateau) level = measure_level(binned, channels, true);
-    score = std::max(score, level.score);
-    // A filter much narrower than a plateau answers to its two edges, and has no peak between them.
-    const bool too_narrow = k > 0 && kFilterSigma * (1 << (k - 1)) * 3 < plateau;
-    if (k == 0 || too_narrow || level.score > best.score) {
-      best = std::move(level);
-      binning = 1 << k;
-    }
-  }
+  std::vector<Sample> samples = sample_columns(image, background, look);
   StripeAppearance appearance;
-  appearance.score = score;
-  const Eigen::Vector3d positive = best.colour.cwiseMax(0.0);
-  // Without a dark image the scene's own steps shift a profile in the stripe's colour less if texture is weighted out.
-  Eigen::Vector3d profile = background.empty() ? best.weights : positive;
-  profile = profile.norm() > 0 ? profile.normalized() : Eigen::Vector3d::Constant(1 / std::sqrt(3.0)).eval();
-  const double norm = best.weights.norm();
-  for (int c = 0; c < 3; ++c) {
-    appearance.detection[c] = static_cast<float>(norm > 0 ? best.weights[c] / norm : 0.577);
-    appearance.profile[c] = static_cast<float>(profile[c]);
+  appearance.detection = appearance.profile = look.weights;
+  appearance.sd_px = look.sd_px;
+  if (samples.empty()) return appearance;
+  Weights weights{look.weights, look.weights};
+  for (float& weight : weights.light) weight = std::max(weight, 0.0f);
+  const double sd = measure_extent(samples, weights, channels, look.sd_px);
+  const Eigen::Vector3d colour = measure_colour(samples, channels, sd, false);
+  const Eigen::Vector3d contrast = scene_covariance(samples, channels, sd).ldlt().solve(colour);
+  const Eigen::Vector3d guess(look.weights[0], look.weights[1], look.weights[2]);
+  Eigen::Vector3d positive = guess.cwiseMax(0.0);
+  if (colour.dot(guess) > 0) {
+    for (int c = 0; c < 3; ++c) appearance.detection[c] = static_cast<float>(contrast.normalized()[c]);
+    positive = measure_colour(samples, channels, sd, true).cwiseMax(0.0);
   }
-  appearance.noise = measure_noise(profiles, appearance.profile, channels);
-  const ClearColumns clear(profiles, best, binning, appearance.profile, channels);
-  appearance.sd_px = measure_width(clear, binning, {appearance.noise, 0});
+  positive.normalize();
+  for (int c = 0; c < 3; ++c) appearance.light[c] = static_cast<float>(positive[c]);
+  appearance.profile = background.empty() ? appearance.detection : appearance.light;
+  appearance.noise = measure_noise(samples, appearance.profile, channels);
+  appearance.sd_px =
+      measure_width(samples, {appearance.profile, appearance.light}, channels, sd, {appearance.noise, 0});
   return appearance;
 }
 

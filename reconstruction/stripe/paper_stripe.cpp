@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "core/input_error.hpp"
-#include "reconstruction/stripe/stripe_detector.hpp"
+#include "reconstruction/stripe/stripe_look.hpp"
 
 namespace tankrig {
 namespace {
@@ -88,7 +88,7 @@ StripeDetection detect_paper(const cv::Mat& image, const PaperStripeParameters& 
     throw InputError("stripe: found an image that is not 8 bits with 1 or 3 channels, expected one");
   StripeDetection detection;
   StripeOrientation orientation = parameters.orientation;
-  if (orientation == StripeOrientation::kAuto) orientation = find_orientation(image, {}).orientation;
+  if (orientation == StripeOrientation::kAuto) orientation = find_look(image, {}, orientation).orientation;
   const bool rows = orientation == StripeOrientation::kRows;
   detection.orientation = orientation;
   cv::Mat bgr = image;

@@ -18,7 +18,7 @@ using Matrix5 = Eigen::Matrix<double, 5, 5>;
 /// centre, log e, log k, background, slope
 struct Flanks {
   const std::vector<float>& values;
-  const std::vector<std::uint8_t>& clipped;
+  ClippedRun core;
   double middle, height;
   bool sloped;
 
@@ -35,17 +35,18 @@ struct Flanks {
     const double e2 = std::exp(2 * p[1]), k = std::exp(p[2]);
     for (std::size_t i = 0; i < values.size(); ++i) {
       const double x = static_cast<double>(i) - p[0], t = static_cast<double>(i) - middle;
+      const bool clipped = static_cast<int>(i) >= core.first && static_cast<int>(i) <= core.last;
       const double exponent = k * (e2 - x * x);
-      if (clipped[i] && exponent > 0.5) continue;
+      if (clipped && exponent > 0.5) continue;
       const double g = height * std::exp(std::min(exponent, kMaxExponent));
       const double residual = values[i] - p[3] - p[4] * t - g;
-      if (clipped[i] && residual < 0) continue;
+      if (clipped && residual < 0) continue;
       Vector5 j;
       j << g * 2 * k * x, g * 2 * k * e2, g * exponent, 1, sloped ? t : 0;
       s.normal.selfadjointView<Eigen::Lower>().rankUpdate(j);
       s.right += j * residual;
       s.squares += residual * residual;
-      s.used += !clipped[i];
+      s.used += !clipped;
     }
     s.normal = s.normal.selfadjointView<Eigen::Lower>();
     if (!sloped) s.normal(4, 4) = 1;
@@ -62,38 +63,23 @@ double fall(const std::vector<float>& values, int from, int step, double level) 
 
 }  // namespace
 
-Plateau plateau_at(const std::vector<std::uint8_t>& clipped, int near, int reach) {
-  const int n = static_cast<int>(clipped.size());
-  Plateau widest;
-  for (int i = std::max(0, near - reach); i <= std::min(n - 1, near + reach); ++i) {
-    if (!clipped[i]) continue;
-    Plateau run{i, i};
-    while (run.first > 0 && clipped[run.first - 1]) --run.first;
-    while (run.last + 1 < n && clipped[run.last + 1]) ++run.last;
-    if (run.width() > widest.width()) widest = run;
-    i = run.last;
-  }
-  return widest;
-}
-
-PlateauFit fit_plateau(const std::vector<float>& values, const std::vector<std::uint8_t>& clipped,
-                       const Plateau& plateau, double noise, bool sloped) {
+PlateauFit fit_plateau(const std::vector<float>& values, const ClippedRun& core, double noise, bool sloped) {
   PlateauFit fit;
   const int n = static_cast<int>(values.size());
-  if (plateau.first < kFlankPixels || plateau.last + kFlankPixels >= n) return fit;
+  if (core.first < kFlankPixels || core.last + kFlankPixels >= n) return fit;
   double top = 0;
-  for (int i = plateau.first; i <= plateau.last; ++i) top += values[i] / plateau.width();
+  for (int i = core.first; i <= core.last; ++i) top += values[i] / core.width();
   const double base = 0.25 * (values[0] + values[1] + values[n - 2] + values[n - 1]);
-  const double height = top - base, middle = 0.5 * (plateau.first + plateau.last);
+  const double height = top - base, middle = 0.5 * (core.first + core.last);
   if (!(height > 8 * noise)) return fit;
 
-  const double left = fall(values, plateau.first, -1, base + 0.3 * height);
-  const double right = fall(values, plateau.last, 1, base + 0.3 * height);
+  const double left = fall(values, core.first, -1, base + 0.3 * height);
+  const double right = fall(values, core.last, 1, base + 0.3 * height);
   if (left < 0 || right < 0) return fit;
-  const double e = 0.5 * (plateau.last - plateau.first), outer = e + 0.5 * (left + right);
+  const double e = 0.5 * (core.last - core.first), outer = e + 0.5 * (left + right);
   Vector5 p;
   p << middle + 0.5 * (right - left), std::log(e), std::log(1.2 / (outer * outer - e * e)), base, 0;
-  const Flanks flanks{values, clipped, middle, height, sloped};
+  const Flanks flanks{values, core, middle, height, sloped};
   Flanks::Sums at = flanks.sums(p);
   double damping = 1e-3;
   for (int iteration = 0; iteration < 20; ++iteration) {

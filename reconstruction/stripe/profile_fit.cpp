@@ -18,6 +18,10 @@ constexpr double kModelError = 0.02;
 struct ProfileFitter::Window {
   const float* values;
   int first, last;
+  const float* reflectance = nullptr;  ///< of each value; none: 1, and the background a line
+
+  double share(int i) const { return reflectance ? reflectance[i] : 1.0; }
+  double ramp(int i, double t) const { return reflectance ? reflectance[i] : t; }
 };
 
 struct ProfileFitter::LinearFit {
@@ -84,33 +88,33 @@ class GaussWalk {
 }  // namespace
 
 ProfileFitter::LinearFit ProfileFitter::solve(const Window& window, double centre, double contrast) const {
-  const auto [values, first, last] = window;
+  const auto [values, first, last, reflectance] = window;
   const double contrast2 = contrast * contrast;
-  double n = 0, gg = 0, gt = 0, g1 = 0, tt = 0, t1 = 0, t2 = 0, s1 = 0, s2 = 0;
+  double n = 0, gg = 0, gt = 0, g1 = 0, gs = 0, tt = 0, t1 = 0, t2 = 0, s1 = 0, s2 = 0;
   double yg = 0, yq = 0, y1 = 0, yt = 0;
   GaussWalk walk((first - centre) / sd_, 1 / sd_);
   for (int i = first; i <= last; ++i, walk.advance()) {
-    const double t = walk.t(), g = walk.g(), y = values[i];
+    const double t = walk.t(), g = walk.g() * window.share(i), s = window.ramp(i, t), y = values[i];
     const double w = 1 / (1 + contrast2 * g * g), wg = w * g, wq = wg * t;
     n += w;
     gg += wg * g;
     gt += wg * g * t;
     g1 += wg;
     tt += wq * g * t;
+    gs += wg * s;
     t1 += wq;
-    t2 += wq * t;
-    s1 += w * t;
-    s2 += w * t * t;
+    t2 += wq * s;
+    s1 += w * s;
+    s2 += w * s * s;
     yg += wg * y;
     yq += wq * y;
     y1 += w * y;
-    yt += w * y * t;
+    yt += w * y * s;
   }
-  const double g2 = t1;  // the core against the slope: also a sum of g * t
   Eigen::Vector4d right{yg, yq, y1, yt};
   Eigen::Matrix4d normal;
-  normal << gg, gt, g1, g2, gt, tt, t1, t2, g1, t1, n, s1, g2, t2, s1, s2;
-  if (!sloped_) {
+  normal << gg, gt, g1, gs, gt, tt, t1, t2, g1, t1, n, s1, gs, t2, s1, s2;
+  if (!sloped_ && !reflectance) {
     normal.row(3).setZero();
     normal.col(3).setZero();
     normal(3, 3) = 1;
@@ -125,22 +129,46 @@ ProfileFitter::LinearFit ProfileFitter::solve(const Window& window, double centr
   return fit;
 }
 
+double ProfileFitter::centre_from(const Window& window, double start, LinearFit& linear) const {
+  double centre = start;
+  for (int iteration = 0; iteration < 8; ++iteration) {
+    linear = solve(window, centre, 0);
+    if (!linear.ok || linear.value[0] <= 0) return NAN;
+    const double shift = std::clamp(sd_ * linear.value[1] / linear.value[0], -0.7 * sd_, 0.7 * sd_);
+    centre += shift;
+    if (std::abs(centre - start) > std::max(1.5, 1.5 * sd_)) return NAN;
+    if (std::abs(shift) < 1e-2 * sd_) break;
+  }
+  return centre;
+}
+
+ProfileFit ProfileFitter::fit(const float* values, int count, double start, const ValueNoise& noise,
+                              const float* reflectance) const {
+  ProfileFit result;
+  const int middle = static_cast<int>(std::lround(start));
+  const Window window{values, std::max(0, middle - half_window_), std::min(count - 1, middle + half_window_),
+                      reflectance};
+  LinearFit linear;
+  if (window.last - window.first < 5) return result;
+  const double centre = centre_from(window, start, linear);
+  if (std::isnan(centre)) return result;
+  result.ok = true;
+  result.position = centre;
+  result.amplitude = linear.value[0];
+  result.amplitude_sigma = noise.additive * std::sqrt(linear.normal.inverse()(0, 0));
+  refine(window, noise, result);
+  return result;
+}
+
 ProfileFit ProfileFitter::fit(const float* values, int count, double start, const ValueNoise& noise) const {
   ProfileFit result;
   const int middle = static_cast<int>(std::lround(start));
   const int first = std::max(0, middle - half_window_), last = std::min(count - 1, middle + half_window_);
   if (last - first < 5) return result;
   const Window window{values, first, last};
-  double centre = start;
   LinearFit linear;
-  for (int iteration = 0; iteration < 8; ++iteration) {
-    linear = solve(window, centre, 0);
-    if (!linear.ok || linear.value[0] <= 0) return result;
-    const double shift = std::clamp(sd_ * linear.value[1] / linear.value[0], -0.7 * sd_, 0.7 * sd_);
-    centre += shift;
-    if (std::abs(centre - start) > std::max(1.5, 1.5 * sd_)) return result;
-    if (std::abs(shift) < 1e-2 * sd_) break;
-  }
+  const double centre = centre_from(window, start, linear);
+  if (std::isnan(centre)) return result;
   double squares = 0, width = 0, skew = 0;
   GaussWalk walk((first - centre) / sd_, 1 / sd_);
   for (int i = first; i <= last; ++i, walk.advance()) {
@@ -184,8 +212,9 @@ void ProfileFitter::refine(const Window& window, const ValueNoise& noise, Profil
   double squares = 0;
   GaussWalk walk((window.first - centre) / sd_, 1 / sd_);
   for (int i = window.first; i <= window.last; ++i, walk.advance()) {
-    const double t = walk.t(), g = walk.g();
-    const double residual = window.values[i] - linear.value[0] * g - linear.value[2] - linear.value[3] * t;
+    const double g = walk.g() * window.share(i);
+    const double residual =
+        window.values[i] - linear.value[0] * g - linear.value[2] - linear.value[3] * window.ramp(i, walk.t());
     squares += residual * residual / (1 + contrast * contrast * g * g);
   }
   const int freedom = window.last - window.first + 1 - (sloped_ ? 4 : 3);

@@ -39,11 +39,17 @@ class ProfileFitter {
   /// Fits values[0, count) from `start` on; `noise` is balanced against the residuals.
   ProfileFit fit(const float* values, int count, double start, const ValueNoise& noise) const;
 
+  /// Likewise where the surface's reflectance changes across the stripe: the light is the Gauss times it, and the
+  /// background in proportion to it. Width and skewness are not measured.
+  /// `reflectance`: of each value, any scale, none negative.
+  ProfileFit fit(const float* values, int count, double start, const ValueNoise& noise, const float* reflectance) const;
+
  private:
   struct Window;
   struct LinearFit;
   /// `contrast`: of the stripe's light, over the noise that is the same for all values.
   LinearFit solve(const Window& window, double centre, double contrast) const;
+  double centre_from(const Window& window, double start, LinearFit& linear) const;
   void refine(const Window& window, const ValueNoise& noise, ProfileFit& result) const;
 
   double sd_;

@@ -97,6 +97,12 @@ RidgeCandidates::RidgeCandidates(const cv::Mat1f& response, double noise, double
   }
 }
 
+void RidgeCandidates::add(int column, const RidgeCandidate& candidate) {
+  for (int k = 0; k < count(column); ++k)
+    if (std::abs(at(column, k).row - candidate.row) <= 1) return;
+  insert(column, candidate);
+}
+
 void RidgeCandidates::insert(int column, const RidgeCandidate& candidate) {
   RidgeCandidate* list = all_.data() + static_cast<std::size_t>(column) * kPerColumn;
   int& n = counts_[static_cast<std::size_t>(column)];

@@ -7,6 +7,9 @@
 
 namespace tankrig {
 
+/// Sd of the filter over that of the profile: near the best SNR, still local.
+inline constexpr double kFilterOverProfile = 1.5;
+
 /// Weights h(0), h(1), ... of the symmetric filter; white noise keeps its sd through it.
 std::vector<float> ridge_kernel(double sigma_px);
 
@@ -36,6 +39,9 @@ class RidgeCandidates {
 
   /// Local maxima of at least `min_snr` times `noise`.
   RidgeCandidates(const cv::Mat1f& response, double noise, double min_snr);
+
+  /// Adds a place that is known otherwise to be the stripe's, unless there is a candidate within a pixel of it.
+  void add(int column, const RidgeCandidate& candidate);
 
   int columns() const { return static_cast<int>(counts_.size()); }
   int count(int column) const { return counts_[static_cast<std::size_t>(column)]; }

@@ -12,8 +12,9 @@ struct RunLine {
   double value = 0, slope = 0;
   double variance = 0, slope_variance = 0, covariance = 0;
   double chi2 = 0;
-  double bend = 0;  ///< what a parabola would add at one column's distance ...
+  double bend = 0;  ///< of a parabola [px per column^2]
   double bend_variance = 0;
+  double bend_at = 0;  ///< what a bend of one adds to the value
   int points = 0;
   bool ok = false;
 };
@@ -52,10 +53,12 @@ RunLine fit_line(Iterator first, Iterator last, double at) {
     line.chi2 += r * r;
     bend += r / i->peak.sigma_px * t * t;
   }
-  const double power = s4 - (s2 * (s2 * s2 - s1 * s3) + s3 * (s0 * s3 - s1 * s2)) / determinant;
+  const double constant = (s2 * s2 - s1 * s3) / determinant;  // of the line nearest to t^2
+  const double power = s4 - constant * s2 - s3 * (s0 * s3 - s1 * s2) / determinant;
   if (line.points > 3 && power > 1e-9 * s4) {
     line.bend = bend / power;
     line.bend_variance = 1 / power;
+    line.bend_at = -constant;
   }
   return line;
 }

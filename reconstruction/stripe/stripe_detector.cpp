@@ -5,12 +5,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <opencv2/core.hpp>
 #include <optional>
 
 #include "core/input_error.hpp"
 #include "core/median.hpp"
 #include "reconstruction/stripe/appearance.hpp"
+#include "reconstruction/stripe/clipped_runs.hpp"
 #include "reconstruction/stripe/plateau_fit.hpp"
 #include "reconstruction/stripe/profile_fit.hpp"
 #include "reconstruction/stripe/ridge_filter.hpp"
@@ -21,10 +23,11 @@
 namespace tankrig {
 namespace {
 
-constexpr double kFilterOverProfile =
-    1.5;                                ///< sd of the filter over that of the profile: near the best SNR, still local
-constexpr double kMinProfileSnr = 3.0;  ///< amplitude over its sigma in the local fit
-constexpr double kSignificance = 4.0;   ///< sigmas beyond which a shape is not chance
+constexpr double kMinProfileSnr = 3.0;   ///< amplitude over its sigma in the local fit
+constexpr double kSureProfileSnr = 1.5;  ///< likewise where the look's path runs
+constexpr double kBetter = 0.7;          ///< misfit of a model over that of the usual one, from which it is believed
+constexpr float kEdge = 0.7f, kDarkest = 0.03f;  ///< of the reflectance over its largest
+constexpr double kSignificance = 4.0;            ///< sigmas beyond which a shape is not chance
 
 void check(const cv::Mat& image, const cv::Mat& background) {
   if (image.empty() || (image.type() != CV_8UC3 && image.type() != CV_8UC1))
@@ -43,7 +46,7 @@ cv::Mat transposed(const cv::Mat& image) {
 
 /// Another line in this column, almost as strong and continued on both sides.
 bool has_rival(const RidgeCandidates& candidates, const PathPoint& point, double sd, const StripeParameters& p) {
-  constexpr int kReach = 4, kNeeded = 5;
+  constexpr int kReach = 6, kNeeded = 9;
   for (int k = 0; k < candidates.count(point.column); ++k) {
     const RidgeCandidate& rival = candidates.at(point.column, k);
     if (std::abs(rival.row - point.candidate.row) < 4 * sd + 2) continue;
@@ -65,46 +68,120 @@ bool has_rival(const RidgeCandidates& candidates, const PathPoint& point, double
 /// One image whose stripe crosses the columns.
 class ColumnDetector {
  public:
-  ColumnDetector(const cv::Mat& image, const cv::Mat& background, const StripeParameters& parameters)
+  ColumnDetector(const cv::Mat& image, const cv::Mat& background, const StripeLook& look,
+                 const StripeParameters& parameters)
       : image_(image),
         background_(background),
         parameters_(parameters),
-        appearance_(measure_appearance(image, background)),
+        look_(look),
+        appearance_(measure_appearance(image, background, look)),
+        clipped_(image, appearance_.light),
         fitter_(appearance_.sd_px, background.empty()) {}
 
   StripeDetection detect() {
-    static thread_local cv::Mat1f signal, response;  // kept from frame to frame: fresh pages cost as much as the filter
-    weighted_signal(image_, background_, appearance_.detection, signal);
-    filter_columns(signal, ridge_kernel(std::clamp(kFilterOverProfile * appearance_.sd_px, 1.0, 10.0)), response);
-    constexpr double kQuantisation = 0.3, kCandidateShare = 0.85;
-    const double noise = std::max(robust_noise(response), kQuantisation);
-    const RidgeCandidates candidates(response, noise, kCandidateShare * parameters_.min_snr);
-    const std::vector<StripeRun> path = best_path(candidates, parameters_.min_snr, parameters_.max_step_px);
+    const RidgeCandidates candidates = find_candidates();
+    const std::vector<StripeRun> path = path_through(candidates);
 
     StripeStatistics& statistics = detection_.statistics;
     statistics.frames = 1;
     statistics.columns = static_cast<std::uint64_t>(image_.cols);
     count_unused_columns(candidates, path);
-    contrast_ = measure_contrast(path);
+    contrast_ = look_.contrast ? *look_.contrast : scatters_along(path).best();
     std::vector<FittedRun> runs;
-    for (const StripeRun& run : path) runs.push_back(fit_run(run, candidates));
+    const std::vector<std::vector<FittedPoint>> fitted = fit_points(path);
+    measure_shape(fitted);
+    for (const auto& run : fitted) runs.push_back(chosen_of(run, candidates));
     std::erase_if(runs, [](const FittedRun& run) { return run.empty(); });
     drop_strangers(runs, parameters_, statistics);
     const std::vector<double> correlations = calibrate_sigmas(runs);
     drop_edges(runs, parameters_, statistics);
     for (std::size_t i = 0; i < runs.size(); ++i) {
-      if (parameters_.smoothing_px > 0) smooth_run(runs[i], parameters_.smoothing_px, correlations[i]);
+      smooth_run(runs[i], parameters_.smoothing_px, correlations[i]);
       for (const RunPoint& point : runs[i]) {
         detection_.peaks.push_back(point.peak);
         float& sigma = detection_.peaks.back().sigma_px;
-        sigma = static_cast<float>(std::hypot(sigma, parameters_.speckle_floor_px));
+        sigma = std::max(sigma, static_cast<float>(parameters_.speckle_floor_px));
       }
     }
     statistics.peaks = detection_.peaks.size();
     return std::move(detection_);
   }
 
+  ContrastScatters measure_contrasts() { return scatters_along(path_through(find_candidates())); }
+
  private:
+  RidgeCandidates find_candidates() {
+    static thread_local cv::Mat1f signal, response;  // kept from frame to frame: fresh pages cost as much as the filter
+    weighted_signal(image_, background_, appearance_.detection, signal);
+    fill_clipped(signal);
+    filter_columns(signal, ridge_kernel(std::clamp(kFilterOverProfile * appearance_.sd_px, 1.0, 10.0)), response);
+    constexpr double kQuantisation = 0.3, kCandidateShare = 0.85;
+    const double noise = std::max(robust_noise(response), kQuantisation);
+    RidgeCandidates candidates(response, noise, kCandidateShare * parameters_.min_snr);
+    add_weak(response, noise, candidates);
+    typical_snr_ = typical_snr(response, look_) / noise;
+    return candidates;
+  }
+
+  std::vector<StripeRun> path_through(const RidgeCandidates& candidates) const {
+    return best_path(candidates, parameters_.min_snr, parameters_.max_step_px, typical_snr_);
+  }
+
+  /// Where the look's path is sure of a stripe, what is weaker than the noise lets tell in one column is enough.
+  void add_weak(const cv::Mat1f& response, double noise, RidgeCandidates& candidates) const {
+    constexpr double kSure = 1.0;  // evidence per column of the reduced image, several times that of noise
+    constexpr double kLeastSnr = 1.0;
+    sure_rows_.assign(response.cols, NAN);
+    if (look_.evidence <= kSure * static_cast<double>(look_.rows.size())) return;
+    const double reach = look_.step + appearance_.sd_px;
+    for (int x = 0; x < response.cols; ++x) {
+      const double at = static_cast<double>(x) / look_.step - 0.5 + 0.5 / look_.step;
+      const int left = std::clamp(static_cast<int>(std::floor(at)), 0, static_cast<int>(look_.rows.size()) - 1);
+      const int right = std::min(left + 1, static_cast<int>(look_.rows.size()) - 1);
+      const double share = std::clamp(at - left, 0.0, 1.0);
+      double row = (1 - share) * look_.rows[left] + share * look_.rows[right];
+      if (std::isnan(row)) row = std::isnan(look_.rows[left]) ? look_.rows[right] : look_.rows[left];
+      if (std::isnan(row)) continue;
+      sure_rows_[x] = row;
+      const int first = std::max(1, static_cast<int>(std::lround(row - reach)));
+      const int last = std::min(response.rows - 2, static_cast<int>(std::lround(row + reach)));
+      int best = first;
+      for (int y = first; y <= last; ++y)
+        if (response(y, x) > response(best, x)) best = y;
+      const double snr = response(best, x) / noise;
+      if (snr < kLeastSnr || snr > parameters_.min_snr) continue;
+      const float above = response(best - 1, x), here = response(best, x), below = response(best + 1, x);
+      const float curvature = 2 * here - above - below;
+      const float shift = curvature > 0 ? std::clamp(0.5f * (below - above) / curvature, -0.5f, 0.5f) : 0;
+      candidates.add(x, {static_cast<float>(best) + shift, static_cast<float>(1.1 * parameters_.min_snr)});
+    }
+  }
+
+  /// Median response at the look's path.
+  static double typical_snr(const cv::Mat1f& response, const StripeLook& look) {
+    std::vector<float> peaks;
+    for (std::size_t i = 0; i < look.rows.size(); ++i) {
+      if (std::isnan(look.rows[i])) continue;
+      const int x = static_cast<int>(i) * look.step + look.step / 2, y = static_cast<int>(std::lround(look.rows[i]));
+      float peak = 0;
+      for (int k = std::max(0, y - look.step - 1); k <= std::min(response.rows - 1, y + look.step + 1); ++k)
+        peak = std::max(peak, response(k, x));
+      peaks.push_back(peak);
+    }
+    return peaks.empty() ? 0.0 : upper_median(peaks);
+  }
+
+  /// What is clipped is at least as bright as what surrounds it.
+  void fill_clipped(cv::Mat1f& signal) const {
+    for (int x = 0; x < signal.cols; ++x)
+      for (const ClippedRun& run : clipped_.of(x)) {
+        float level = -HUGE_VALF;
+        if (run.first > 0) level = signal(run.first - 1, x);
+        if (run.last + 1 < signal.rows) level = std::max(level, signal(run.last + 1, x));
+        for (int y = run.first; y <= run.last; ++y) signal(y, x) = std::max(signal(y, x), level);
+      }
+  }
+
   void count_unused_columns(const RidgeCandidates& candidates, const std::vector<StripeRun>& path) {
     std::vector<bool> used(candidates.columns(), false);
     for (const StripeRun& run : path)
@@ -115,17 +192,46 @@ class ColumnDetector {
     }
   }
 
-  FittedRun fit_run(const StripeRun& run, const RidgeCandidates& candidates) {
+  struct FittedPoint {
+    PathPoint point;
+    ProfileFit fit;
+  };
+
+  std::vector<std::vector<FittedPoint>> fit_points(const std::vector<StripeRun>& path) {
+    std::vector<std::vector<FittedPoint>> out;
+    for (const StripeRun& run : path) {
+      out.emplace_back();
+      for (const PathPoint& point : run) {
+        const ProfileFit fit = fit_point(point, contrast_);
+        const bool sure = std::abs(point.candidate.row - sure_rows_[point.column]) < look_.step + 2 * appearance_.sd_px;
+        if (fit.ok && fit.amplitude >= (sure ? kSureProfileSnr : kMinProfileSnr) * fit.amplitude_sigma)
+          out.back().push_back({point, fit});
+        else
+          ++detection_.statistics.low_snr;
+      }
+    }
+    return out;
+  }
+
+  /// What most profiles of the image have in common is the stripe's own.
+  void measure_shape(const std::vector<std::vector<FittedPoint>>& runs) {
+    std::vector<double> widths, skews;
+    for (const auto& run : runs)
+      for (const FittedPoint& p : run) widths.push_back(p.fit.width_ratio), skews.push_back(p.fit.skewness);
+    if (widths.empty()) return;
+    typical_width_ = std::max(1.0, upper_median(widths));
+    typical_skewness_ = upper_median(skews);
+  }
+
+  FittedRun chosen_of(const std::vector<FittedPoint>& run, const RidgeCandidates& candidates) {
     FittedRun out;
     StripeStatistics& statistics = detection_.statistics;
-    for (const PathPoint& point : run) {
-      const ProfileFit fit = fit_point(point);
-      const StripeParameters& p = parameters_;
-      if (!fit.ok || fit.amplitude < kMinProfileSnr * fit.amplitude_sigma) {
-        ++statistics.low_snr;
-      } else if (fit.width_ratio > p.max_width_ratio && fit.width_ratio - 1 > kSignificance * fit.width_sigma) {
+    const StripeParameters& p = parameters_;
+    for (const auto& [point, fit] : run) {
+      const double width = fit.width_ratio / typical_width_, skewness = std::abs(fit.skewness - typical_skewness_);
+      if (width > p.max_width_ratio && fit.width_ratio - typical_width_ > kSignificance * fit.width_sigma) {
         ++statistics.too_wide;
-      } else if (std::abs(fit.skewness) > p.max_skew && std::abs(fit.skewness) > kSignificance * fit.skewness_sigma) {
+      } else if (skewness > p.max_skew && skewness > kSignificance * fit.skewness_sigma) {
         ++statistics.skewed;
       } else if (has_rival(candidates, point, appearance_.sd_px, p)) {
         ++statistics.ambiguous;
@@ -140,29 +246,34 @@ class ColumnDetector {
   /// The values across the stripe, in `values_`.
   struct Section {
     int first_row = 0;
-    bool clipped = false;
+    ClippedRun core;  ///< clipped, in the image's rows; empty: none
   };
 
   Section cut(const PathPoint& point) {
-    const int middle = static_cast<int>(std::lround(point.candidate.row));
-    const int reach = fitter_.half_window() + 2;
-    const int first = std::max(0, middle - reach), last = std::min(image_.rows - 1, middle + reach);
+    int middle = static_cast<int>(std::lround(point.candidate.row)), reach = fitter_.half_window() + 2;
+    Section section{0, clipped_.at(point.column, point.candidate.row, 0.5 * reach)};
+    if (section.core.width() > 0) {
+      middle = (section.core.first + section.core.last) / 2;
+      reach += section.core.width() / 2;
+    }
+    section.first_row = std::max(0, middle - reach);
+    fill_values(point.column, section.first_row, std::min(image_.rows - 1, middle + reach),
+                section.core.width() > 0 ? appearance_.light : appearance_.profile);
+    return section;
+  }
+
+  void fill_values(int column, int first, int last, const std::array<float, 3>& weights) {
     const int channels = image_.channels();
-    Section section{first};
+    const auto at = static_cast<std::ptrdiff_t>(column) * channels;
     values_.clear();
     for (int y = first; y <= last; ++y) {
-      const std::uint8_t* in = image_.ptr<std::uint8_t>(y) + static_cast<std::ptrdiff_t>(point.column) * channels;
-      const std::uint8_t* dark =
-          background_.empty() ? nullptr
-                              : background_.ptr<std::uint8_t>(y) + static_cast<std::ptrdiff_t>(point.column) * channels;
       float value = 0;
       for (int c = 0; c < channels; ++c) {
-        value += appearance_.profile[c] * static_cast<float>(in[c] - (dark ? dark[c] : 0));
-        section.clipped |= in[c] == 255;
+        const int dark = background_.empty() ? 0 : background_.ptr<std::uint8_t>(y)[at + c];
+        value += weights[c] * static_cast<float>(image_.ptr<std::uint8_t>(y)[at + c] - dark);
       }
       values_.push_back(value);
     }
-    return section;
   }
 
   /// Of the pixels that are not clipped, above the mean of two pixels on either side beyond the profile.
@@ -193,87 +304,92 @@ class ColumnDetector {
     return fitter_.fit(values_.data(), static_cast<int>(values_.size()), start, {appearance_.noise, contrast});
   }
 
-  ProfileFit fit_point(const PathPoint& point) {
+  ProfileFit fit_point(const PathPoint& point, double contrast) {
     const Section section = cut(point);
     const double start = point.candidate.row - section.first_row;
-    ProfileFit fit;
-    if (section.clipped && mark_clipped(point.column, section.first_row, false, start) >= kWidePlateau) {
-      fit = fit_clipped(point.column, section.first_row, start);
-    } else {
-      // A clipped core carries no speckle, and its flanks no more than their share.
-      fit = fit_values(start, section.clipped ? 0 : contrast_);
+    ProfileFit fit = section.core.width() > 0 ? fit_clipped(section) : fit_values(start, contrast);
+    if (section.core.width() == 0 && measure_reflectance(point.column, section.first_row)) {
+      // The profile may be cut by the edge of a square: the model that leaves less of it unexplained.
+      const ProfileFit cut = fitter_.fit(values_.data(), static_cast<int>(values_.size()), start,
+                                         {appearance_.noise, contrast}, reflectance_.data());
+      if (cut.ok && (!fit.ok || cut.misfit < kBetter * fit.misfit)) fit = cut;
     }
     fit.position += section.first_row;
     return fit;
   }
 
-  /// Flags the section's values of which a channel with the stripe's light is clipped, and finds the plateau they form
-  /// at `start`; returns its width. `replace`: the values become those of the channels that count, all as lower
-  /// bounds, and a channel clipped at the section's ends, as the scene itself is, does not count.
-  int mark_clipped(int column, int first_row, bool replace, double start) {
+  /// Of the surface across the stripe, in `reflectance_`, by the light that is not the laser's. False where it does not
+  /// change, or cannot be told.
+  bool measure_reflectance(int column, int first_row) {
     const int channels = image_.channels(), n = static_cast<int>(values_.size());
-    const auto pixel = [&](const cv::Mat& image, int i) {
-      return image.ptr<std::uint8_t>(first_row + i) + static_cast<std::ptrdiff_t>(column) * channels;
-    };
-    std::array<bool, 3> counts{};
-    for (int c = 0; c < channels; ++c)
-      counts[c] =
-          appearance_.profile[c] > 0 && !(replace && (pixel(image_, 0)[c] == 255 || pixel(image_, n - 1)[c] == 255));
-    clipped_.assign(n, 0);
-    for (int i = 0; i < n; ++i) {
-      const std::uint8_t* in = pixel(image_, i);
-      float value = 0;
-      for (int c = 0; c < channels; ++c) {
-        if (!counts[c]) continue;
-        clipped_[i] |= in[c] == 255;
-        value +=
-            appearance_.profile[c] * static_cast<float>(in[c] - (background_.empty() ? 0 : pixel(background_, i)[c]));
-      }
-      if (replace) values_[i] = value;
+    const auto at = static_cast<std::ptrdiff_t>(column) * channels;
+    const cv::Mat& scene = background_.empty() ? image_ : background_;
+    if (background_.empty() && channels < 3) return false;
+    std::array<float, 3> weights = appearance_.light;
+    if (background_.empty()) {
+      const float along = weights[0] + weights[1] + weights[2];
+      for (float& weight : weights) weight = 1 - along * weight;
     }
-    plateau_ = plateau_at(clipped_, static_cast<int>(std::lround(start)), fitter_.half_window() / 2);
-    return plateau_.width();
+    reflectance_.assign(n, 0);
+    for (int i = 0; i < n; ++i)
+      for (int k = -1; k <= 1; ++k) {
+        const std::uint8_t* pixel = scene.ptr<std::uint8_t>(std::clamp(first_row + i + k, 0, image_.rows - 1)) + at;
+        for (int c = 0; c < channels; ++c)
+          reflectance_[i] += (k ? 0.25f : 0.5f) * weights[c] * static_cast<float>(pixel[c]);
+      }
+    const int third = n / 3;
+    const float above = std::accumulate(reflectance_.begin(), reflectance_.begin() + third, 0.0f) / third;
+    const float below = std::accumulate(reflectance_.end() - third, reflectance_.end(), 0.0f) / third;
+    const float top = std::max(above, below);
+    if (std::abs(above - below) < kEdge * top || top < 6 * appearance_.noise) return false;
+    for (float& share : reflectance_) share = std::max(share / top, kDarkest);
+    return true;
   }
 
-  ProfileFit fit_clipped(int column, int first_row, double start) {
-    mark_clipped(column, first_row, true, start);
-    constexpr double kFullWidthOfSd = 2.3548;
-    PlateauFit fit = fit_plateau(values_, clipped_, plateau_, appearance_.noise, background_.empty());
-    fit.profile.width_ratio = std::min(fit.sd_px, fit.half_height_px / kFullWidthOfSd) / appearance_.sd_px;
-    return fit.profile;
+  /// By both flanks of a wide plateau, otherwise as if it were not clipped.
+  ProfileFit fit_clipped(const Section& section) {
+    const ClippedRun core{section.core.first - section.first_row, section.core.last - section.first_row};
+    if (core.width() >= kWidePlateau) {
+      constexpr double kFullWidthOfSd = 2.3548;
+      PlateauFit fit = fit_plateau(values_, core, appearance_.noise, background_.empty());
+      fit.profile.width_ratio = std::min(fit.sd_px, fit.half_height_px / kFullWidthOfSd) / appearance_.sd_px;
+      if (fit.profile.ok) return fit.profile;
+    }
+    return fit_values(0.5 * (core.first + core.last),
+                      0);  // a clipped core carries no speckle, and its flanks no more than their share
   }
 
-  /// Speckle's contrast, at which the residuals of some clear sections are as large as the noise lets expect.
-  double measure_contrast(const std::vector<StripeRun>& path) {
-    constexpr std::size_t kSamples = 48, kLeast = 6;
-    constexpr double kMaxContrast = 0.6;
-    std::vector<const PathPoint*> clear;
+  /// On some sections that are not clipped. What is off a Gauss is not speckle, though its residuals look alike.
+  ContrastScatters scatters_along(const std::vector<StripeRun>& path) {
+    constexpr std::size_t kLag = 4, kBlock = 24, kBlocks = 16;
+    std::size_t points = 0;
+    for (const StripeRun& run : path) points += run.size();
+    const std::size_t step = std::max(kBlock, points / kBlocks);
+    std::vector<std::vector<PathPoint>> blocks;
     for (const StripeRun& run : path)
-      for (const PathPoint& point : run)
-        if (point.candidate.snr >= 2 * parameters_.min_snr) clear.push_back(&point);
-    const std::size_t step = std::max<std::size_t>(1, clear.size() / kSamples);
-    for (std::size_t i = 0; i < clear.size() / step; ++i) clear[i] = clear[i * step + step / 2];
-    clear.resize(clear.size() / step);
-    std::erase_if(clear, [&](const PathPoint* point) { return cut(*point).clipped; });
-    const std::size_t n = clear.size();
-    if (n < kLeast) return 0;
-    const auto misfit = [&](double contrast) {
-      std::vector<double> all(n, HUGE_VAL);
-      for (std::size_t i = 0; i < n; ++i) {
-        const PathPoint& point = *clear[i];
-        const Section section = cut(point);
-        const ProfileFit fit = fit_values(point.candidate.row - section.first_row, contrast);
-        if (fit.ok) all[i] = fit.misfit;
+      for (std::size_t i = 0; i + 2 * kLag < run.size(); i += step) {
+        blocks.emplace_back();
+        for (std::size_t k = i; k < std::min(i + kBlock, run.size()); ++k)
+          if (cut(run[k]).core.width() == 0) blocks.back().push_back(run[k]);
       }
-      return upper_median(all);
-    };
-    if (misfit(0) <= 1) return 0;
-    double low = 0, high = kMaxContrast;
-    for (int round = 0; round < 4; ++round) {
-      const double middle = 0.5 * (low + high);
-      (misfit(middle) > 1 ? low : high) = middle;
+    ContrastScatters scatters;
+    std::vector<double> rows;
+    for (std::size_t f = 0; f < ContrastScatters::kContrasts.size(); ++f) {
+      for (const std::vector<PathPoint>& block : blocks) {
+        rows.clear();
+        for (const PathPoint& point : block) {
+          const ProfileFit fit = fit_point(point, ContrastScatters::kContrasts[f]);
+          rows.push_back(fit.ok ? fit.position : NAN);
+        }
+        for (std::size_t i = kLag; i + kLag < rows.size(); ++i) {
+          const auto column = [&](std::size_t k) { return static_cast<double>(block[k].column); };
+          const double share = (column(i) - column(i - kLag)) / (column(i + kLag) - column(i - kLag));
+          const double d = rows[i] - (1 - share) * rows[i - kLag] - share * rows[i + kLag];
+          if (!std::isnan(d)) scatters.add(f, d * d);
+        }
+      }
     }
-    return 0.5 * (low + high);
+    return scatters;
   }
 
   StripePeak peak_of(int column, const ProfileFit& fit) const {
@@ -291,35 +407,75 @@ class ColumnDetector {
   const cv::Mat& image_;
   const cv::Mat& background_;
   const StripeParameters& parameters_;
+  const StripeLook& look_;
   StripeAppearance appearance_;
+  ClippedRuns clipped_;
   ProfileFitter fitter_;
+  double typical_snr_ = 0;
   double contrast_ = 0;  ///< of speckle
-  std::vector<float> values_;
-  std::vector<std::uint8_t> clipped_;  ///< flags of `values_`
-  Plateau plateau_;                    ///< in `values_`
+  double typical_width_ = 1, typical_skewness_ = 0;
+  mutable std::vector<double> sure_rows_;  ///< of the look's path, by column; NaN where there is none
+  std::vector<float> values_, reflectance_;
   StripeDetection detection_;
 };
 
-}  // namespace
-
-OrientationVote find_orientation(const cv::Mat& image, const cv::Mat& background) {
-  check(image, background);
-  const double columns = measure_appearance(image, background).score;
-  const double rows = measure_appearance(transposed(image), transposed(background)).score;
-  if (rows > columns) return {StripeOrientation::kRows, rows};
-  return {StripeOrientation::kColumns, columns};
+/// `then(detector)` on the image as one whose stripe crosses the columns.
+template <class Then>
+auto with_detector(const cv::Mat& image, const cv::Mat& background, const StripeParameters& parameters,
+                   const StripeLook& look, Then then) {
+  const bool rows = look.orientation == StripeOrientation::kRows;
+  const cv::Mat across = rows ? transposed(image) : image;
+  const cv::Mat dark = rows ? transposed(background) : background;
+  ColumnDetector detector(across, dark, look, parameters);
+  return then(detector);
 }
+
+StripeDetection detect(const cv::Mat& image, const cv::Mat& background, const StripeParameters& parameters,
+                       const StripeLook& look) {
+  StripeDetection detection =
+      with_detector(image, background, parameters, look, [](ColumnDetector& d) { return d.detect(); });
+  detection.orientation = look.orientation;
+  return detection;
+}
+
+}  // namespace
 
 StripeDetection detect_stripe(const cv::Mat& image, const cv::Mat& background, const StripeParameters& parameters) {
   check(image, background);
-  StripeOrientation orientation = parameters.orientation;
-  if (orientation == StripeOrientation::kAuto) orientation = find_orientation(image, background).orientation;
-  const bool rows = orientation == StripeOrientation::kRows;
-  const cv::Mat across = rows ? transposed(image) : image;
-  const cv::Mat dark = rows ? transposed(background) : background;
-  StripeDetection detection = ColumnDetector(across, dark, parameters).detect();
-  detection.orientation = orientation;
-  return detection;
+  return detect(image, background, parameters, find_look(image, background, parameters.orientation));
+}
+
+StripeDetection detect_stripe(const cv::Mat& image, const cv::Mat& background, const StripeParameters& parameters,
+                              const StripeLook& known) {
+  check(image, background);
+  return detect(image, background, parameters, follow_look(image, background, known));
+}
+
+ContrastScatters measure_contrasts(const cv::Mat& image, const cv::Mat& background, const StripeParameters& parameters,
+                                   const StripeLook& known) {
+  check(image, background);
+  return with_detector(image, background, parameters, follow_look(image, background, known),
+                       [](ColumnDetector& d) { return d.measure_contrasts(); });
+}
+
+void ContrastScatters::add(std::size_t contrast, double square) {
+  constexpr double kLeast = 1e-4;  // [px^2]
+  sums_[contrast] += std::log(square + kLeast);
+  ++counts_[contrast];
+}
+
+ContrastScatters& ContrastScatters::operator+=(const ContrastScatters& other) {
+  for (std::size_t c = 0; c < kContrasts.size(); ++c) sums_[c] += other.sums_[c], counts_[c] += other.counts_[c];
+  return *this;
+}
+
+double ContrastScatters::best() const {
+  constexpr std::size_t kLeast = 20;
+  std::size_t best = 0;
+  const auto scatter = [&](std::size_t c) { return sums_[c] / static_cast<double>(counts_[c]); };
+  for (std::size_t c = 1; c < kContrasts.size(); ++c)
+    if (counts_[c] >= kLeast && (counts_[best] < kLeast || scatter(c) < scatter(best))) best = c;
+  return kContrasts[best];
 }
 
 }  // namespace tankrig

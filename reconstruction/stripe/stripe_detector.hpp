@@ -15,8 +15,12 @@
 // Sources: Steger 1998 (filter), Naidu & Fisher 1991 (sub-pixel), Viterbi 1967 (path).
 #pragma once
 
+#include <array>
+#include <cstddef>
+
 #include "core/config_node.hpp"
 #include "reconstruction/stripe/stripe.hpp"
+#include "reconstruction/stripe/stripe_look.hpp"
 
 namespace tankrig {
 
@@ -39,12 +43,27 @@ struct StripeParameters {
 /// Errors: InputError for another type or another background size.
 StripeDetection detect_stripe(const cv::Mat& image, const cv::Mat& background, const StripeParameters& parameters);
 
-/// How the stripe lies in this image, and how clearly: `score` is the typical SNR of its columns.
-struct OrientationVote {
-  StripeOrientation orientation = StripeOrientation::kColumns;
-  double score = 0;
+/// The same for an image of a set whose stripe's look is known from some of them.
+StripeDetection detect_stripe(const cv::Mat& image, const cv::Mat& background, const StripeParameters& parameters,
+                              const StripeLook& known);
+
+/// How far neighbouring points are out of line for each share of speckle; those of several images are summed.
+class ContrastScatters {
+ public:
+  static constexpr std::array kContrasts{0.0, 0.15, 0.4, 0.7};
+
+  void add(std::size_t contrast, double square);  ///< of a point's distance from the line of two others [px^2]
+  ContrastScatters& operator+=(const ContrastScatters& other);
+  double best() const;  ///< the first where too little was seen
+
+ private:
+  std::array<double, kContrasts.size()> sums_{};  ///< of logarithms: one gross point says no more than one small one
+  std::array<std::size_t, kContrasts.size()> counts_{};
 };
-OrientationVote find_orientation(const cv::Mat& image, const cv::Mat& background);
+
+/// Of some clear sections of the stripe in one image.
+ContrastScatters measure_contrasts(const cv::Mat& image, const cv::Mat& background, const StripeParameters& parameters,
+                                   const StripeLook& known);
 
 /// The rig file's `reconstruction: laser:`.
 extern const SettingsTable<StripeParameters> kStripeKeys;

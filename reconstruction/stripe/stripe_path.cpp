@@ -10,7 +10,7 @@ constexpr int kLookBack = 4;  ///< columns a run may miss, plus one
 constexpr double kRunPrice = 3.0;
 constexpr double kMissPrice = 0.25;  ///< of a missing column
 constexpr double kStepPrice = 0.3;   ///< of the largest step
-constexpr double kMaxGain = 1.2;
+constexpr double kLeastGain = 1.2;
 constexpr double kGainBeyond = 0.1;  ///< slope above the limit, so that the stronger of two lines wins
 
 struct Node {
@@ -19,14 +19,16 @@ struct Node {
   bool starts_run = true;
 };
 
-double gain(double snr, double min_snr) {
+double gain(double snr, double min_snr, double enough) {
   const double evidence = std::log(snr / min_snr);
-  return std::min(evidence, kMaxGain) + kGainBeyond * std::max(0.0, evidence - kMaxGain);
+  return std::min(evidence, enough) + kGainBeyond * std::max(0.0, evidence - enough);
 }
 
 }  // namespace
 
-std::vector<StripeRun> best_path(const RidgeCandidates& candidates, double min_snr, double max_step_px) {
+std::vector<StripeRun> best_path(const RidgeCandidates& candidates, double min_snr, double max_step_px,
+                                 double typical_snr) {
+  const double enough = std::max(kLeastGain, std::log(typical_snr / min_snr));
   constexpr int kK = RidgeCandidates::kPerColumn;
   std::vector<Node> nodes(static_cast<std::size_t>(candidates.columns()) * kK);
   double ended_value = 0;  // best path that has left its last run before this column
@@ -47,7 +49,7 @@ std::vector<StripeRun> best_path(const RidgeCandidates& candidates, double min_s
           if (value > node.value) node = {value, from, false};
         }
       }
-      node.value += gain(here.snr, min_snr);
+      node.value += gain(here.snr, min_snr, enough);
       nodes[column * kK + k] = node;
       if (node.value > best_here) {
         best_here = node.value;

@@ -22,17 +22,44 @@ cv::Mat load_checked(const StripeFrame& frame, const CameraModel& camera) {
   return image;
 }
 
-/// The orientation that stands out more in frames spread over the sweep.
-StripeOrientation vote(const std::vector<StripeFrame>& frames, const CameraModel& camera, const cv::Mat& background) {
+struct SetLook {
+  StripeLook look;
+  double orientation_share = 1;  ///< of the evidence for either orientation, what speaks for the one taken
+};
+
+/// The clearest look of frames spread over the sweep, in the orientation that most evidence speaks for. With
+/// `parameters` also the share of speckle that suits them.
+SetLook common_look(const std::vector<StripeFrame>& frames, const CameraModel& camera, const cv::Mat& background,
+                    StripeOrientation orientation, const StripeParameters* parameters) {
   const std::size_t n = std::min(frames.size(), kVotingFrames);
-  std::vector<OrientationVote> votes(n);
+  std::vector<StripeLook> looks(n);
+  std::vector<cv::Mat> images(n);
   tbb::parallel_for(std::size_t{0}, n, [&](std::size_t i) {
     const std::size_t k = (2 * i + 1) * frames.size() / (2 * n);
-    votes[i] = find_orientation(load_checked(frames[k], camera), background);
+    images[i] = load_checked(frames[k], camera);
+    looks[i] = find_look(images[i], background, orientation);
   });
   double columns = 0, rows = 0;
-  for (const OrientationVote& v : votes) (v.orientation == StripeOrientation::kRows ? rows : columns) += v.score;
-  return rows > columns ? StripeOrientation::kRows : StripeOrientation::kColumns;
+  for (const StripeLook& look : looks) {
+    const bool by_rows = look.orientation == StripeOrientation::kRows;
+    (by_rows ? rows : columns) += look.evidence;
+    (by_rows ? columns : rows) += look.rival;
+  }
+  SetLook out;
+  out.look.orientation = rows > columns ? StripeOrientation::kRows : StripeOrientation::kColumns;
+  if (rows + columns > 0) out.orientation_share = std::max(rows, columns) / (rows + columns);
+  for (StripeLook& look : looks)
+    if (look.orientation == out.look.orientation && look.evidence > out.look.evidence) out.look = std::move(look);
+  if (parameters) {
+    std::vector<ContrastScatters> scatters(n);
+    tbb::parallel_for(std::size_t{0}, n, [&](std::size_t i) {
+      scatters[i] = measure_contrasts(images[i], background, *parameters, out.look);
+    });
+    ContrastScatters all;
+    for (const ContrastScatters& s : scatters) all += s;
+    out.look.contrast = all.best();
+  }
+  return out;
 }
 
 struct FrameResult {
@@ -45,11 +72,11 @@ bool inside(const WorkspaceBox& box, const Vector3d& p) {
 }
 
 FrameResult process(const StripeFrame& frame, const CameraModel& camera, const cv::Mat& background,
-                    const StripeReconstructionParameters& parameters) {
+                    const StripeReconstructionParameters& parameters, const StripeLook& look) {
   FrameResult result;
   const cv::Mat image = load_checked(frame, camera);
   if (const auto* ours = std::get_if<StripeParameters>(&parameters.detector))
-    result.detection = detect_stripe(image, background, *ours);
+    result.detection = detect_stripe(image, background, *ours, look);
   else
     result.detection = detect_paper(image, std::get<PaperStripeParameters>(parameters.detector));
   StripeStatistics& statistics = result.detection.statistics;
@@ -81,13 +108,18 @@ StripeResult reconstruct_stripe(const std::vector<StripeFrame>& frames, const Ca
   StripeReconstructionParameters settled = parameters;
   StripeOrientation& orientation =
       std::visit([](auto& detector) -> StripeOrientation& { return detector.orientation; }, settled.detector);
-  if (orientation == StripeOrientation::kAuto && !frames.empty()) orientation = vote(frames, camera, background);
+  const auto* ours = std::get_if<StripeParameters>(&settled.detector);
+  SetLook look;
+  if (!frames.empty() && (ours || orientation == StripeOrientation::kAuto)) {
+    look = common_look(frames, camera, background, orientation, ours);
+    orientation = look.look.orientation;
+  }
 
   std::vector<FrameResult> results(frames.size());
   std::mutex reporting;
   std::size_t done = 0;
   tbb::parallel_for(std::size_t{0}, frames.size(), [&](std::size_t i) {
-    results[i] = process(frames[i], camera, background, settled);
+    results[i] = process(frames[i], camera, background, settled, look.look);
     if (!progress) return;
     const std::lock_guard lock(reporting);
     progress(++done, frames.size());
@@ -96,6 +128,7 @@ StripeResult reconstruct_stripe(const std::vector<StripeFrame>& frames, const Ca
   StripeResult all;
   all.cloud.frame = cloud_frame;
   if (!results.empty()) all.orientation = results[0].detection.orientation;
+  all.orientation_share = look.orientation_share;
   for (std::size_t i = 0; i < results.size(); ++i) {
     const FrameResult& result = results[i];
     all.statistics += result.detection.statistics;

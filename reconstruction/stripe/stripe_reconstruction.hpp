@@ -49,7 +49,8 @@ struct StripeResult {
   PointCloud cloud;
   StripeStatistics statistics;
   StripeOrientation orientation = StripeOrientation::kColumns;
-  std::vector<StripeRow> rows;  ///< every stripe point found, in order of frames and columns
+  double orientation_share = 1;  ///< of the evidence for either orientation, what speaks for this one; 1: it was given
+  std::vector<StripeRow> rows;   ///< every stripe point found, in order of frames and columns
 };
 
 /// Frames are searched in parallel; the result does not depend on the number of threads. An orientation kAuto is

@@ -32,7 +32,7 @@ int stray_points(Iterator first, Iterator last) {
 template <class Iterator>
 int fading_points(Iterator first, Iterator last) {
   constexpr int kFadingPoints = 4, kBehind = 7;
-  constexpr double kEdgeShare = 0.5;  // where a blurred edge lies
+  constexpr double kEdgeShare = 0.7;  // a blurred edge lies at half; up to here it draws the profile along
   if (last - first < kFadingPoints + kBehind) return 0;
   std::array<double, kBehind> behind;
   for (int i = 0; i < kBehind; ++i) behind[i] = (first + kFadingPoints + i)->amplitude;

@@ -74,6 +74,22 @@ std::vector<std::size_t> breaks_of(const FittedRun& run, int reach, double corre
   return breaks;
 }
 
+/// Sigmas follow what the points near by scatter about their lines: a square's edge or a grain of the surface is not
+/// everywhere.
+void scale_locally(const std::vector<double>& residuals, FittedRun& run) {
+  constexpr int kReach = 15;
+  constexpr double kPrior = 8, kMost = 25;
+  for (std::size_t i = 0; i < run.size(); ++i) {
+    double sum = kPrior, weight = kPrior;
+    for (std::size_t k = i - std::min<std::size_t>(i, kReach); k < std::min(run.size(), i + kReach + 1); ++k) {
+      if (std::isnan(residuals[k]) || std::abs(run[k].peak.column - run[i].peak.column) > kReach) continue;
+      sum += std::min(residuals[k], kMost);
+      weight += 1;
+    }
+    run[i].peak.sigma_px *= static_cast<float>(std::sqrt(sum / weight));
+  }
+}
+
 }  // namespace
 
 std::vector<double> calibrate_sigmas(std::vector<FittedRun>& runs) {
@@ -111,30 +127,44 @@ std::vector<double> calibrate_sigmas(std::vector<FittedRun>& runs) {
 }
 
 void smooth_run(FittedRun& run, int half_window, double correlation) {
+  constexpr int kUsual = 10;  // half window of the lines that sigma is measured by where nothing is smoothed
   const FittedRun raw = run;
-  const std::vector<std::size_t> breaks = breaks_of(raw, half_window, correlation);
+  const int widest = half_window > 0 ? half_window : kUsual;
+  const std::vector<std::size_t> breaks = breaks_of(raw, widest, correlation);
+  std::vector<double> residuals(raw.size(), NAN);  // squared, over what sigma lets expect
   auto next_break = breaks.begin();
   std::size_t begin = 0;
   for (std::size_t i = 0; i < raw.size(); ++i) {
     while (next_break != breaks.end() && *next_break <= i) begin = *next_break++;
     const std::size_t end = next_break == breaks.end() ? raw.size() : *next_break;
-    const double column = raw[i].peak.column;
-    for (int reach = half_window; reach >= 1; reach /= 2) {
+    const double column = raw[i].peak.column, own = std::pow(raw[i].peak.sigma_px, 2);
+    for (int reach = widest; reach >= 1; reach /= 2) {
       std::size_t first = i, last = i + 1;
       while (first > begin && column - raw[first - 1].peak.column <= reach) --first;
       while (last < end && raw[last].peak.column - column <= reach) ++last;
       if (last - first < 3) continue;
       const RunLine line = fit_line(raw.begin() + static_cast<std::ptrdiff_t>(first),
                                     raw.begin() + static_cast<std::ptrdiff_t>(last), column);
-      if (!line.ok || line.bend * line.bend > kTolerance * kTolerance * line.bend_variance * correlation) continue;
+      if (!line.ok) continue;
       const double freedom = line.points - 2;
-      if (line.chi2 > freedom + kTolerance * std::sqrt(2 * freedom * correlation)) continue;
-      run[i].peak.position = static_cast<float>(line.value);
-      run[i].peak.sigma_px = static_cast<float>(std::sqrt(
-          std::min(line.variance * correlation, static_cast<double>(raw[i].peak.sigma_px) * raw[i].peak.sigma_px)));
+      const double of_bend = line.bend_variance > 0 ? line.bend * line.bend / line.bend_variance : 0;
+      if (line.chi2 - of_bend > freedom + kTolerance * std::sqrt(2 * freedom * correlation)) continue;
+      // As much of the parabola as the points speak for: its own variance is more than a straight line's.
+      const double noise = line.bend_variance * correlation;
+      const double part = noise > 0 ? std::max(0.0, 1 - 2 * noise / (line.bend * line.bend)) : 0;
+      const double value = line.value + part * line.bend_at * line.bend;
+      const double uncorrelated = line.variance + part * line.bend_at * line.bend_at * line.bend_variance;
+      const double variance = correlation * uncorrelated;
+      if (variance > own) continue;
+      residuals[i] = std::pow(raw[i].peak.position - value, 2) / std::max(own - uncorrelated, 0.1 * own);
+      if (half_window > 0) {
+        run[i].peak.position = static_cast<float>(value);
+        run[i].peak.sigma_px = static_cast<float>(std::sqrt(variance));
+      }
       break;
     }
   }
+  scale_locally(residuals, run);
 }
 
 }  // namespace tankrig

@@ -72,7 +72,11 @@ int reconstruct(const ReconstructOptions& options) {
                                {"frame", reconstruction.cloud.frame}, {"cloud", written.string()},
                                {"rejected", reconstruction.rejected}, {"rejected_by_reason", reconstruction.rejections},
                                {"seconds", reconstruction.seconds},   {"warnings", session.warnings}};
-    if (laser) out["stripe"] = stripe.string();
+    if (laser) {
+      out["stripe"] = stripe.string();
+      out["orientation"] = to_string(reconstruction.orientation);
+      out["orientation_share"] = reconstruction.orientation_share;
+    }
     if (!reconstruction.warning.empty()) out["warning"] = reconstruction.warning;
     if (!reconstruction.reason.empty()) out["reason"] = reconstruction.reason;
     print_json(out);

@@ -1,0 +1,182 @@
+#include "reconstruction/stripe/stripe_look.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <opencv2/imgproc.hpp>
+
+#include "core/median.hpp"
+#include "reconstruction/stripe/ridge_filter.hpp"
+#include "reconstruction/stripe/stripe_path.hpp"
+
+namespace tankrig {
+namespace {
+
+constexpr int kReduced = 320;  ///< longest side of the reduced image [px]
+constexpr double kMinSnr = 3.0, kMaxStep = 1.8;
+constexpr double kQuantisation = 0.3;
+constexpr int kMinRun = 6;
+constexpr double kSigmas[] = {1.0, 2.0, 4.0, 8.0};  ///< of the filters [reduced px]
+
+/// The image less its background, reduced; and what share of each reduced pixel is clipped in a channel.
+struct Reduced {
+  std::vector<cv::Mat1f> light, clipped;
+  int factor = 1;
+};
+
+Reduced reduce(const cv::Mat& image, const cv::Mat& background) {
+  Reduced out;
+  out.factor = std::max(1, (std::max(image.cols, image.rows) + kReduced - 1) / kReduced);
+  const int channels = image.channels(), f = out.factor;
+  const cv::Size size(image.cols / f, image.rows / f);
+  for (int c = 0; c < channels; ++c) {
+    out.light.emplace_back(size, 0.0f);
+    out.clipped.emplace_back(size, 0.0f);
+  }
+  const float share = 1.0f / static_cast<float>(f * f);
+  for (int y = 0; y < size.height * f; ++y) {
+    const std::uint8_t* in = image.ptr<std::uint8_t>(y);
+    const std::uint8_t* dark = background.empty() ? nullptr : background.ptr<std::uint8_t>(y);
+    for (int c = 0; c < channels; ++c) {
+      float* light = out.light[c][y / f];
+      float* clipped = out.clipped[c][y / f];
+      for (int x = 0; x < size.width; ++x) {
+        int sum = 0, full = 0;
+        for (int i = 0; i < f; ++i) {
+          const int at = (x * f + i) * channels + c;
+          sum += in[at] - (dark ? dark[at] : 0);
+          full += in[at] >= 254;
+        }
+        light[x] += share * static_cast<float>(sum);
+        clipped[x] += share * static_cast<float>(full);
+      }
+    }
+  }
+  return out;
+}
+
+Reduced transposed(const Reduced& in) {
+  Reduced out;
+  out.factor = in.factor;
+  for (const cv::Mat1f& m : in.light) out.light.emplace_back(m.t());
+  for (const cv::Mat1f& m : in.clipped) out.clipped.emplace_back(m.t());
+  return out;
+}
+
+/// Light in the given colour. What is clipped in one of its channels is at least as bright as what surrounds it.
+cv::Mat1f signal_of(const Reduced& image, const std::array<float, 3>& weights) {
+  constexpr float kClipped = 0.2f;
+  const int channels = static_cast<int>(image.light.size());
+  cv::Mat1f signal(image.light[0].size(), 0.0f), clipped(signal.size(), 0.0f);
+  for (int c = 0; c < channels; ++c) {
+    signal += weights[c] * image.light[c];
+    if (weights[c] > 0) clipped = cv::max(clipped, image.clipped[c]);
+  }
+  for (int x = 0; x < signal.cols; ++x)
+    for (int y = 0; y < signal.rows; ++y) {
+      if (clipped(y, x) < kClipped) continue;
+      int end = y;
+      while (end < signal.rows && clipped(end, x) >= kClipped) ++end;
+      float level = -HUGE_VALF;
+      for (int k = std::max(0, y - 2); k < y; ++k) level = std::max(level, signal(k, x));
+      for (int k = end; k < std::min(signal.rows, end + 2); ++k) level = std::max(level, signal(k, x));
+      for (; y < end; ++y) signal(y, x) = std::max(signal(y, x), level);
+    }
+  return signal;
+}
+
+struct Found {
+  double evidence = 0;
+  std::vector<StripeRun> path;
+};
+
+/// A stripe adds light: what is brighter in its colour alone, as the shadow beside it, does not count.
+Found follow(const cv::Mat1f& signal, const cv::Mat1f& sum, double sigma) {
+  cv::Mat1f response, brightness;
+  filter_columns(signal, ridge_kernel(sigma), response);
+  filter_columns(sum, ridge_kernel(sigma), brightness);
+  response.setTo(0, brightness <= 0);
+  const double noise = std::max(robust_noise(response), kQuantisation);
+  Found found;
+  found.path = best_path(RidgeCandidates(response, noise, 0.85 * kMinSnr), kMinSnr, kMaxStep, HUGE_VAL);
+  std::erase_if(found.path, [](const StripeRun& run) { return static_cast<int>(run.size()) < kMinRun; });
+  for (const StripeRun& run : found.path) {
+    found.evidence -= 3;
+    for (const PathPoint& point : run) found.evidence += std::log(point.candidate.snr / kMinSnr);
+  }
+  return found;
+}
+
+std::vector<std::array<float, 3>> colours(int channels, bool dark) {
+  if (channels == 1) return {{1, 0, 0}};
+  const auto r = static_cast<float>(1 / std::sqrt(3.0));
+  if (dark) return {{r, r, r}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  const float m = static_cast<float>(1 / std::sqrt(1.5)), h = -0.5f * m;
+  return {{r, r, r}, {m, h, h}, {h, m, h}, {h, h, m}};
+}
+
+/// Sets the path, in pixels of the image.
+void set_path(const Found& found, const Reduced& reduced, StripeLook& look) {
+  const int columns = reduced.light[0].cols;
+  look.evidence = found.evidence;
+  look.step = reduced.factor;
+  look.share = 0;
+  look.rows.assign(columns, NAN);
+  for (const StripeRun& run : found.path)
+    for (const PathPoint& point : run) {
+      look.rows[point.column] = static_cast<float>((point.candidate.row + 0.5) * look.step - 0.5);
+      look.share += 1.0 / columns;
+    }
+}
+
+cv::Mat1f sum_of(const Reduced& reduced) {
+  cv::Mat1f sum = reduced.light[0].clone();
+  for (std::size_t c = 1; c < reduced.light.size(); ++c) sum += reduced.light[c];
+  return sum;
+}
+
+}  // namespace
+
+StripeLook find_look(const cv::Mat& image, const cv::Mat& background, StripeOrientation orientation) {
+  constexpr double kGreyShare = 0.4;  // bright ridges are everywhere, coloured ones are not
+  constexpr double kWider = 0.94;     // of two widths that answer alike, the smaller: haze is wide, too
+  const Reduced as_is = reduce(image, background);
+  const int channels = image.channels();
+  StripeLook best;
+  double evidence[2] = {0, 0};
+  for (const bool rows : {false, true}) {
+    if (orientation != StripeOrientation::kAuto && rows != (orientation == StripeOrientation::kRows)) continue;
+    const Reduced reduced = rows ? transposed(as_is) : as_is;
+    const cv::Mat1f sum = sum_of(reduced);
+    for (const auto& weights : colours(channels, !background.empty())) {
+      const cv::Mat1f signal = signal_of(reduced, weights);
+      const bool grey = channels == 3 && weights[0] == weights[1] && weights[1] == weights[2];
+      for (const double sigma : kSigmas) {
+        Found found = follow(signal, sum, sigma);
+        if (grey && background.empty()) found.evidence *= kGreyShare;
+        found.evidence *= std::pow(kWider, std::log2(sigma));
+        if (found.evidence <= evidence[rows]) continue;
+        evidence[rows] = found.evidence;
+        if (found.evidence <= best.evidence) continue;
+        best.orientation = rows ? StripeOrientation::kRows : StripeOrientation::kColumns;
+        best.weights = weights;
+        best.sd_px = sigma * reduced.factor / kFilterOverProfile;
+        set_path(found, reduced, best);
+      }
+    }
+  }
+  best.rival = std::min(evidence[0], evidence[1]);
+  return best;
+}
+
+StripeLook follow_look(const cv::Mat& image, const cv::Mat& background, const StripeLook& known) {
+  const bool rows = known.orientation == StripeOrientation::kRows;
+  const Reduced as_is = reduce(image, background);
+  const Reduced reduced = rows ? transposed(as_is) : as_is;
+  StripeLook look = known;
+  const double sigma = std::max(kSigmas[0], kFilterOverProfile * known.sd_px / reduced.factor);
+  set_path(follow(signal_of(reduced, known.weights), sum_of(reduced), sigma), reduced, look);
+  return look;
+}
+
+}  // namespace tankrig
