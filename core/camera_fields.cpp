@@ -30,8 +30,11 @@ CameraValue value_of(const YAML::Node& node, int depth = 0) {
     for (const YAML::Node& item : node) value.items.push_back(value_of(item, depth + 1));
   } else if (node.IsMap()) {
     value.kind = Kind::kMapping;
-    for (const auto& child : node)
-      if (child.first.IsScalar()) value.children.emplace_back(child.first.Scalar(), value_of(child.second, depth + 1));
+    for (const auto& child : node) {
+      if (!child.first.IsScalar()) continue;
+      value.names.push_back(child.first.Scalar());
+      value.items.push_back(value_of(child.second, depth + 1));
+    }
   }
   return value;
 }
@@ -84,27 +87,25 @@ class OpenCvXml {
     if (!element) return {};
     CameraValue value{Kind::kEmpty, line_of(element), {}, {}, {}};
     if (depth == kDeepest) return value;
+    std::vector<CameraValue> words;
     for (const pugi::xml_node child : element.children()) {
-      if (child.type() == pugi::node_element)
-        value.children.emplace_back(child.name(), value_of(child, depth + 1));
-      else
-        add_words(child, value.items);
+      if (child.type() != pugi::node_element) {
+        add_words(child, words);
+        continue;
+      }
+      value.names.emplace_back(child.name());
+      value.items.push_back(value_of(child, depth + 1));
     }
-    if (!value.children.empty()) return structured(std::move(value));
-    const bool single = value.items.size() == 1 && std::string_view(element.name()) != "data";
+    // Children all named "_" are the items of a list.
+    if (std::ranges::any_of(value.names, [](const std::string& name) { return name != "_"; })) {
+      value.kind = Kind::kMapping;
+      return value;
+    }
+    if (value.items.empty()) value.items = std::move(words);
+    const bool single = value.names.empty() && value.items.size() == 1 && std::string_view(element.name()) != "data";
     if (single) return value.items.front();
+    value.names.clear();
     value.kind = Kind::kList;
-    return value;
-  }
-
-  /// Children all named "_" are the items of a list.
-  static CameraValue structured(CameraValue value) {
-    value.items.clear();
-    const bool list = std::ranges::all_of(value.children, [](const auto& child) { return child.first == "_"; });
-    value.kind = list ? Kind::kList : Kind::kMapping;
-    if (!list) return value;
-    for (auto& [name, child] : value.children) value.items.push_back(std::move(child));
-    value.children.clear();
     return value;
   }
 
@@ -132,8 +133,8 @@ class OpenCvXml {
 
 const CameraValue& CameraValue::child(const std::string& name) const {
   static const CameraValue kNone;
-  const auto found = std::ranges::find(children, name, &std::pair<std::string, CameraValue>::first);
-  return found == children.end() ? kNone : found->second;
+  const auto found = std::ranges::find(names, name);
+  return found == names.end() ? kNone : items[static_cast<std::size_t>(found - names.begin())];
 }
 
 CameraFields camera_fields(std::string text, const std::filesystem::path& file) {

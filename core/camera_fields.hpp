@@ -14,9 +14,9 @@ struct CameraValue {
 
   Kind kind = Kind::kAbsent;
   int line = 1;
-  std::string text;                                           ///< of a scalar
-  std::vector<CameraValue> items;                             ///< of a list
-  std::vector<std::pair<std::string, CameraValue>> children;  ///< of a mapping
+  std::string text;                ///< of a scalar
+  std::vector<CameraValue> items;  ///< of a list or a mapping
+  std::vector<std::string> names;  ///< of a mapping: one for each item
 
   bool present() const { return kind != Kind::kAbsent; }
   /// Of a mapping; absent if there is none of that name.

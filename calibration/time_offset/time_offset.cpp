@@ -3,6 +3,7 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <map>
 #include <numbers>
@@ -15,10 +16,11 @@
 namespace tankrig {
 namespace {
 
-constexpr double kReach = 0.1;       // [s] of joints wanted beyond the first and last stripe
-constexpr double kLeastSine = 0.02;  // of the angle between ray and laser plane
+constexpr double kReach = 0.1;                // [s] of joints wanted before and after each stripe
+constexpr std::ptrdiff_t kLeastReadings = 6;  // within the reach, for a parabola
+constexpr double kLeastSine = 0.02;           // of the angle between ray and laser plane
 constexpr std::size_t kLeastPairs = 200;
-constexpr double kLeastFrames = 21;  // of a pass that see places of the other: three waves for the sigma
+constexpr double kLeastFrames = 21;  // of a pass that see places of the other
 constexpr int kLeastWaves = 3;
 constexpr double kWaves = 0.3;       // times frames^(2/3); see spread_of
 constexpr double kSpeedRatio = 1.2;  // of recordings from which the backlash is estimated
@@ -29,11 +31,23 @@ constexpr int kIterations = 20;
 
 using Parameters = Eigen::Vector2d;  // offset [s], backlash [rad]
 
+/// Readings come in whole ticks: a parabola through those of the time around `when` errs by a part of one.
 JointVector joints_at(const std::vector<TimedJoints>& joints, Stamp when) {
-  auto after =
-      std::lower_bound(joints.begin(), joints.end(), when, [](const TimedJoints& j, Stamp t) { return j.stamp < t; });
-  if (after == joints.begin()) ++after;
-  if (after == joints.end()) --after;
+  const auto earlier = [](const TimedJoints& j, Stamp t) { return j.stamp < t; };
+  const auto first = std::lower_bound(joints.begin(), joints.end(), when - from_seconds(kReach), earlier);
+  const auto last = std::lower_bound(first, joints.end(), when + from_seconds(kReach), earlier);
+  Eigen::Matrix3d h = Eigen::Matrix3d::Zero();
+  Eigen::Matrix<double, 3, JointVector::RowsAtCompileTime> g;
+  g.setZero();
+  for (auto j = first; j != last; ++j) {
+    const double t = seconds(j->stamp - when) / kReach;
+    const Eigen::Vector3d powers(1, t, t * t);
+    h += powers * powers.transpose();
+    g += powers * j->q.transpose();
+  }
+  if (last - first >= kLeastReadings) return h.ldlt().solve(g).row(0);
+  const auto after = std::clamp(std::lower_bound(joints.begin(), joints.end(), when, earlier),
+                                std::next(joints.begin()), std::prev(joints.end()));
   const TimedJoints &a = *std::prev(after), &b = *after;
   return a.q + (b.q - a.q) * (seconds(when - a.stamp) / seconds(b.stamp - a.stamp));
 }
@@ -274,14 +288,6 @@ Spread spread_of(const std::vector<Sweeps>& recordings, const Linear& l, const N
   return out;
 }
 
-/// 97.5 % quantile of Student's t: Cornish and Fisher's expansion, within 1 % from three degrees of freedom on.
-double student_quantile(double freedom) {
-  constexpr double z = 1.959963985, z2 = z * z;
-  const double f = 4 * freedom;
-  return z * (1 + (z2 + 1) / f + ((5 * z2 + 16) * z2 + 3) / (6 * f * f) +
-              (((3 * z2 + 19) * z2 + 17) * z2 - 15) / (6 * f * f * f));
-}
-
 }  // namespace
 
 TimeOffsetSolution solve(const TimeOffsetProblem& problem) {
@@ -323,7 +329,7 @@ TimeOffsetSolution solve(const TimeOffsetProblem& problem) {
   const Spread spread = spread_of(residuals.sweeps(), linear, normal, with_backlash);
   out.offset = p[0];
   out.sigma = std::sqrt(spread.covariance(0, 0));
-  out.half_width = student_quantile(spread.freedom) * out.sigma;
+  out.half_width = quantile(boost::math::students_t(spread.freedom), 0.975) * out.sigma;
   if (with_backlash) out.backlash = p[1], out.backlash_sigma = std::sqrt(spread.covariance(1, 1));
   out.offset_per_backlash = normal.h(0, 1) / normal.h(0, 0);
   out.speed_on_target = median_of(speeds);
