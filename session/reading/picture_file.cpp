@@ -230,6 +230,16 @@ void check_whole(std::string_view bytes, const std::filesystem::path& file) {
   }
 }
 
+/// Whether cv::imdecode with `flags` would give the picture as it is in its file.
+bool fits(const cv::Mat& image, int flags) {
+  constexpr int kHarmless =
+      cv::IMREAD_COLOR | cv::IMREAD_ANYCOLOR | cv::IMREAD_ANYDEPTH | cv::IMREAD_IGNORE_ORIENTATION;
+  if (image.empty()) return false;
+  if (flags == cv::IMREAD_UNCHANGED) return true;
+  if ((flags & ~kHarmless) != 0) return false;
+  return (flags & cv::IMREAD_ANYCOLOR) != 0 || image.channels() == ((flags & cv::IMREAD_COLOR) != 0 ? 3 : 1);
+}
+
 std::string sides_text(int width, int height) { return fmt::format("{} x {}", width, height); }
 
 }  // namespace
@@ -276,7 +286,8 @@ cv::Mat decode_picture(std::string_view bytes, const std::filesystem::path& file
     throw InputError(file, fmt::format("found {} px, expected at most {} megapixels",
                                        sides_text(size->width, size->height), kMostPixels / 1'000'000));
   check_whole(bytes, file);
-  cv::Mat image;
+  cv::Mat image = decode_plain_png(bytes);
+  if (fits(image, flags)) return image;
   try {
     image = cv::imdecode(cv::Mat(1, static_cast<int>(bytes.size()), CV_8UC1, const_cast<char*>(bytes.data())), flags);
   } catch (const cv::Exception&) {
