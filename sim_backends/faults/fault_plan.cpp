@@ -1,10 +1,9 @@
 #include "sim_backends/faults/fault_plan.hpp"
 
-#include <fmt/format.h>
+#include <yaml-cpp/yaml.h>
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 
 #include "core/input_error.hpp"
 
@@ -150,27 +149,6 @@ FaultSpec spec_from(const ConfigNode& node) {
   return s;
 }
 
-std::string quoted(const std::string& text) {
-  std::string out = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') out += '\\';
-    if (static_cast<unsigned char>(c) >= 0x20) {
-      out += c;
-      continue;
-    }
-    out += fmt::format("\\x{:02x}", static_cast<unsigned>(c));
-  }
-  return out + '"';
-}
-
-/// A device as `device:` has it; a camera's name may need quotes.
-std::string device_text(const FaultSpec& s) {
-  const std::string name = std::string(to_string(s.device)) + (s.camera.empty() ? "" : " " + s.camera);
-  const bool plain = std::all_of(s.camera.begin(), s.camera.end(),
-                                 [](unsigned char c) { return c < 0x80 && (std::isalnum(c) || c == '_' || c == '-'); });
-  return plain ? name : quoted(name);
-}
-
 }  // namespace
 
 const char* to_string(FaultDevice device) noexcept { return kDevices[static_cast<std::size_t>(device)]; }
@@ -225,18 +203,28 @@ void FaultPlan::check(FaultLevel level) const {
 }
 
 std::string FaultPlan::yaml() const {
-  std::string text = faults.empty() ? "faults: []\n" : "faults:\n";
+  YAML::Emitter out;
+  out.SetDoublePrecision(9);
+  out << YAML::BeginMap << YAML::Key << "faults" << YAML::Value << YAML::BeginSeq;
   for (const FaultSpec& s : faults) {
-    text += fmt::format("  - {{device: {}, kind: {}, from: {}", device_text(s), to_string(s.kind),
-                        kOrigins[static_cast<std::size_t>(s.origin)]);
-    if (!s.phase.empty()) text += ", phase: " + quoted(s.phase);
-    text += fmt::format(
-        ", at_s: {:.9g}, duration_s: {:.9g}, ratio: {:.9g}, period_s: {:.9g}, delay_s: {:.9g}, amount: {:.9g}, "
-        "jump_s: {:.9g}, seed: {}}}\n",
-        seconds(s.at), seconds(s.duration), s.ratio, seconds(s.period), seconds(s.delay), s.amount, seconds(s.jump),
-        s.seed);
+    const auto write = [&](const char* key, const auto& value) { out << YAML::Key << key << YAML::Value << value; };
+    out << YAML::Flow << YAML::BeginMap;
+    write("device", std::string(to_string(s.device)) + (s.camera.empty() ? "" : " " + s.camera));
+    write("kind", to_string(s.kind));
+    write("from", kOrigins[static_cast<std::size_t>(s.origin)]);
+    if (!s.phase.empty()) write("phase", s.phase);
+    write("at_s", seconds(s.at));
+    write("duration_s", seconds(s.duration));
+    write("ratio", s.ratio);
+    write("period_s", seconds(s.period));
+    write("delay_s", seconds(s.delay));
+    write("amount", s.amount);
+    write("jump_s", seconds(s.jump));
+    write("seed", s.seed);
+    out << YAML::EndMap;
   }
-  return text;
+  out << YAML::EndSeq << YAML::EndMap;
+  return out.c_str() + std::string("\n");
 }
 
 double fault_chance(std::uint64_t seed, std::uint64_t number) noexcept {

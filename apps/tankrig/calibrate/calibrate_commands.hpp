@@ -1,0 +1,10 @@
+// The commands below `tankrig calibrate`.
+#pragma once
+
+#include "apps/tankrig/command_line/command_line.hpp"
+
+namespace tankrig::app {
+
+void add_calibrate_time(CLI::App& calibrate, ChosenCommand& chosen);
+
+}  // namespace tankrig::app
