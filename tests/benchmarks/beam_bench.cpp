@@ -1,13 +1,11 @@
 // What the cameras' word on the beam costs a supervisor: one look at a colour picture, against one reading of its
 // pixels.
 #include <benchmark/benchmark.h>
-#include <time.h>
 
-#include <algorithm>
-#include <limits>
 #include <opencv2/core.hpp>
 
 #include "rig/safety/beam_check.hpp"
+#include "tests/benchmarks/core_time.hpp"
 
 namespace tankrig {
 namespace {
@@ -15,20 +13,6 @@ namespace {
 constexpr double kRate = 25;         // pictures a second
 constexpr double kMostOverMean = 4;  // times cv::mean of the same picture
 constexpr int kRounds = 200;
-
-/// Time this thread has had a core to itself.
-double core_seconds() {
-  timespec time{};
-  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-}
-
-template <class Work>
-double core_seconds_of(Work work) {
-  const double begin = core_seconds();
-  work();
-  return core_seconds() - begin;
-}
 
 /// Noise, so that nothing is guessed, with a stripe across it.
 cv::Mat picture(int cols, int rows, double stripe) {
@@ -48,15 +32,16 @@ void look(benchmark::State& state) {
   for (auto _ : state) triples = look_for_stripe(lit, dark)->triples;
   const double usual = (core_seconds() - begin) / static_cast<double>(state.iterations());
   cv::setNumThreads(1);
-  double floor = std::numeric_limits<double>::infinity(), best = floor;
+  LeastCost of_mean, of_look;
   for (int i = 0; i < kRounds; ++i) {
-    floor = std::min(floor, core_seconds_of([&] { benchmark::DoNotOptimize(cv::mean(lit)); }));
-    best = std::min(best, core_seconds_of([&] { benchmark::DoNotOptimize(look_for_stripe(lit, dark)); }));
+    of_mean.take([&] { return cv::mean(lit); });
+    of_look.take([&] { return look_for_stripe(lit, dark); });
   }
+  const double over_mean = of_look.seconds / of_mean.seconds;
   state.counters["core_%"] = 100 * kRate * usual;
-  state.counters["over_mean"] = best / floor;
+  state.counters["over_mean"] = over_mean;
   if (triples < 50) state.SkipWithError("it does not see the stripe");
-  if (best / floor > kMostOverMean) state.SkipWithError("too slow beside cv::mean");
+  if (over_mean > kMostOverMean) state.SkipWithError("too slow beside cv::mean");
 }
 BENCHMARK(look)->Args({720, 576})->Args({640, 480})->Iterations(500)->Unit(benchmark::kMicrosecond);
 
