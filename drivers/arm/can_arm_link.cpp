@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdlib>
 #include <set>
 
@@ -131,6 +132,17 @@ void CanArmLink::mean(std::uint16_t id, Kind kind, std::size_t joint) {
 
 /// The demand that asks comes last: an answer to it means that the others have come too.
 Status CanArmLink::try_send(const ArmDemands& demands, const ArmExchange& exchange, Stamp) noexcept {
+  const bool rest = exchange.whole() && std::ranges::all_of(demands, [](const DemandSlot& demand) {
+                      return demand.type == DemandType::kStop;
+                    });
+  if (stuck()) {
+    if (!rest) return refuse_stale();
+    if (rest_last_) {  // it waits there already
+      note_sent(exchange);
+      return {};
+    }
+  }
+  rest_last_ = false;  // also where only a part of it is taken
   std::array<CanFrame, kJoints> frames;
   std::size_t n = 0;
   for (const bool asks : {false, true})
@@ -141,10 +153,19 @@ Status CanArmLink::try_send(const ArmDemands& demands, const ArmExchange& exchan
       frame.data.back() = kActAtOnce;
       if (asks) frame.data.back() |= static_cast<std::uint8_t>(exchange.sensors | (exchange.master ? kAskMaster : 0));
     }
-  return send_all(std::span(frames).first(n), exchange);
+  const Status sent = send_all(std::span(frames).first(n), exchange);
+  rest_last_ = rest && sent.ok();
+  return sent;
+}
+
+Status CanArmLink::refuse_stale() noexcept {
+  ++counters_.send_buffer_full;
+  return Error{ErrorCode::kRefused, ENOBUFS, {}, "can: send: what was sent before still waits"};
 }
 
 Status CanArmLink::try_send(const PidSlot& gains, Stamp) noexcept {
+  if (stuck()) return refuse_stale();
+  rest_last_ = false;
   std::array<CanFrame, kJoints> frames;
   for (std::size_t j = 0; j < kJoints; ++j) frames[j] = {ids_.pid[j], 8, encode(gains), {}};
   return send_all(frames, {});
@@ -155,16 +176,22 @@ void CanArmLink::send_regardless(const ArmDemands& demands) const noexcept {
 }
 
 Status CanArmLink::send_all(std::span<const CanFrame> frames, const ArmExchange& exchange) noexcept {
+  unanswered_ = true;
   for (const CanFrame& frame : frames) {
     const Status sent = bus_->try_send(frame);
     if (sent.ok()) continue;
     if (sent.error().code == ErrorCode::kRefused) ++counters_.send_buffer_full;
     return sent;
   }
+  note_sent(exchange);
+  return {};
+}
+
+void CanArmLink::note_sent(const ArmExchange& exchange) noexcept {
+  unanswered_ = true;
   if (outstanding_ == 0) forget_partial_answer();
   asked_[std::min(static_cast<std::size_t>(outstanding_), kInFlight - 1)] = exchange;
   ++outstanding_;
-  return {};
 }
 
 Status CanArmLink::sends() const noexcept {
@@ -194,6 +221,7 @@ Result<std::optional<ArmAnswer>> CanArmLink::try_receive(Stamp) noexcept {
     }
     if (!take(frame, meaning)) continue;
     ++counters_.answers;
+    unanswered_ = false;
     if (outstanding_ > 0) {
       std::shift_left(asked_.begin(), asked_.end(), 1);
       --outstanding_;

@@ -39,6 +39,9 @@ inline constexpr std::uint8_t kActAtOnce = 0x80, kAskMaster = 0x20;
 /// slots.
 int can_exchange_bits(bool fast = false) noexcept;
 
+/// On a bus that takes no frames (no other node acknowledges, or it is jammed) what was sent waits in socket, interface and
+/// adapter, and goes out whenever the bus is back, be it after this program's end. So while an unanswered exchange waits,
+/// only rest is sent, once: nothing but that exchange and, last, rest can come late.
 class CanArmLink final : public ArmLink {
  public:
   /// `encoder_latency`: from reading the encoders to the first bit of the answer.
@@ -68,6 +71,9 @@ class CanArmLink final : public ArmLink {
   static constexpr std::size_t kInFlight = 4;
 
   Status send_all(std::span<const CanFrame> frames, const ArmExchange& exchange) noexcept;
+  void note_sent(const ArmExchange& exchange) noexcept;
+  bool stuck() const noexcept { return unanswered_ && bus_->waits(); }
+  Status refuse_stale() noexcept;
   const ArmExchange& asked() const noexcept;
   void forget_partial_answer() noexcept;
   bool take(const CanFrame& frame, Meaning meaning) noexcept;
@@ -85,7 +91,9 @@ class CanArmLink final : public ArmLink {
   JointSet acknowledged_ = 0;
   ArmAnswer answer_;
   bool burst_begun_ = false;
-  Duration burst_time_{};  ///< of the answer's frames so far
+  Duration burst_time_{};    ///< of the answer's frames so far
+  bool unanswered_ = false;  ///< no answer since the newest request
+  bool rest_last_ = false;   ///< which was a whole one of rest
   ArmLinkCounters counters_;
 };
 

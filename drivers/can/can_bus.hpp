@@ -44,6 +44,10 @@ class CanBus {
   /// Sends, whatever the bus's state and whatever another thread is doing with it; uncounted.
   /// Threads: any.  Async-signal-safe.
   virtual void send_regardless(const CanFrame& frame) noexcept = 0;
+  /// Frames that were sent here still wait for the bus to take them, as far as the system can tell: what an adapter has
+  /// taken is gone for it.
+  /// RT: safe.
+  virtual bool waits() const noexcept { return false; }
   /// Next received frame; nothing if none waits.
   /// RT: safe.
   /// Errors: kDisconnected with os_errno ENETDOWN or ENODEV for as long as the interface is down or gone.

@@ -77,6 +77,8 @@ std::vector<can_filter> kernel_filters(const std::vector<CanFilter>& filters, bo
 /// What the kernel charges a local socket's sender for one small datagram, measured on Linux 6.1 and 6.18; it doubles
 /// what it is asked for.
 constexpr int kBytesPerQueuedFrame = 768 / 2;
+/// Of an interface: two exchanges with the arm, a demand that waits and the rest behind it.
+constexpr int kQueuedFrames = 10;
 
 }  // namespace
 
@@ -112,6 +114,7 @@ CanCarrier CanCarrier::open_interface(const CanSettings& settings, Role role) {
   // Beyond the system's limit only with CAP_NET_ADMIN.
   if (!set(fd, SOL_SOCKET, SO_RCVBUFFORCE, settings.receive_buffer_bytes))
     set(fd, SOL_SOCKET, SO_RCVBUF, settings.receive_buffer_bytes);
+  set(fd, SOL_SOCKET, SO_SNDBUF, kQueuedFrames * kBytesPerQueuedFrame);
   if (const int error = carrier.bind_to(index))
     throw InputError(name + ": cannot bind: " + std::strerror(error) +
                      (error == EPERM || error == EACCES ? ": run as a user who may use CAN sockets" : ""));

@@ -1,8 +1,10 @@
 #include "drivers/can/can_socket.hpp"
 
+#include <linux/sock_diag.h>
 #include <sys/socket.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <utility>
 
@@ -51,6 +53,14 @@ Status CanSocket::try_send(const CanFrame& frame) noexcept {
 }
 
 void CanSocket::send_regardless(const CanFrame& frame) noexcept { put(carrier_.descriptor(), frame); }
+
+/// What the kernel still charges the socket for.
+bool CanSocket::waits() const noexcept {
+  std::array<std::uint32_t, SK_MEMINFO_VARS> memory{};
+  socklen_t size = sizeof memory;
+  return ::getsockopt(carrier_.descriptor(), SOL_SOCKET, SO_MEMINFO, memory.data(), &size) == 0 &&
+         memory[SK_MEMINFO_WMEM_ALLOC] > 0;
+}
 
 Result<std::optional<CanFrame>> CanSocket::try_receive() noexcept {
   // What was received before the interface went away is still delivered.

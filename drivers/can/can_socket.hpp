@@ -23,6 +23,7 @@ class CanSocket final : public CanBus {
 
   Status try_send(const CanFrame& frame) noexcept override;
   void send_regardless(const CanFrame& frame) noexcept override;
+  bool waits() const noexcept override;
   /// Skips at most kLook frames for other nodes, then returns nothing, though more may wait.
   Result<std::optional<CanFrame>> try_receive() noexcept override;
   CanState state() const noexcept override { return state_.load(std::memory_order_relaxed); }

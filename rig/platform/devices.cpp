@@ -110,9 +110,11 @@ Finding can_finding(const fs::path& root, const CanNeed& need, const std::option
              "devices.arm.can.exchange_rate_hz";
     return f;
   }
-  if (frames < 2 * need.frames_at_once) {
-    f.verdict = Verdict::kUsable;
-    f.cure = "ip link set " + need.interface + " txqueuelen 100: a full queue refuses set-points";
+  if (frames < 3 * need.frames_at_once) {
+    const bool no_room = frames < 2 * need.frames_at_once;  // for rest behind a demand that nobody takes
+    f.verdict = no_room ? Verdict::kBad : Verdict::kUsable;
+    f.cure = "ip link set " + need.interface + " txqueuelen 100: behind a demand that waits there is no room for " +
+             (no_room ? "rest" : "the guardian's rest");
   } else if (link && link->restart_ms && *link->restart_ms == 0) {
     f.verdict = Verdict::kUsable;
     f.cure = "restart-ms 100 (" + up + "): else a bus-off lasts until somebody restarts it by hand";

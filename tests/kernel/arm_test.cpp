@@ -163,6 +163,24 @@ TEST_F(ArmOnFaultyCan, AFullQueueIsCountedAndSilence) {
   expect_it_goes_on(arm);
 }
 
+/// Nobody acknowledges while the program drives the arm and ends; then the bus is back.
+TEST_F(ArmOnFaultyCan, DemandsThatWaitMoveNothingWhenTheBusIsBackAfterTheProgramsEnd) {
+  EmulatedArm arm("rigcan0", "rigcan1", 500'000);
+  arm.home();
+  ASSERT_TRUE(arm.moves_elbow(0.03));
+  EXPECT_LT(arm.error_at_rest(), kOneTick);
+  const JointVector before = arm.emulator.truth_at(arm.clock.now());
+  set_fault("rigcan0", "noack");
+  EXPECT_FALSE(arm.moves_elbow(0.03, seconds(2)));
+  EXPECT_GE(statistic(*arm.driver, "can_no_ack"), 1);
+  arm.driver.reset();
+  set_fault("rigcan0", "active");
+  EXPECT_TRUE(becomes_true([&] { return arm.emulator.rest_since().has_value(); }));
+  arm.clock.sleep_until(arm.clock.now() + seconds(1));
+  EXPECT_LT((arm.emulator.truth_at(arm.clock.now()) - before).cwiseAbs().maxCoeff(), 2 * kOneTick);
+  EXPECT_EQ(arm.emulator.true_velocity_at(arm.clock.now()).cwiseAbs().maxCoeff(), 0);
+}
+
 TEST_F(ArmOnFaultyCan, WarningAndPassiveDoNotDisturb) {
   EmulatedArm arm("rigcan0", "rigcan1", 500'000);
   arm.home();

@@ -23,6 +23,7 @@ JointVector elbow_at(double speed) {
 sim::ArmEmulatorParameters emulator_of(int bitrate) {
   sim::ArmEmulatorParameters parameters;
   parameters.can_bitrate = bitrate;
+  parameters.watchdog = Duration{0};  // none is known of the real arm
   return parameters;
 }
 

@@ -139,7 +139,9 @@ TEST(CanFinding, TellsAbsentDownWrongRateBusOffOverloadedAndAShortQueue) {
   expect(can_finding(down.root, need, off), Verdict::kBad, true, "type can restart");
   expect(can_finding(up.root, {"can0", 1'000'000, 0.8}, controller(1'000'000)), Verdict::kBad, true,
          "exchange_rate_hz");
-  expect(can_finding(shallow.root, need, controller(1'000'000)), Verdict::kUsable, false, "txqueuelen 100");
+  expect(can_finding(shallow.root, need, controller(1'000'000)), Verdict::kBad, false, "no room for rest");
+  shallow.with("sys/class/net/can0/tx_queue_len", "10");
+  expect(can_finding(shallow.root, need, controller(1'000'000)), Verdict::kUsable, false, "the guardian's rest");
   CanLink by_hand = controller(1'000'000);
   by_hand.restart_ms = 0;
   expect(can_finding(up.root, need, by_hand), Verdict::kUsable, false, "restart-ms 100");
