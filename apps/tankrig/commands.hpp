@@ -15,6 +15,7 @@ void add_doctor(CLI::App& app, ChosenCommand& chosen);
 void add_init(CLI::App& app, ChosenCommand& chosen);
 void add_arm(CLI::App& app, ChosenCommand& chosen);
 void add_camera(CLI::App& app, ChosenCommand& chosen);
+void add_guardian(CLI::App& app, ChosenCommand& chosen);
 void add_emulate(CLI::App& app, ChosenCommand& chosen);
 void add_calibrate(CLI::App& app, ChosenCommand& chosen);
 void add_completion(CLI::App& app, ChosenCommand& chosen);

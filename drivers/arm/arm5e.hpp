@@ -48,6 +48,9 @@ class Arm5e final : public Arm {
   /// Sends at once, then at the exchange rate. Ok also if another thread is inside: that one sends it.
   Status stop() noexcept override;
   void last_resort() noexcept override { requests_.last_resort(); }
+  /// While `veto` is set by another process, nothing but rest is sent. It outlives this.
+  /// Threads: any.
+  void set_veto(const std::atomic<bool>& veto) noexcept { requests_.set_veto(veto); }
   Duration exchange_period() const noexcept override { return requests_.period(); }
   Statistics statistics() const override;
 

@@ -28,13 +28,30 @@ bool all_at_power_up(const std::array<SensorSlot, kJoints>& joints) noexcept {
   return std::all_of(joints.begin(), joints.end(), [](const SensorSlot& s) { return near_power_up(s.position); });
 }
 
+ArmDemands limited(const Arm5eSettings& settings, ArmDemands demands) noexcept {
+  for (DemandSlot& demand : demands) {
+    demand.speed_limit = settings.speed_limit;
+    demand.current_limit = settings.current_limit;
+  }
+  demands[kJawOpening].current_limit = settings.jaw_current_limit;
+  return demands;
+}
+
+ArmDemands altered(ArmDemands demands) noexcept {
+  alter(demands);
+  return demands;
+}
+
 }  // namespace
+
+ArmDemands rest_demands(const Arm5eSettings& settings) noexcept { return limited(settings, {}); }
 
 ArmRequests::ArmRequests(const Arm5eSettings& settings, std::unique_ptr<ArmLink> link, Stamp now, ArmCounts& counts)
     : settings_(settings),
       counts_(counts),
       period_(from_seconds(1 / settings.exchange_rate_hz)),
-      rest_(limited({})),
+      rest_(rest_demands(settings)),
+      altered_rest_(altered(rest_)),
       link_(std::move(link)),
       schedule_(settings.carrier == ArmCarrier::kCan ? settings.fast_joint : std::nullopt),
       heard_(now),
@@ -176,19 +193,9 @@ Status ArmRequests::send(Stamp now, bool at_once) noexcept {
   return {};
 }
 
-ArmDemands ArmRequests::limited(ArmDemands demands) const noexcept {
-  for (DemandSlot& demand : demands) {
-    demand.speed_limit = settings_.speed_limit;
-    demand.current_limit = settings_.current_limit;
-  }
-  demands[kJawOpening].current_limit = settings_.jaw_current_limit;
-  return demands;
-}
-
 Status ArmRequests::send_demands(const ArmExchange& exchange, Stamp now) noexcept {
-  if (dying_) return link_->try_send(rest_, exchange, now);
-  ArmDemands demands = limited(demands_);
-  if (wobble_) demands[kJawRotate].speed_limit ^= 1U;
+  ArmDemands demands = forbidden() ? rest_ : limited(settings_, demands_);
+  if (wobble_) alter(demands);
   return link_->try_send(demands, exchange, now);
 }
 

@@ -12,6 +12,11 @@
 
 namespace tankrig {
 
+/// Demands of rest, with the settings' limits.
+ArmDemands rest_demands(const Arm5eSettings& settings) noexcept;
+/// Alters the demands where that means nothing: an arm that went mute answers again when its request changes.
+inline void alter(ArmDemands& demands) noexcept { demands[kJawRotate].speed_limit ^= 1U; }
+
 /// The encoders were read some time between a request and its answer, and an answer does not say which request it
 /// belongs to. So only a stop is sent while an answer may still come. An answer is counted and discarded if it is late
 /// or unasked, or the first one after a late or a missing one.
@@ -40,15 +45,22 @@ class ArmRequests {
   Status send_due(Stamp now) noexcept { return send(now, false); }
   /// If rest is demanded: sends at once, unless every joint's newest demand on the wire is rest.
   Status send_rest(Stamp now) noexcept { return send(now, !stop_sent_); }
-  /// Sends rest past the thread inside, which may be dead or hang.
+  /// Sends rest past the thread inside, which may be dead or hang. Every other one is altered, for an arm that went
+  /// mute.
   /// Threads: any. Async-signal-safe.
-  void send_rest_regardless() const noexcept { link_->send_regardless(rest_); }
+  void send_rest_regardless() const noexcept {
+    link_->send_regardless(past_sent_.fetch_xor(1) == 0 ? rest_ : altered_rest_);
+  }
   /// The same, and nothing else is sent from here on.
   /// Threads: any. Async-signal-safe.
   void last_resort() noexcept {
     dying_ = true;
     send_rest_regardless();
   }
+
+  /// While `veto` is set by another process, nothing but rest is sent. It outlives this.
+  /// Threads: any.
+  void set_veto(const std::atomic<bool>& veto) noexcept { veto_ = &veto; }
 
   /// Somebody listens: after a long pause, silence counts from here.
   void listen(Stamp now) noexcept;
@@ -81,12 +93,16 @@ class ArmRequests {
   void repeat(Stamp now) noexcept;
   Status send(Stamp now, bool at_once) noexcept;
   Status send_demands(const ArmExchange& exchange, Stamp now) noexcept;
-  ArmDemands limited(ArmDemands demands) const noexcept;
+  bool forbidden() const noexcept {
+    const std::atomic<bool>* const veto = veto_;
+    return dying_ || (veto && *veto);
+  }
 
   const Arm5eSettings& settings_;
   ArmCounts& counts_;
   const Duration period_;
-  const ArmDemands rest_;
+  const ArmDemands rest_, altered_rest_;
+  mutable std::atomic<std::uint8_t> past_sent_{0};
   std::unique_ptr<ArmLink> link_;
   ArmDemands demands_{};
   ExchangeSchedule schedule_;
@@ -102,6 +118,7 @@ class ArmRequests {
   Stamp next_send_{}, sent_at_{}, listened_{};
   Stamp asked_at_{};  ///< the oldest unanswered request, or an older one
   std::atomic<bool> driven_{false}, line_lost_{false}, dying_{false};
+  std::atomic<const std::atomic<bool>*> veto_{nullptr};
 };
 
 }  // namespace tankrig

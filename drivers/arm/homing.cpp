@@ -20,8 +20,9 @@ constexpr std::array<int, kJoints> kRest{};
 /// One homing run: the arm exchanged with every few milliseconds, and the reasons to end it.
 class Run {
  public:
-  Run(Arm5e& arm, Clock& clock, const std::atomic<bool>* stop, const HomingCallback& progress)
-      : arm_(arm), clock_(clock), stop_(stop), progress_(progress) {}
+  Run(Arm5e& arm, Clock& clock, const std::atomic<bool>* stop, const HomingCallback& progress,
+      const HomingStep& stepped)
+      : arm_(arm), clock_(clock), stop_(stop), progress_(progress), stepped_(stepped) {}
 
   /// Sends the demand and waits a step; the newest readings, or why it cannot go on.
   Result<bool> step(const std::array<int, kJoints>& ticks_per_s) {
@@ -31,6 +32,8 @@ class Run {
     clock_.sleep_until(clock_.now() + kStep);
     const auto state = arm_.try_read();
     if (!state.ok()) return state.error();
+    if (stepped_)
+      if (const Status goes_on = stepped_(clock_.now()); !goes_on.ok()) return goes_on.error();
     return state.value().has_value();
   }
 
@@ -111,6 +114,7 @@ class Run {
   Clock& clock_;
   const std::atomic<bool>* stop_;
   const HomingCallback& progress_;
+  const HomingStep& stepped_;
   Stamp shown_{};
 };
 
@@ -165,12 +169,13 @@ std::string HomingResult::message() const {
   return error ? std::string(kJointNames[static_cast<std::size_t>(failed)]) + ": " + error->where : "homed";
 }
 
-HomingResult home_axes(Arm5e& arm, Clock& clock, const std::atomic<bool>* stop, const HomingCallback& progress) {
+HomingResult home_axes(Arm5e& arm, Clock& clock, const std::atomic<bool>* stop, const HomingCallback& progress,
+                       const HomingStep& stepped) {
   const struct Rest {
     Arm5e& arm;
     ~Rest() { (void)arm.stop(); }
   } whatever_ends_it{arm};
-  Run run(arm, clock, stop, progress);
+  Run run(arm, clock, stop, progress, stepped);
   HomingResult result;
   const auto failed = [&](Joint joint, const Error& error) {
     result.error = error;

@@ -21,6 +21,8 @@ struct HomingProgress {
   double current_a = 0;
 };
 using HomingCallback = std::function<void(const HomingProgress&)>;
+/// After each of its steps; what it returns ends homing.
+using HomingStep = std::function<Status(Stamp now)>;
 
 struct HomedAxis {
   std::uint16_t raw_at_stop = 0;
@@ -46,6 +48,6 @@ struct HomingResult {
 /// Threads: takes the place of the cycle.
 /// RT: never.
 HomingResult home_axes(Arm5e& arm, Clock& clock, const std::atomic<bool>* stop = nullptr,
-                       const HomingCallback& progress = {});
+                       const HomingCallback& progress = {}, const HomingStep& stepped = {});
 
 }  // namespace tankrig

@@ -120,10 +120,19 @@ void SerialArmLink::forget() noexcept {
 Status SerialArmLink::reopen() noexcept {
   const Status opened = port_.reopen();
   if (!opened.ok()) return opened;
-  forget();
-  unsent_ = read_ = taken_ = 0;
+  begin_anew();
   ++counters_.reopened;
   return {};
+}
+
+void SerialArmLink::take(int line) noexcept {
+  port_.take(line);
+  begin_anew();
+}
+
+void SerialArmLink::begin_anew() noexcept {
+  forget();
+  unsent_ = read_ = taken_ = 0;
 }
 
 ArmLinkCounters SerialArmLink::counters() const noexcept {

@@ -25,6 +25,8 @@ class SerialArmLink final : public ArmLink {
   void forget() noexcept override;
   Status reopen() noexcept override;
   bool needs_reopen() const noexcept override { return port_.descriptor() < 0; }
+  /// Another process's line instead: SerialPort::take().
+  void take(int line) noexcept;
   Duration exchange_time() const noexcept override { return 2 * frame_time_; }
   ArmLinkCounters counters() const noexcept override;
 
@@ -33,6 +35,7 @@ class SerialArmLink final : public ArmLink {
   static constexpr std::size_t kReadAtOnce = 256;
 
   Status send(const SerialContent& content, Stamp now) noexcept;
+  void begin_anew() noexcept;
   Status flush(Stamp now) noexcept;
   ArmAnswer answer(Stamp now) noexcept;
 

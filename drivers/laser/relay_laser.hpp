@@ -77,6 +77,10 @@ class RelayLaser final : public Laser {
   void last_resort() noexcept override;
   Statistics statistics() const override;
 
+  /// While `veto` is set by another process, on is not sent. It outlives this.
+  /// Threads: any.
+  void set_veto(const std::atomic<bool>& veto) noexcept { veto_ = &veto; }
+
   /// The interlock's loop as last read back; nothing without a status query, or while the relay is not trusted.
   /// Threads: any.
   /// RT: safe.
@@ -113,6 +117,10 @@ class RelayLaser final : public Laser {
   void set_powered(bool powered) noexcept;
   void publish() noexcept;
   void last_off() noexcept;
+  bool forbidden() const noexcept {
+    const std::atomic<bool>* const veto = veto_;
+    return dying_ || (veto && *veto);
+  }
   void wake() noexcept;
   void wait_until_open();
 
@@ -125,6 +133,7 @@ class RelayLaser final : public Laser {
   static constexpr std::uint8_t kOn = 1, kReady = 2;
   std::atomic<std::uint8_t> command_{0};
   std::atomic<bool> stop_{false}, dying_{false};
+  std::atomic<const std::atomic<bool>*> veto_{nullptr};
   enum class Loop : std::uint8_t { kUnknown, kOpen, kClosed };
   std::atomic<Loop> loop_{Loop::kUnknown};
   std::atomic<std::int64_t> last_call_ns_{0};

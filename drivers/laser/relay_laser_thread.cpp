@@ -40,7 +40,7 @@ void RelayLaser::step() {
     reconnect();
     return;
   }
-  bool on = (command_.load() & kOn) != 0 && !dying_;
+  bool on = (command_.load() & kOn) != 0 && !forbidden();
   if (on && t - Stamp{last_call_ns_.load(std::memory_order_relaxed)} > settings_.caller_timeout) {
     command_.fetch_and(static_cast<std::uint8_t>(~kOn));
     ++counts_.caller_timeouts;
@@ -102,7 +102,8 @@ void RelayLaser::wait(Stamp until) noexcept {
 
 void RelayLaser::send(Request request) noexcept {
   const RelayProtocol& p = settings_.protocol;
-  const std::uint8_t byte = request == Request::kQuery ? *p.status_query : p.command(request == Request::kOn);
+  const std::uint8_t byte =
+      request == Request::kQuery ? *p.status_query : p.command(request == Request::kOn && !forbidden());
   sent_ = now();
   deadline_ = sent_ + settings_.answer_timeout;
   waiting_for_ = request;

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <optional>
 
 #include "core/clock.hpp"
 #include "core/input_error.hpp"
@@ -52,6 +53,8 @@ struct SerialPort::Impl {
   const int fd = ::fcntl(nowhere, F_DUPFD_CLOEXEC, 0);  // the line, else nowhere; write_regardless() knows no other
   bool is_open = false;                                 // the line is there, locked, non-blocking
   bool hung_up = false;                                 // closed by reopen(), which may wait
+  const bool taken = false;                             // another process's
+  std::optional<termios> as_taken{};                    // its settings
 
   ~Impl() {
     close();
@@ -61,7 +64,7 @@ struct SerialPort::Impl {
 
   void close() noexcept {
     if (!is_open) return;
-    ::ioctl(fd, TIOCNXCL);
+    if (!taken) ::ioctl(fd, TIOCNXCL);
     ::dup3(nowhere, fd, O_CLOEXEC);
     is_open = hung_up = false;
   }
@@ -83,10 +86,17 @@ struct SerialPort::Impl {
     if (!is_open) return error;
     if (!::isatty(fd)) return errno == EIO ? EIO : ENOTTY;
     if (::flock(fd, LOCK_EX | LOCK_NB) != 0) return errno;
-    if (const int gone = set_serial_line(fd, settings)) return gone;
+    if (const int gone = set_line()) return gone;
     ::ioctl(fd, is_pseudo_terminal(fd) ? TIOCNXCL : TIOCEXCL);  // an emulator's end would keep it closed for ever
     ::tcflush(fd, TCIOFLUSH);
+    if (settings.opened) settings.opened(fd);
     return 0;
+  }
+
+  int set_line() const {
+    if (!taken) return set_serial_line(fd, settings);
+    if (!as_taken) return ENODEV;
+    return ::tcsetattr(fd, TCSANOW, &*as_taken) == 0 ? 0 : errno;
   }
 };
 
@@ -94,6 +104,11 @@ SerialPort::SerialPort(const SerialSettings& settings) : impl_(std::make_unique<
   check_serial_settings(settings);
   impl_->settings = settings;
   if (const int error = impl_->claim()) throw InputError(why_not_opened(settings.device, error));
+}
+
+SerialPort::SerialPort(const SerialSettings& settings, int line)
+    : impl_(new Impl{.settings = settings, .taken = true}) {
+  take(line);
 }
 
 SerialPort::~SerialPort() = default;
@@ -154,6 +169,7 @@ Status SerialPort::wait_readable(Duration timeout) noexcept {
 
 Status SerialPort::reopen() noexcept {
   constexpr const char* kWhere = "serial line: open again";
+  if (impl_->is_open) ::flock(impl_->fd, LOCK_UN);  // a copy in another process would keep it locked
   impl_->close();
   int error = 0;
   try {
@@ -163,6 +179,14 @@ Status SerialPort::reopen() noexcept {
   }
   impl_->close();
   return failure(ErrorCode::kNotReady, error, kWhere);
+}
+
+void SerialPort::take(int line) noexcept {
+  impl_->close();
+  if (line < 0) return;
+  impl_->is_open = ::dup3(line, impl_->fd, O_CLOEXEC) == impl_->fd;
+  termios chosen{};
+  if (impl_->is_open && ::tcgetattr(impl_->fd, &chosen) == 0) impl_->as_taken = chosen;
 }
 
 int SerialPort::descriptor() const noexcept { return impl_->connected() ? impl_->fd : -1; }

@@ -26,6 +26,9 @@ class SerialPort {
   /// Errors: InputError that says what to do: no such device, no permission (which group), in use, not a terminal,
   /// unsupported baud rate.
   explicit SerialPort(const SerialSettings& settings);
+  /// A line that another process has opened and set, and may still use: takes `line`, -1 for none yet. reopen() sets
+  /// the line as it was set then, without allocating.
+  SerialPort(const SerialSettings& settings, int line);
   ~SerialPort();
   SerialPort(SerialPort&&) noexcept;
   SerialPort& operator=(SerialPort&&) noexcept;
@@ -49,6 +52,8 @@ class SerialPort {
   /// free.
   /// Errors: kNotReady while the device is away.
   Status reopen() noexcept;
+  /// Takes another process's line instead, as the second constructor.
+  void take(int line) noexcept;
 
   /// -1 while disconnected.
   int descriptor() const noexcept;

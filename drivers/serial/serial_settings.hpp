@@ -1,6 +1,7 @@
 // A serial line's settings, and how libserial puts them on the line.
 #pragma once
 
+#include <functional>
 #include <string>
 
 namespace tankrig {
@@ -11,6 +12,8 @@ struct SerialSettings {
   int data_bits = 8;
   char parity = 'N';  ///< N, E or O
   int stop_bits = 1;
+  /// Told of the descriptor whenever the line has been opened; a copy of it stays the same line. Not in a rig file.
+  std::function<void(int)> opened = {};
 };
 
 /// Errors: InputError for impossible settings.

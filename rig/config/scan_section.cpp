@@ -146,6 +146,10 @@ const Setting<SafetySettings> kSafetyRows[] = {
      "after the end, longest wait for laser dark and arm at rest"},
     {"camera_timeout_s", &SafetySettings::camera_timeout, ConfigRange(0.1, 60),
      "longest silence of a camera that has begun to deliver"},
+    {"guardian_timeout_s", &SafetySettings::guardian_timeout, ConfigRange(0.02, 5),
+     "longest time between two safety steps; then the guardian switches the laser off and stops the arm; at least "
+     "three "
+     "cycles"},
     {"beam", &SafetySettings::beam, kBeam},
 };
 void check_hold_limit(const ConfigNode& node, const SafetySettings& s) {
@@ -194,6 +198,8 @@ void check_sweep_velocity(const ConfigNode& sweep, const ScanSettings& scan) {
 
 /// Cycles within the feedback timeout: with fewer, a late answer of the arm could not be told from silence.
 constexpr double kCyclesPerTimeout = 4;
+/// Cycles within the guardian's patience: one may be late.
+constexpr double kCyclesPerGuard = 3;
 
 }  // namespace
 
@@ -223,6 +229,11 @@ void check_scan_section(const ConfigNode& node, const ScanSettings& scan, const 
   if (scan.cycle_hz < slowest_hz * (1 - 1e-9))
     node.fail("cycle_hz", "found '" + real(scan.cycle_hz) + "', expected at least " + rounded(slowest_hz) +
                               ", four cycles in control.feedback_timeout_s");
+  const double three_cycles = kCyclesPerGuard / scan.cycle_hz;
+  if (scan.safety.guardian_timeout < three_cycles * (1 - 1e-9))
+    node.fail("cycle_hz", "found '" + real(scan.cycle_hz) + "', expected at least " +
+                              rounded(kCyclesPerGuard / scan.safety.guardian_timeout) +
+                              ", three cycles in safety.guardian_timeout_s");
   if (scan.capture.laser_pairs && !scan.capture.laser_switches_per_frame)
     node.fail("laser_pairs", "found true, expected false unless laser.switches_per_frame is true");
 }

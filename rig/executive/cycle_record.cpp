@@ -58,6 +58,8 @@ const char* to_string(Fault fault) noexcept {
       return "light at rest refused";
     case Fault::kSuspended:
       return "machine suspended";
+    case Fault::kGuardian:
+      return "not guarded";
   }
   return "?";
 }

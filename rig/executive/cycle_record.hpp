@@ -38,6 +38,7 @@ enum class Fault : std::uint8_t {
   kMovedInHold,     ///< the arm moved while it was held for light at rest
   kHoldRefused,     ///< the arm was not at rest when it was to be held for light
   kSuspended,       ///< the machine was suspended: nothing was watched meanwhile, and no time-out saw it
+  kGuardian,        ///< the guardian has taken over, or does not watch any more
 };
 const char* to_string(Fault fault) noexcept;
 

@@ -62,6 +62,8 @@ void Executive::step(Stamp now, const TimeAsleep& asleep) noexcept {
 
   slept_ = suspend_watch_.look(asleep);
   if (slept_) raise(Fault::kSuspended, {ErrorCode::kSuspended, 0, now, "cycle"});  // whatever follows from it
+  if (const char* const objection = watch_ ? watch_->objection(now) : nullptr)
+    raise(Fault::kGuardian, {ErrorCode::kRefused, 0, now, objection});
   if (overrun_.load(std::memory_order_relaxed))
     raise(Fault::kOverrun, {ErrorCode::kTimeout, 0, now, "cycle: too often late"});
   if (thread_died_.load(std::memory_order_relaxed))
@@ -71,6 +73,7 @@ void Executive::step(Stamp now, const TimeAsleep& asleep) noexcept {
   check_silence(record);
   check_following(record);
   act(record, decide(record));
+  if (watch_) watch_->completed();
 
   if (state_ == ExecutiveState::kWaiting && joints_) record.planned = joints_->q;
   record.state = state_;

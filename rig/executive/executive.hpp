@@ -17,6 +17,7 @@
 #include "rig/safety/joint_monitor.hpp"
 #include "rig/safety/laser_watch.hpp"
 #include "rig/safety/rest_watch.hpp"
+#include "rig/safety/step_watch.hpp"
 
 namespace tankrig {
 
@@ -63,6 +64,10 @@ class Executive {
   /// `listener` hears every cycle and outlives the executive. Call before the first cycle.
   void set_listener(CycleListener* listener) noexcept { listener_ = listener; }
 
+  /// `watch` is told of every completed step, and its objection is a fault. Outlives the executive. Call before the
+  /// first cycle.
+  void set_step_watch(StepWatch* watch) noexcept { watch_ = watch; }
+
   /// When the newest joint state was read; zero before the first.
   /// Threads: the cycle's.
   Stamp newest_joints() const noexcept { return joints_ ? joints_->stamp : Stamp{}; }
@@ -107,6 +112,7 @@ class Executive {
   std::atomic<BeamVerdict> beam_{BeamVerdict::kNone};
   const std::atomic<bool>* outside_stop_ = nullptr;
   CycleListener* listener_ = nullptr;
+  StepWatch* watch_ = nullptr;
   std::atomic<std::uint64_t> dropped_{0};
 
   // The cycle's own.

@@ -24,6 +24,7 @@ struct SafetySettings {
   double rest_velocity = 0.01;       ///< measured joint velocity below which a joint is at rest
   double rest_timeout = 3.0;         ///< after the end, longest wait for laser dark and arm at rest
   double camera_timeout = 1.0;       ///< longest silence of a camera that has begun to deliver
+  double guardian_timeout = 0.06;    ///< longest time between two safety steps; then the guardian makes safe
   BeamSettings beam;
 };
 

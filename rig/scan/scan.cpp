@@ -54,6 +54,7 @@ class ScanRun {
                {from_seconds(settings_.control.heartbeat_timeout), from_seconds(settings_.safety.rest_timeout)}) {
     executive_.stop_also_on(job_.stop);
     executive_.set_listener(&triggers_);
+    executive_.set_step_watch(job_.step_watch);
   }
 
   ScanResult run() {
@@ -63,7 +64,7 @@ class ScanRun {
         take_turn();
         supervise();
       }
-      left_behind_ = !cycle_.end();
+      end_cycle();
       triggers_.finish();
       joiner_.finish();
       take_stock(status());
@@ -93,6 +94,7 @@ class ScanRun {
   }
 
   void start() {
+    if (job_.step_watch) job_.step_watch->begin(from_seconds(settings_.safety.guardian_timeout));
     read_interlock();
     triggers_.begin();
     cycle_.begin();
@@ -171,7 +173,7 @@ class ScanRun {
       while (executive_.try_pop(record)) look_at_the_end(record);
       if (cycle_.hangs()) tell_what_to_cut({}, {});
     }
-    left_behind_ = !cycle_.end();
+    end_cycle();
     const EndState& left = job_.result.left = end_.left();
     try {
       triggers_.give_up();
@@ -181,6 +183,12 @@ class ScanRun {
                       why + ("; " + to_string(left)));
     } catch (...) {  // the sink is most likely what failed
     }
+  }
+
+  /// Where laser off and arm at rest are confirmed, no step is expected any more; else the guardian goes on from here.
+  void end_cycle() noexcept {
+    if (job_.step_watch && end_.left().safe()) job_.step_watch->release();
+    left_behind_ = !cycle_.end();
   }
 
   void look_at_the_end(const CycleRecord& record) {

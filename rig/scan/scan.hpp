@@ -21,6 +21,8 @@
 
 namespace tankrig {
 
+class StepWatch;
+
 struct ScanProgress {
   double fraction = 0;  ///< of the plan's time, [0, 1]
   Phase phase = Phase::kMove;
@@ -59,6 +61,8 @@ struct ScanJob {
   /// answer, a cycle that hangs. Empty: laser off and arm at rest are now confirmed.
   /// Must return fast and not throw.
   std::function<void(const std::string& what)> cut = {};
+  /// Is told of every safety step, from the first until laser off and arm at rest are confirmed.
+  StepWatch* step_watch = nullptr;
   /// Filled in even if run_scan throws. The status is empty if the scan was refused and nothing was touched.
   ScanResult result{};
 };

@@ -53,11 +53,13 @@ const std::regex& driver_headers() {
 
 TEST(GuardedOutputs, AreTheOnlyWayToLightAndMotion) {
   EXPECT_THAT(matching(TANKRIG_SOURCE_DIR, driver_headers()),
-              ::testing::UnorderedElementsAre("rig/safety/guarded_outputs.hpp", "apps/tankrig/devices/backend.hpp",
-                                              "apps/tankrig/devices/device_backend.cpp",
-                                              "apps/tankrig/devices/mock_backend.cpp", "apps/tankrig/arm/arm_home.cpp",
-                                              "session/export/export_candump.hpp"))
+              ::testing::UnorderedElementsAre(
+                  "rig/safety/guarded_outputs.hpp", "apps/tankrig/devices/backend.hpp",
+                  "apps/tankrig/devices/device_backend.cpp", "apps/tankrig/devices/mock_backend.cpp",
+                  "apps/tankrig/arm/arm_home.cpp", "apps/tankrig/devices/guardian.cpp", "rig/guardian/arm_rest.hpp",
+                  "rig/guardian/arm_rest.cpp", "rig/guardian/guardian.cpp", "session/export/export_candump.hpp"))
       << "the guard holds the right; the backends make the drivers; homing moves the arm on its own, laser off; "
+         "the guardian sends off and rest; "
          "the export names the arm's identifiers";
 }
 

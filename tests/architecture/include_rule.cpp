@@ -24,6 +24,7 @@ const std::vector<Rule>& rules() {
       {"sim_backends", {"core", "drivers", "sim_backends"}},
       {"rig/platform", {"core", "drivers", "rig/platform"}},
       {"rig/safety", {"core", "drivers", "rig/safety"}},
+      {"rig/guardian", {"core", "drivers", "rig/safety", "rig/guardian"}},
       {"rig/sync", {"core", "drivers", "rig/sync"}},
       {"rig/plan", {"core", "drivers", "rig/platform", "rig/safety", "rig/sync", "rig/plan"}},
       {"rig/config", {"core", "drivers", "rig/plan", "rig/platform", "rig/safety", "rig/sync", "rig/config"}},

@@ -70,9 +70,11 @@ TEST(RigConfig, AcceptsTheSlowestSweepAndCycleThatStillWork) {
   const TemporaryFolder folder;
   const std::string slow =
       changed(kSmallRig, "to_rad: 2.1, velocity_rad_s: 0.1,", "to_rad: 1.31, velocity_rad_s: 0.06,");
-  EXPECT_EQ(load_rig(folder.write("rig.yaml", changed(slow, "dark_frames: 8", "dark_frames: 8\n  cycle_hz: 16")))
-                .scan.cycle_hz,
-            16);
+  EXPECT_EQ(
+      load_rig(folder.write("rig.yaml", changed(slow, "dark_frames: 8",
+                                                "dark_frames: 8\n  cycle_hz: 16\n  safety: {guardian_timeout_s: 0.2}")))
+          .scan.cycle_hz,
+      16);
 }
 
 TEST(RigConfig, ShowsAHugeNameOnOneShortLine) {

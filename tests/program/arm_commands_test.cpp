@@ -147,6 +147,13 @@ TEST(Arm, WrongWordsAreExitCodeTwo) {
   EXPECT_EQ(run_tankrig({"arm", "jog", "elbow", "3", "--velocity", "-1"}).exit_code, 2);
 }
 
+TEST(Arm, StopSaysWhatIsConfirmed) {
+  const ProgramRun run = run_tankrig({"arm", "stop", "--json"});
+  EXPECT_EQ(run.exit_code, 0);
+  EXPECT_EQ(run.json().at("laser_dark"), true);
+  EXPECT_EQ(run.json().at("arm_at_rest"), true);
+}
+
 TEST(Arm, AnAngleThatIsNoNumberIsRefused) {
   for (const char* angle : {"nan", "inf"}) {
     const ProgramRun run = run_tankrig({"arm", "jog", "elbow", angle});
@@ -156,7 +163,7 @@ TEST(Arm, AnAngleThatIsNoNumberIsRefused) {
 }
 
 TEST(Arm, ExplainsItselfWithExamples) {
-  for (const char* command : {"home", "jog", "park", "status"}) {
+  for (const char* command : {"home", "jog", "park", "status", "stop"}) {
     const ProgramRun run = run_tankrig({"arm", command, "--help"});
     EXPECT_EQ(run.exit_code, 0);
     EXPECT_THAT(run.out, HasSubstr(std::string("Example: tankrig arm ") + command));

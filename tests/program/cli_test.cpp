@@ -57,6 +57,7 @@ TEST(Help, EveryCommandExplainsItselfWithAnExample) {
                                                                                        {"calibrate", "time"},
                                                                                        {"doctor"},
                                                                                        {"emulate"},
+                                                                                       {"guardian"},
                                                                                        {"report"},
                                                                                        {"completion"},
                                                                                        {"manual"},

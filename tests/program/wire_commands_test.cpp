@@ -68,6 +68,31 @@ TEST(OnTheWire, StatusLeavesAnArmAloneThatAnotherProgramMovesAndReportsWhereItCa
   EXPECT_THAT(run.out, HasSubstr("but 20000 where it was left"));
 }
 
+/// Neither relay nor arm has a watchdog here.
+TEST(OnTheWire, TheGuardianOfAKilledCommandMakesSafeAndTheNextCommandSaysSo) {
+  const std::string rig =
+      wire_rig({{"\nemulation:\n  arm:\n", "\nemulation:\n  laser: {watchdog_ms: 0}\n  arm:\n    watchdog_ms: 0\n"}})
+          .string();
+  const ProgramRun run =
+      run_tankrig({"emulate", "--rig", rig, "--device", "arm", "--device", "laser", "--", "bash", "-c", R"(
+      tankrig arm jog --rig $0 elbow 30 --relative 2> $TANKRIG_RUNTIME/said &
+      until grep -q 'arm: move' $TANKRIG_RUNTIME/said; do kill -0 $! || exit 98; done
+      kill -KILL $!
+      wait $!
+      until [ -e $TANKRIG_RUNTIME/arm-zero.yaml.guardian ]; do :; done
+      tankrig arm stop --rig $0 || exit 97
+      cat $TANKRIG_RUNTIME/said >&2
+      tankrig guardian --rig $0 --acknowledge 'the power is cut' 2> $TANKRIG_RUNTIME/nobody && exit 96
+      tankrig arm status --rig $0 --json)",
+                   rig});
+  if (forbids_private_network(run)) GTEST_SKIP() << run.err;
+  EXPECT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("laser off, arm at rest"));
+  EXPECT_THAT(run.err, HasSubstr("guardian: takes over: process"));
+  EXPECT_THAT(run.err, HasSubstr("an earlier command's guardian: "));
+  EXPECT_THAT(run.err, HasSubstr("laser off, arm at rest; laser off confirmed after"));
+}
+
 TEST(OnTheWire, HalfARigIsEnoughForWhatUsesOnlyThatHalf) {
   const fs::path served = patient_wire_rig(scratch_folder() / "served");
   const fs::path half = wire_rig({{"device: runtime/laser", "device: runtime/unplugged"},

@@ -41,6 +41,10 @@ void add_arm(CLI::App& app, ChosenCommand& chosen) {
               arm_status);
   status.app->footer("Example: tankrig arm status --rig tank-sim --json");
 
+  const ArmCommand stop = add_one(
+      arm, chosen, "stop", "Switch the laser off, bring the arm to rest, and say whether both are confirmed", arm_stop);
+  stop.app->footer("Example: tankrig arm stop --rig tank-sim");
+
   const ArmCommand jog = add_one(arm, chosen, "jog", "Move one joint to an angle, or by an angle", arm_jog);
   jog.app->footer("Example: tankrig arm jog --rig tank-sim elbow -5 --relative");
   jog.app->add_option("joint", jog.options.joint, "Joint to move")

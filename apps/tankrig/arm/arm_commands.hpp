@@ -1,4 +1,4 @@
-// `tankrig arm home | jog | park | status`: the arm by hand, with the checks of a scan.
+// `tankrig arm home | jog | park | status | stop`: the arm by hand, with the checks of a scan.
 #pragma once
 
 #include <optional>
@@ -19,5 +19,6 @@ int arm_status(const ArmCommandOptions& options);
 int arm_jog(const ArmCommandOptions& options);
 int arm_park(const ArmCommandOptions& options);
 int arm_home(const ArmCommandOptions& options);
+int arm_stop(const ArmCommandOptions& options);
 
 }  // namespace tankrig::app

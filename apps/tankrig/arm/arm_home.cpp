@@ -1,6 +1,7 @@
 // `tankrig arm home`: the zero of relative encoders, found in the joints' stops.
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
@@ -21,12 +22,24 @@
 namespace tankrig::app {
 namespace {
 
-HomingResult home(Arm5e& arm, Clock& clock, Progress& progress) {
-  return home_axes(arm, clock, &StopOnSignal::requested(), [&](const HomingProgress& p) {
+/// Homing has no cycle: its guardian waits for as long as the arm's driver waits for one that hangs, or longer.
+constexpr Duration kGuarded = std::chrono::milliseconds{250};
+
+HomingResult home(Backend& backend, Arm5e& arm, const SafetySettings& safety, Progress& progress) {
+  StepWatch* const watch = backend.step_watch();
+  if (watch) watch->begin(std::max(kGuarded, from_seconds(safety.guardian_timeout)));
+  const auto show = [&](const HomingProgress& p) {
     const bool done = p.phase == HomingProgress::Phase::kDone;
     progress.update(std::string("arm: home ") + kJointNames[p.joint],
                     (static_cast<int>(p.joint) + (done ? 1.0 : 0.5)) / kJoints);
-  });
+  };
+  const auto stepped = [&](Stamp now) -> Status {
+    const char* const objection = watch ? watch->objection(now) : nullptr;
+    if (objection) return Error{ErrorCode::kRefused, 0, now, objection};
+    if (watch) watch->completed();
+    return {};
+  };
+  return home_axes(arm, backend.clock(), &StopOnSignal::requested(), show, stepped);
 }
 
 nlohmann::ordered_json json_of(const HomingResult& result, const EndState& left) {
@@ -76,7 +89,8 @@ int arm_home(const ArmCommandOptions& options) {
   Progress progress;
   const RigConfig rig = load_rig(find_rig(options.rig));
   const StopOnSignal stop_on_signal;  // before the devices: it outlives them
-  const OwnBackend backend = make_backend(rig, {.carrier = options.carrier, .need = {.cameras = false}});
+  const OwnBackend backend =
+      make_backend(rig, {.carrier = options.carrier, .need = {.cameras = false}, .command = "arm home"});
   Arm5e* const arm = backend->homed_arm();
   if (!arm) {
     if (options.json)
@@ -95,7 +109,7 @@ int arm_home(const ArmCommandOptions& options) {
   make_laser_dark(*backend, rig.scan);
   Motion motion(*backend, rig.scan.safety, progress);
 
-  const HomingResult result = home(*arm, backend->clock(), progress);
+  const HomingResult result = home(*backend, *arm, rig.scan.safety, progress);
   const auto laser = backend->laser().state();
   const EndState left = motion.look(laser.ok() && laser.value().dark());
   progress.finish_line();

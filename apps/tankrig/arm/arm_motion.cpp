@@ -10,6 +10,7 @@
 
 #include "apps/tankrig/command_line/output.hpp"
 #include "apps/tankrig/command_line/rig_files.hpp"
+#include "apps/tankrig/command_line/service.hpp"
 #include "apps/tankrig/command_line/stop.hpp"
 #include "apps/tankrig/command_line/waiting.hpp"
 #include "apps/tankrig/commands.hpp"
@@ -88,14 +89,18 @@ void print(const Outcome& o, bool moved) {
     std::printf("duration   %.1f s\n", o.plan.duration());
 }
 
-/// Commands rest until the encoders say the same for a while; false after `timeout`. `tell`: whether it rests, whenever
-/// there is reason to say.
-bool came_to_rest(Arm& arm, Clock& clock, Duration timeout, const std::function<void(bool)>& tell) {
+}  // namespace
+
+bool came_to_rest(Backend& backend, Duration timeout, const std::function<void(bool)>& tell) {
+  Arm& arm = backend.arm();
+  Clock& clock = backend.clock();
+  StepWatch* const watch = backend.step_watch();
   std::optional<JointState> first;
   Stamp heard = clock.now();
   const auto over = [&](bool at_rest) { return tell(at_rest), at_rest; };
   for (const Stamp end = heard + timeout; clock.now() < end;) {
     const bool stops = arm.stop().ok();
+    if (watch) watch->completed();
     if (!stops || clock.now() - heard > SafeEnd::kNewsAge) tell(false);
     clock.sleep_until(clock.now() + arm.exchange_period());
     const auto news = arm.try_read();
@@ -112,8 +117,6 @@ bool came_to_rest(Arm& arm, Clock& clock, Duration timeout, const std::function<
   }
   return over(false);
 }
-
-}  // namespace
 
 void make_laser_dark(Backend& backend, const ScanSettings& settings) {
   Laser& laser = backend.laser();
@@ -161,6 +164,14 @@ void Motion::run(ScanJob& job) {
     end();
     if (left_) job.result.left = *left_;
   };
+  job.step_watch = backend_.step_watch();
+  Clock& clock = backend_.clock();
+  ServiceNotice service(clock.now());
+  // The supervisor reads the interlock in every round.
+  job.interlock_closed = [&service, &clock, read = job.interlock_closed] {
+    service.alive(clock.now());
+    return read && read();
+  };
   try {
     run_scan(job);
   } catch (...) {
@@ -173,10 +184,11 @@ void Motion::run(ScanJob& job) {
 EndState Motion::look(bool laser_dark) {
   looked_ = true;
   left_ = EndState{laser_dark, true};
-  left_->arm_at_rest = came_to_rest(backend_.arm(), backend_.clock(), rest_timeout_, [&](bool at_rest) {
+  left_->arm_at_rest = came_to_rest(backend_, rest_timeout_, [&](bool at_rest) {
     left_->arm_at_rest = at_rest;
     progress_.cut(to_cut(*left_));
   });
+  if (StepWatch* const watch = backend_.step_watch(); watch && left_->safe()) watch->release();
   return *left_;
 }
 
@@ -200,7 +212,8 @@ int move_arm(const ArmCommandOptions& options, const TargetFrom& target_from) {
   Progress progress;
   const RigConfig rig = load_rig(find_rig(options.rig));
   const StopOnSignal stop_on_signal;  // before the devices: it outlives them
-  const OwnBackend backend = make_backend(rig, {.carrier = options.carrier, .need = {.cameras = false}});
+  const OwnBackend backend =
+      make_backend(rig, {.carrier = options.carrier, .need = {.cameras = false}, .command = "arm motion"});
   make_laser_dark(*backend, rig.scan);
   const JointVector now = homed_posture(*backend, options.rig);
 

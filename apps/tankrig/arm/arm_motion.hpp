@@ -17,6 +17,10 @@ namespace tankrig::app {
 /// Errors: InputError if that is not confirmed within the rig's rest timeout.
 void make_laser_dark(Backend& backend, const ScanSettings& settings);
 
+/// Commands rest until the encoders say the same for a while; false after `timeout`. `tell`: whether it rests, whenever
+/// there is reason to say.
+bool came_to_rest(Backend& backend, Duration timeout, const std::function<void(bool)>& tell);
+
 /// Where the arm is.
 /// Errors: InputError that says what to do, if the arm is silent or does not know its joints yet.
 JointVector homed_posture(Backend& backend, const std::string& rig);

@@ -255,7 +255,8 @@ int camera_preview(const CameraPreviewOptions& options) {
   const StopOnSignal stop_on_signal;  // before the devices: it outlives them
   const RigCamera& chosen = choose_camera(rig, options.camera);
   const OwnBackend backend =
-      make_backend(rig, {.need = {.arm = options.laser, .laser = options.laser, .only_camera = chosen.name}});
+      make_backend(rig, {.need = {.arm = options.laser, .laser = options.laser, .only_camera = chosen.name},
+                         .command = "camera preview"});
   const CameraChoice camera{backend->cameras().front(), &chosen};
   if (!backend->laser_unknown().empty()) progress.warn(backend->laser_unknown());
   PreviewOutput output(options.out, camera.rig->name, options.rate_hz);

@@ -13,6 +13,7 @@
 #include "drivers/laser/laser.hpp"
 #include "drivers/lux/lux_meter.hpp"
 #include "rig/config/rig_config.hpp"
+#include "rig/safety/step_watch.hpp"
 #include "sim_backends/faults/fault_script.hpp"
 #include "sim_backends/world/tank_world.hpp"
 
@@ -28,6 +29,8 @@ class Backend {
   /// The arm's own driver, where it is one that has to be homed; else null.
   virtual Arm5e* homed_arm() { return nullptr; }
   virtual Laser& laser() = 0;
+  /// Its guardian, on a rig whose devices may move and shine; else null.
+  virtual StepWatch* step_watch() { return nullptr; }
   /// Why the laser could not be switched off, where it is not needed and its line cannot be opened; else empty.
   virtual std::string laser_unknown() const { return {}; }
   virtual std::vector<Camera*> cameras() = 0;
@@ -51,7 +54,8 @@ class Backend {
   virtual const sim::TankWorld* world() const = 0;
 };
 
-/// Which devices a command uses. The laser is opened first whatever it is, so that it is off.
+/// Which devices a command uses. The laser is opened first whatever it is, so that it is off. With arm and laser, real
+/// ones have a guardian.
 struct Need {
   bool arm = true;
   bool laser = true;    ///< false: what cannot be opened is a warning that its state is not known
@@ -64,6 +68,7 @@ struct BackendOptions {
   std::string carrier = {};           ///< of the arm: "can" or "serial"; empty: the rig file's
   std::filesystem::path faults = {};  ///< plan for what is simulated or emulated; empty: none
   Need need = {};
+  std::string command = {};  ///< what the user runs, for the guardian's messages
 };
 
 /// In the order of RigConfig::cameras.

@@ -1,5 +1,6 @@
 // The rig behind its drivers: real devices, or emulated ones on the same wires, in real time.
 #include <algorithm>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <stdexcept>
@@ -8,6 +9,7 @@
 #include "apps/tankrig/devices/backend.hpp"
 #include "apps/tankrig/devices/camera_info.hpp"
 #include "apps/tankrig/devices/emulation_process.hpp"
+#include "apps/tankrig/devices/guarded.hpp"
 #include "apps/tankrig/devices/scene_check.hpp"
 #include "core/input_error.hpp"
 #include "core/settings_table.hpp"
@@ -18,6 +20,7 @@
 #include "drivers/can/can_recorder.hpp"
 #include "drivers/laser/relay_laser.hpp"
 #include "drivers/lux/open_lux_meter.hpp"
+#include "rig/guardian/guardian_process.hpp"
 #include "sim_backends/wire/emulated_tank.hpp"
 #include "sim_backends/wire/private_network.hpp"
 
@@ -96,6 +99,8 @@ std::unique_ptr<Camera> open_camera(const RigCamera& camera, const CameraInfo& i
   return opened;
 }
 
+constexpr Duration kGuardianEnds = std::chrono::seconds{5};  // usually within one
+
 /// Unless another program is at it, the laser first: it is off from here on, whatever else cannot be opened.
 class DeviceBackend final : public Backend {
  public:
@@ -115,7 +120,9 @@ class DeviceBackend final : public Backend {
       const ConfigNode arm = devices_.child("arm");
       arm.choice("driver", {"arm5e"});
       arm_settings_ = arm5e_settings_from(arm, runtime, options.carrier);
+      tell_guardian_report(rig);
       check_nobody_moves(arm_settings_.zero_file);  // the laser is that program's too
+      if (need.laser) start_guardian(rig, options);
     }
     std::optional<RelayLaserSettings> laser_settings;
     if (need.laser || devices_.has("laser")) {
@@ -125,6 +132,7 @@ class DeviceBackend final : public Backend {
       wired_interlock_ = laser_settings->interlock == InterlockSight::kWired;
       if (!wired_interlock_ && !laser_settings->protocol.status_query)
         laser.fail("interlock", "found read without a status_query, expected one, or wired");
+      if (guardian_) laser_settings->serial.opened = guardian_->line(GuardianLine::kLaser);
       try {
         laser_ = open("laser", [&] { return std::make_unique<RelayLaser>(*laser_settings, clock_); });
       } catch (const InputError& e) {
@@ -134,8 +142,15 @@ class DeviceBackend final : public Backend {
     }
     if (need.arm) {
       if (laser_settings) check_goes_off_first(devices_.child("laser"), *laser_settings, arm_settings_.watchdog);
+      if (guardian_) arm_settings_.serial.opened = guardian_->line(GuardianLine::kArm);
       arm_ = open("arm", [&] { return open_arm5e(arm_settings_, rig.arm, clock_); });
       links_.emplace(*arm_, rig.arm, rig.backlash_ticks);
+    }
+    if (guardian_) {
+      laser_->set_veto(guardian_->taken_over());
+      arm_->set_veto(guardian_->taken_over());
+      const Waiting told("the guardian");
+      guardian_->wait_until_ready();
     }
     if (need.cameras) {
       const ConfigNode cameras = devices_.child("cameras");
@@ -155,6 +170,7 @@ class DeviceBackend final : public Backend {
   Clock& clock() override { return clock_; }
   Arm& arm() override { return links_.value(); }
   Arm5e* homed_arm() override { return arm_.get(); }
+  StepWatch* step_watch() override { return guardian_ ? &*guardian_ : nullptr; }
   Laser& laser() override {
     if (!laser_) throw std::logic_error("the laser was not asked for");
     return *laser_;
@@ -209,6 +225,24 @@ class DeviceBackend final : public Backend {
     Result<LuxReading> read(Duration) override { return Error{ErrorCode::kNotReady, 0, {}, "the rig file names none"}; }
   };
 
+  void tell_guardian_report(const RigConfig& rig) const {
+    const std::filesystem::path report = guardian_report(rig, arm_settings_.zero_file);
+    {
+      const Waiting told("an earlier command's guardian to confirm laser off and arm at rest");
+      for (const Stamp end = clock_.now() + kGuardianEnds; guardian_at_work(report) && clock_.now() < end;)
+        MonotonicClock{}.sleep_until(clock_.now() + std::chrono::milliseconds{10});
+    }
+    const std::string text = take_guardian_report(report, rig.file.string());
+    if (!text.empty()) std::fprintf(stderr, "tankrig: an earlier command's guardian: %s\n", text.c_str());
+  }
+
+  void start_guardian(const RigConfig& rig, const BackendOptions& options) {
+    std::vector<std::string> words{"guardian", "--rig", rig.file.string(), "--command", options.command};
+    if (!options.carrier.empty()) words.insert(words.end(), {"--carrier", options.carrier});
+    if (!emulation_.runtime().empty()) words.insert(words.end(), {"--runtime", emulation_.runtime().string()});
+    guardian_.emplace(std::move(words));
+  }
+
   void add_warnings(const RigConfig& rig) {
     if (wired_interlock_) warnings_.push_back("laser interlock is wired only: this program does not see it open");
     if (!world()) return;
@@ -220,6 +254,7 @@ class DeviceBackend final : public Backend {
   ConfigNode devices_;
   bool wired_interlock_ = false;
   Arm5eSettings arm_settings_;
+  std::optional<GuardianProcess> guardian_;  // before the drivers: it is told of lines that they open again
   std::unique_ptr<RelayLaser> laser_;
   std::unique_ptr<Arm5e> arm_;
   std::optional<BacklashArm> links_;

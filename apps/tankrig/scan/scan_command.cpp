@@ -136,8 +136,12 @@ int scan(const ScanOptions& options) {
     return kOk;
   }
   const StopOnSignal stop_on_signal;  // before the devices: it outlives them
-  const OwnBackend backend =
-      make_backend(rig, {.world = options.world, .carrier = options.carrier, .faults = options.faults});
+  BackendOptions devices;
+  devices.world = options.world;
+  devices.carrier = options.carrier;
+  devices.faults = options.faults;
+  devices.command = "scan";
+  const OwnBackend backend = make_backend(rig, devices);
   for (const std::string& warning : backend->warnings()) progress.warn(warning);
   for (const Statistic& s : backend->statistics())
     if (s.name == "arm.bus_load_percent")
