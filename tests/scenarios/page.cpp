@@ -46,6 +46,9 @@ or one is recorded with a wrong stamp. It is not made again.
 "before": before detection already, because the laser's driver drops the command by itself or the sweep was over.
 "never": it did not get one. "-": there is nothing to measure.
 
+In this table relay and arm have watchdogs of their own (1 s and 500 ms). None is known of the real arm: without them, see
+"The scanning process dies or stands still".
+
 After every scan on wires the relay's contact is open (unless it has welded) and the arm at rest, also where a command
 could not reach them.
 
@@ -187,20 +190,35 @@ std::string page_absences() {
 }
 
 std::string page_killed_heading() {
-  return "\n## The scanning process is killed (SIGKILL)\nNobody commands anything any more: the devices' own watchdogs "
-         "act (relay 1 s after its last refresh, at most " +
-         in_ms(kRelayAlone) + " after the kill; arm 500 ms after its last demand, at rest at most " + in_ms(kArmAlone) +
-         " after the kill).\n\n| carrier | relay open [ms] | arm at rest [ms] | machine late [ms] | tries | verdict |\n"
-         "|---|---|---|---|---|---|\n";
+  const auto bound = [](Ending ending) {
+    return in_ms(*bounds(ending).off_byte) + " and " + in_ms(*bounds(ending).rest);
+  };
+  return "\n## The scanning process dies or stands still\nNeither laser nor arm has a watchdog here: none is known of "
+         "the "
+         "real arm. Its guardian (docs/reference/safety.md) switches the\nlaser off, then brings the arm to rest. "
+         "Times are "
+         "from the signal, at most a cycle (5 ms) after the last completed safety step.\n\n* Bounds of off byte and "
+         "rest: " +
+         bound(Ending::kKilled) +
+         ", which is 100 and 150 ms after that step. Of a killed guardian, which the scan\n  notices: " +
+         bound(Ending::kGuardianKilled) + ". After pulled lines are back: " + bound(Ending::kLinesPulled) +
+         ".\n* Killed for want of memory: its control group is killed at once, as the out-of-memory killer does to a "
+         "group.\n* A scan that stood still goes on once laser and arm are safe. It must light and move nothing more, "
+         "and "
+         "end.\n* Killed with its guardian: nobody is left, and nothing may have happened after 3 s.\n\n"
+         "| the scan is | carrier | off byte [ms] | rest [ms] | machine late [ms] | tries | verdict |\n"
+         "|---|---|---|---|---|---|---|\n";
 }
 
 std::string page_killed_row(const std::string& carrier, const Killed& k, const std::string& why) {
-  return "| " + carrier + " | " + after(k.opened, k.when) + " | " + after(k.rested, k.when) + " | " +
-         in_ms(k.machine_late, 1) + verdict_cells(why, too_late(k) ? k.machine_late : Duration{});
+  const std::string beginning = std::string("| ") + to_string(k.ending) + " | " + carrier + " | ";
+  if (!k.skipped.empty()) return beginning + "- | - | - | 0 | not made: " + cell(k.skipped) + " |\n";
+  return beginning + after(k.off_byte, k.when) + " | " + after(k.rest, k.when) + " | " + in_ms(k.machine_late, 1) +
+         verdict_cells(why, too_late(k) ? k.machine_late : Duration{});
 }
 
-std::string page_killed_row(const std::string& carrier, const std::string& why) {
-  return "| " + carrier + " | - | - | -" + verdict_cells(why);
+std::string page_killed_row(const std::string& carrier, Ending ending, const std::string& why) {
+  return std::string("| ") + to_string(ending) + " | " + carrier + " | - | - | -" + verdict_cells(why);
 }
 
 }  // namespace tankrig::scenarios

@@ -22,6 +22,6 @@ std::string page_absences();
 std::string page_killed_heading();
 std::string page_killed_row(const std::string& carrier, const Killed& killed, const std::string& why);
 /// The line of one that gave nothing.
-std::string page_killed_row(const std::string& carrier, const std::string& why);
+std::string page_killed_row(const std::string& carrier, Ending ending, const std::string& why);
 
 }  // namespace tankrig::scenarios

@@ -1,6 +1,7 @@
 // Every fault on every device, measured: writes docs/measured/reliability.md, or with --quick checks one fault of every wire.
 //
 //   reliability [--quick | --mock] [--only "DEVICE [KIND]"] [FILE.md]      --mock: the rows of the mock rig only
+//   reliability --only endings      the scan's own process dies or stands still
 #include <stdlib.h>
 #include <sys/utsname.h>
 
@@ -29,6 +30,7 @@ using sim::FaultKind;
 
 constexpr int kSkipped = 77;  // as CMakeLists.txt says: also where a row was not judged
 constexpr unsigned kLongestTrial = 120;
+constexpr char kEndings[] = "endings";
 
 Row on_mock(const Trial& trial) {
   const TemporaryFolder folder;
@@ -77,12 +79,27 @@ Measured measured(const Trial& trial) {
   return {page_row(row, why), row.outcome.status, why, row.wire ? skipped(too_late(row), row.wire->machine_late) : ""};
 }
 
-Measured measured_kill(const std::string& carrier) {
-  const Killed k = kill_scan(carrier);
+Measured measured_ending(const std::string& carrier, Ending ending) {
+  const Killed k = end_scan(carrier, ending);
   const std::string why = broken(k);
   return {page_killed_row(carrier, k, why),
-          "relay open after " + after(k.opened, k.when) + " ms, arm at rest after " + after(k.rested, k.when) + " ms",
+          k.skipped.empty()
+              ? "off byte after " + after(k.off_byte, k.when) + " ms, rest after " + after(k.rest, k.when) + " ms"
+              : k.skipped,
           why, skipped(too_late(k), k.machine_late)};
+}
+
+struct Ended {
+  Ending ending;
+  std::string carrier;
+};
+
+std::vector<Ended> asked_endings(bool quick) {
+  std::vector<Ended> all;
+  for (const Ending ending : endings())
+    for (const char* carrier : {"can", "serial"})
+      if (!quick || ending == Ending::kKilled || ending == Ending::kStopped) all.push_back({ending, carrier});
+  return all;
 }
 
 std::string name(const Trial& trial) {
@@ -186,19 +203,18 @@ int run(const Asked& asked) {
   std::vector<Trial> wanted;
   for (const Trial& trial : trials())
     if (asked.wants(trial)) wanted.push_back(trial);
-  const bool kills = !asked.mock_only && asked.device.empty();
-  Run run(asked, wanted.size() + (kills ? 2 : 0));
+  const bool ends = !asked.mock_only && (asked.device.empty() || asked.device == kEndings);
+  const std::vector<Ended> to_end = ends ? asked_endings(asked.quick) : std::vector<Ended>{};
+  Run run(asked, wanted.size() + to_end.size());
   run.write(page_heading(machine(asked)));
   for (const Trial& trial : wanted)
     run.take(
         name(trial), [&] { return measured(trial); }, [&](const std::string& why) { return page_row(trial, why); });
-  if (kills) {
-    run.write(page_killed_heading());
-    for (const std::string carrier : {"can", "serial"})
-      run.take(
-          "killed on " + carrier, [&] { return measured_kill(carrier); },
-          [&](const std::string& why) { return page_killed_row(carrier, why); });
-  }
+  if (ends) run.write(page_killed_heading());
+  for (const auto& [ending, carrier] : to_end)
+    run.take(
+        std::string("scan ") + to_string(ending) + ", on " + carrier, [&] { return measured_ending(carrier, ending); },
+        [&](const std::string& why) { return page_killed_row(carrier, ending, why); });
   run.write(page_absences());
   const std::vector<Absence> absent = absences();
   return run.finish(static_cast<std::size_t>(
@@ -212,10 +228,11 @@ int main(int argc, char** argv) {
   namespace fs = std::filesystem;
   using namespace tankrig::scenarios;
   if (argc == 4 && std::strcmp(argv[1], "--scan") == 0) {
-    const Outcome o = scan_wire(argv[2], argv[3], fs::path(argv[2]) / "session", nullptr);
+    const Outcome o = scan_wire(argv[2], argv[3], fs::path(argv[2]) / "session", nullptr, true);
     return o.stopped() ? 1 : 0;
   }
-  constexpr char kUsage[] = "reliability [--quick | --mock] [--only \"DEVICE [KIND]\"] [FILE.md]";
+  if (argc == 8 && std::strcmp(argv[1], "guardian") == 0) return run_scan_guardian(argv);
+  constexpr char kUsage[] = "reliability [--quick | --mock] [--only \"DEVICE [KIND]\" | --only endings] [FILE.md]";
   Asked asked;
   for (int i = 1; i < argc; ++i) {
     const std::string word = argv[i];

@@ -12,6 +12,7 @@
 #include "drivers/can/open_can.hpp"
 #include "drivers/laser/relay_laser.hpp"
 #include "drivers/lux/open_lux_meter.hpp"
+#include "rig/guardian/guardian_process.hpp"
 #include "rig/scan/scan_log.hpp"
 #include "session/recording/session_writer.hpp"
 #include "sim_backends/faults/picture_faults.hpp"
@@ -24,6 +25,7 @@ using namespace std::chrono_literals;
 
 constexpr Duration kWarmUp = 200ms;
 constexpr int kWidth = 160, kHeight = 120;
+constexpr int kArmOnTheBus = 0;  // it is the first there
 
 // As in a rig file.
 constexpr char kDevices[] = R"(
@@ -66,7 +68,7 @@ std::size_t hash_of(const cv::Mat& picture) {
 
 }  // namespace
 
-EmulatedRig::EmulatedRig(const std::filesystem::path& runtime, const sim::FaultPlan& plan)
+EmulatedRig::EmulatedRig(const std::filesystem::path& runtime, const sim::FaultPlan& plan, bool watchdogs)
     : script_(plan), laser_(kWarmUp, clock_) {
   const ConfigNode devices = devices_at(runtime);
   pictures_ = std::make_unique<sim::PictureFaults>("mono", script_);
@@ -74,6 +76,7 @@ EmulatedRig::EmulatedRig(const std::filesystem::path& runtime, const sim::FaultP
   sim::ArmEmulatorParameters parameters;
   parameters.power_up << 0, 0.12, 1.3, 0, 0.1;
   parameters.can_bitrate = 1'000'000;
+  if (!watchdogs) parameters.watchdog = 0s;
   arm_ = std::make_unique<sim::ArmEmulator>(arm5e(), parameters, clock_);
   CanSettings can;
   can.interface = "unix:" + (runtime / "arm.can").string();
@@ -82,8 +85,9 @@ EmulatedRig::EmulatedRig(const std::filesystem::path& runtime, const sim::FaultP
   arm_->serve(open_can(can, clock_));
   arm_->serve(runtime / "arm");
   save_arm_zero(runtime / "zero.yaml", {arm_->true_zero(), "emulated"});
-  relay_ = std::make_unique<sim::RelayEmulator>(
-      sim::relay_emulator_settings_from(devices.child("laser"), nullptr, runtime), laser_);
+  sim::RelayEmulatorSettings box = sim::relay_emulator_settings_from(devices.child("laser"), nullptr, runtime);
+  if (!watchdogs) box.watchdog = 0s;
+  relay_ = std::make_unique<sim::RelayEmulator>(box, laser_);
   lux_ =
       std::make_unique<sim::LuxEmulator>(sim::lux_emulator_settings_from(devices.child("lux_meter"), nullptr, runtime),
                                          [this] { return sim::spoilt_lux(script_, kLux, clock_.now(), last_lux_); });
@@ -110,19 +114,57 @@ EmulatedRig::EmulatedRig(const std::filesystem::path& runtime, const sim::FaultP
 
 EmulatedRig::~EmulatedRig() = default;
 
+void EmulatedRig::pull_lines() {
+  hub_->cut(kArmOnTheBus, true);
+  arm_->unplug();
+  relay_->unplug();
+}
+
+void EmulatedRig::plug_lines() {
+  hub_->cut(kArmOnTheBus, false);
+  arm_->plug();
+  relay_->plug();
+}
+
 std::optional<Stamp> EmulatedRig::exposed(const cv::Mat& picture) const {
   const std::lock_guard lock(mutex_);
   const auto found = exposed_.find(hash_of(picture));
   return found == exposed_.end() ? std::nullopt : found->second;
 }
 
+GuardianSettings guardian_settings(const std::filesystem::path& runtime, const std::string& carrier) {
+  const ConfigNode devices = devices_at(runtime);
+  const RelayLaserSettings laser = relay_laser_settings_from(devices.child("laser"), runtime);
+  GuardianSettings s;
+  s.laser_line = laser.serial;
+  s.laser = laser.protocol;
+  s.arm = arm5e_settings_from(devices.child("arm"), runtime, carrier);
+  s.command = "scan";
+  s.report = runtime / "report";
+  return s;
+}
+
 Outcome scan_wire(const std::filesystem::path& runtime, const std::string& carrier,
-                  const std::filesystem::path& session, EmulatedRig* rig) {
+                  const std::filesystem::path& session, EmulatedRig* rig, bool guarded) {
   Outcome out;
   MonotonicClock clock;
   const ConfigNode devices = devices_at(runtime);
-  RelayLaser relay(relay_laser_settings_from(devices.child("laser"), runtime));
-  const auto driver = open_arm5e(arm5e_settings_from(devices.child("arm"), runtime, carrier), arm5e(), clock);
+  RelayLaserSettings laser_settings = relay_laser_settings_from(devices.child("laser"), runtime);
+  Arm5eSettings arm_settings = arm5e_settings_from(devices.child("arm"), runtime, carrier);
+  std::optional<GuardianProcess> guardian;
+  if (guarded) {
+    guardian.emplace(std::vector<std::string>{"guardian", runtime.string(), carrier});
+    std::ofstream(runtime / "guardian.pid") << guardian->process();
+    laser_settings.serial.opened = guardian->line(GuardianLine::kLaser);
+    arm_settings.serial.opened = guardian->line(GuardianLine::kArm);
+  }
+  RelayLaser relay(laser_settings);
+  const auto driver = open_arm5e(arm_settings, arm5e(), clock);
+  if (guardian) {
+    relay.set_veto(guardian->taken_over());
+    driver->set_veto(guardian->taken_over());
+    guardian->wait_until_ready();
+  }
   driver->set_zero(load_arm_zero(runtime / "zero.yaml"));
   AravisCamera mono(aravis_settings_from(devices.child("camera"), {"mono", kWidth, kHeight, 1, 25}));
   const auto lux_meter = open_lux_meter(devices.child("lux_meter"), runtime);
@@ -161,6 +203,7 @@ Outcome scan_wire(const std::filesystem::path& runtime, const std::string& carri
                 sink.round();
                 return relay.interlock_closed().value_or(false);
               }};
+  job.step_watch = guardian ? &*guardian : nullptr;
   try {
     const ScanResult result = run_scan(job);
     out.status = result.status;

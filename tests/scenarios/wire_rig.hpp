@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 
+#include "rig/guardian/guardian.hpp"
 #include "sim_backends/faults/picture_faults.hpp"
 #include "sim_backends/wire/wire_faults.hpp"
 #include "tests/scenarios/small_rig.hpp"
@@ -18,12 +19,16 @@ namespace tankrig::scenarios {
 /// The emulated devices, serving below `runtime` and at 127.0.0.1, with a fault plan played on them.
 class EmulatedRig {
  public:
-  EmulatedRig(const std::filesystem::path& runtime, const sim::FaultPlan& plan);
+  /// Without `watchdogs` laser and arm go on when nobody commands them any more, as the real arm may.
+  EmulatedRig(const std::filesystem::path& runtime, const sim::FaultPlan& plan, bool watchdogs = true);
   ~EmulatedRig();
 
   const sim::RelayEmulator& relay() const { return *relay_; }
   sim::ArmEmulator& arm() { return *arm_; }
   sim::FaultScript& script() { return script_; }
+  /// The laser's line, the arm's line and the arm's place on its bus.
+  void pull_lines();
+  void plug_lines();
   /// The middle of the exposure that gave this picture; nothing: several did, or none.
   std::optional<Stamp> exposed(const cv::Mat& picture) const;
 
@@ -44,9 +49,13 @@ class EmulatedRig {
   std::unique_ptr<sim::WireFaults> faults_;
 };
 
+/// What guards a scan of it.
+GuardianSettings guardian_settings(const std::filesystem::path& runtime, const std::string& carrier);
+
 /// Scans it over `carrier`, "can" or "serial", with the drivers of the rig file's section. `rig`: the emulated devices,
 /// where they are in this process; what the fault's begin is taken from.
+/// `guarded`: with a guardian, whose process is written to runtime/guardian.pid.
 Outcome scan_wire(const std::filesystem::path& runtime, const std::string& carrier,
-                  const std::filesystem::path& session, EmulatedRig* rig);
+                  const std::filesystem::path& session, EmulatedRig* rig, bool guarded = false);
 
 }  // namespace tankrig::scenarios
