@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "reconstruction/stripe/image_rows.hpp"
+
 namespace tankrig {
 namespace {
 
@@ -14,6 +16,7 @@ ClippedRuns::ClippedRuns(const cv::Mat& image, const std::array<float, 3>& weigh
   const auto value = [&](int y, int x, int c) { return image.ptr<std::uint8_t>(y)[x * channels + c]; };
   for (int y = 0; y < image.rows; ++y) {
     const std::uint8_t* row = image.ptr<std::uint8_t>(y);
+    if (!reaches(row, image.cols * channels, kFull)) continue;
     for (int i = 0; i < image.cols * channels; ++i) {
       if (row[i] < kFull) continue;
       const int x = i / channels, c = i % channels;

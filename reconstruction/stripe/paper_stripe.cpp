@@ -7,11 +7,14 @@
 #include <optional>
 
 #include "core/input_error.hpp"
+#include "reconstruction/stripe/hsv_gate.hpp"
+#include "reconstruction/stripe/image_rows.hpp"
 #include "reconstruction/stripe/stripe_look.hpp"
 
 namespace tankrig {
 namespace {
 
+/// What the gate lets through of the picture as it was prepared.
 cv::Mat gate(const cv::Mat& bgr, const PaperStripeParameters& p) {
   cv::Mat hsv;
   if (p.blur) {
@@ -32,21 +35,38 @@ cv::Mat gate(const cv::Mat& bgr, const PaperStripeParameters& p) {
   return mask;
 }
 
-int intensity(const cv::Vec3b& pixel) { return pixel[0] + pixel[1] + pixel[2]; }
-
-/// Row of the most intense gated pixel of each column, -1 where the gate let none through.
-std::vector<int> brightest_rows(const cv::Mat& bgr, const cv::Mat& mask) {
-  std::vector<int> row(bgr.cols, -1), best(bgr.cols, -1);
-  for (int y = 0; y < bgr.rows; ++y) {
-    const cv::Vec3b* pixels = bgr.ptr<cv::Vec3b>(y);
-    const std::uint8_t* passes = mask.ptr<std::uint8_t>(y);
-    for (int x = 0; x < bgr.cols; ++x) {
-      if (!passes[x] || intensity(pixels[x]) <= best[x]) continue;
-      best[x] = intensity(pixels[x]);
-      row[x] = y;
+/// Row of the most intense pixel of each column that `passes(row, column, pixel)`, -1 where none does. What is as
+/// bright as no other pixel of its column is asked first: it mostly passes, and then nothing else can win.
+template <class Passes>
+std::vector<int> brightest_rows(const cv::Mat& bgr, Passes passes) {
+  std::vector<std::int16_t> row(static_cast<std::size_t>(bgr.cols), -1), best(row);
+  for (int y = 0; y < bgr.rows; ++y) keep_brighter(bgr.ptr<std::uint8_t>(y), bgr.cols, y, best.data(), row.data());
+  std::vector<int> rows(row.begin(), row.end()), refused;
+  for (int x = 0; x < bgr.cols; ++x)
+    if (!passes(rows[x], x, bgr.ptr<std::uint8_t>(rows[x]) + 3 * x)) refused.push_back(x);
+  for (const int x : refused) rows[x] = best[x] = -1;
+  for (int y = 0; y < bgr.rows && !refused.empty(); ++y) {
+    const std::uint8_t* pixels = bgr.ptr<std::uint8_t>(y);
+    for (const int x : refused) {
+      const std::uint8_t* pixel = pixels + 3 * x;
+      const int here = pixel[0] + pixel[1] + pixel[2];
+      if (here <= best[x] || !passes(y, x, pixel)) continue;
+      best[x] = static_cast<std::int16_t>(here);
+      rows[x] = y;
     }
   }
-  return row;
+  return rows;
+}
+
+int intensity(const cv::Vec3b& pixel) { return pixel[0] + pixel[1] + pixel[2]; }
+
+std::vector<int> brightest_of(const cv::Mat& bgr, const PaperStripeParameters& p) {
+  if (p.blur || p.morphology) {
+    const cv::Mat mask = gate(bgr, p);
+    return brightest_rows(bgr, [&](int y, int x, const std::uint8_t*) { return mask.ptr<std::uint8_t>(y)[x] != 0; });
+  }
+  const HsvGate passes({p.hue_min, p.hue_max}, {p.saturation_min, p.saturation_max}, {p.value_min, p.value_max});
+  return brightest_rows(bgr, [&](int, int, const std::uint8_t* pixel) { return passes(pixel); });
 }
 
 StripePeak centre_of_masses(const cv::Mat& bgr, int column, int peak_row, int half_window) {
@@ -94,7 +114,7 @@ StripeDetection detect_paper(const cv::Mat& image, const PaperStripeParameters& 
   cv::Mat bgr = image;
   if (rows) cv::transpose(image, bgr);
   if (bgr.channels() == 1) cv::cvtColor(bgr, bgr, cv::COLOR_GRAY2BGR);
-  const std::vector<int> brightest = brightest_rows(bgr, gate(bgr, parameters));
+  const std::vector<int> brightest = brightest_of(bgr, parameters);
   for (int x = 0; x < bgr.cols; ++x)
     if (brightest[x] >= 0) detection.peaks.push_back(centre_of_masses(bgr, x, brightest[x], parameters.half_window));
   StripeStatistics& statistics = detection.statistics;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/median.hpp"
+#include "reconstruction/stripe/image_rows.hpp"
 
 namespace tankrig {
 
@@ -29,39 +30,19 @@ std::vector<float> ridge_kernel(double sigma_px) {
 void weighted_signal(const cv::Mat& image, const cv::Mat& background, const std::array<float, 3>& weights,
                      cv::Mat1f& signal) {
   signal.create(image.size());
-  const int n = image.cols, channels = image.channels();
-  const float w0 = weights[0], w1 = weights[1], w2 = weights[2];
   for (int y = 0; y < image.rows; ++y) {
-    float* out = signal[y];
-    const std::uint8_t* in = image.ptr<std::uint8_t>(y);
     const std::uint8_t* dark = background.empty() ? nullptr : background.ptr<std::uint8_t>(y);
-    if (channels == 1 && !dark) {
-      for (int x = 0; x < n; ++x) out[x] = w0 * in[x];
-    } else if (channels == 1) {
-      for (int x = 0; x < n; ++x) out[x] = w0 * (in[x] - dark[x]);
-    } else if (!dark) {
-      for (int x = 0; x < n; ++x) out[x] = w0 * in[3 * x] + w1 * in[3 * x + 1] + w2 * in[3 * x + 2];
-    } else {
-      for (int x = 0; x < n; ++x)
-        out[x] = w0 * (in[3 * x] - dark[3 * x]) + w1 * (in[3 * x + 1] - dark[3 * x + 1]) +
-                 w2 * (in[3 * x + 2] - dark[3 * x + 2]);
-    }
+    weigh_pixels(image.ptr<std::uint8_t>(y), dark, image.cols, image.channels(), weights.data(), signal[y]);
   }
 }
 
 void filter_columns(const cv::Mat1f& signal, const std::vector<float>& kernel, cv::Mat1f& response) {
   response.create(signal.size());
-  const int n = signal.cols, rows = signal.rows;
-  for (int y = 0; y < rows; ++y) {
-    float* __restrict out = response[y];
-    const float* centre = signal[y];
-    for (int x = 0; x < n; ++x) out[x] = kernel[0] * centre[x];
-    for (int k = 1; k < static_cast<int>(kernel.size()); ++k) {
-      const float* above = signal[std::max(0, y - k)];
-      const float* below = signal[std::min(rows - 1, y + k)];
-      const float h = kernel[k];
-      for (int x = 0; x < n; ++x) out[x] += h * (above[x] + below[x]);
-    }
+  const int radius = static_cast<int>(kernel.size()) - 1;
+  std::vector<const float*> rows(2 * radius + 1);
+  for (int y = 0; y < signal.rows; ++y) {
+    for (int k = -radius; k <= radius; ++k) rows[radius + k] = signal[std::clamp(y + k, 0, signal.rows - 1)];
+    weigh_rows(rows.data() + radius, kernel.data(), radius, signal.cols, response[y]);
   }
 }
 
@@ -83,13 +64,15 @@ double robust_noise(const cv::Mat1f& response) {
 RidgeCandidates::RidgeCandidates(const cv::Mat1f& response, double noise, double min_snr)
     : counts_(response.cols, 0), all_(static_cast<std::size_t>(response.cols) * kPerColumn) {
   const auto threshold = static_cast<float>(min_snr * noise);
+  std::vector<int> peaks(response.cols);
   for (int y = 1; y + 1 < response.rows; ++y) {
     const float* above = response[y - 1];
     const float* here = response[y];
     const float* below = response[y + 1];
-    for (int x = 0; x < response.cols; ++x) {
+    const int found = find_peaks(above, here, below, response.cols, threshold, peaks.data());
+    for (int i = 0; i < found; ++i) {
+      const int x = peaks[i];
       const float r = here[x];
-      if (r < threshold || r < above[x] || r <= below[x]) continue;
       const float curvature = 2 * r - above[x] - below[x];
       const float shift = curvature > 0 ? 0.5f * (below[x] - above[x]) / curvature : 0;
       insert(x, {static_cast<float>(y) + std::clamp(shift, -0.5f, 0.5f), static_cast<float>(r / noise)});

@@ -6,6 +6,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "core/median.hpp"
+#include "reconstruction/stripe/image_rows.hpp"
 #include "reconstruction/stripe/ridge_filter.hpp"
 #include "reconstruction/stripe/stripe_path.hpp"
 
@@ -25,8 +26,10 @@ struct Reduced {
 };
 
 Reduced reduce(const cv::Mat& image, const cv::Mat& background) {
+  constexpr std::uint8_t kClipped = 254;
+  constexpr int kMostTogether = 128;
   Reduced out;
-  out.factor = std::max(1, (std::max(image.cols, image.rows) + kReduced - 1) / kReduced);
+  out.factor = std::clamp((std::max(image.cols, image.rows) + kReduced - 1) / kReduced, 1, kMostTogether);
   const int channels = image.channels(), f = out.factor;
   const cv::Size size(image.cols / f, image.rows / f);
   for (int c = 0; c < channels; ++c) {
@@ -34,23 +37,16 @@ Reduced reduce(const cv::Mat& image, const cv::Mat& background) {
     out.clipped.emplace_back(size, 0.0f);
   }
   const float share = 1.0f / static_cast<float>(f * f);
+  std::vector<std::int16_t> values(static_cast<std::size_t>(size.width * f * channels));
+  const auto plane = [&](int c) { return values.data() + static_cast<std::ptrdiff_t>(c) * size.width * f; };
   for (int y = 0; y < size.height * f; ++y) {
     const std::uint8_t* in = image.ptr<std::uint8_t>(y);
     const std::uint8_t* dark = background.empty() ? nullptr : background.ptr<std::uint8_t>(y);
-    for (int c = 0; c < channels; ++c) {
-      float* light = out.light[c][y / f];
-      float* clipped = out.clipped[c][y / f];
-      for (int x = 0; x < size.width; ++x) {
-        int sum = 0, full = 0;
-        for (int i = 0; i < f; ++i) {
-          const int at = (x * f + i) * channels + c;
-          sum += in[at] - (dark ? dark[at] : 0);
-          full += in[at] >= 254;
-        }
-        light[x] += share * static_cast<float>(sum);
-        clipped[x] += share * static_cast<float>(full);
-      }
-    }
+    split_channels(in, dark, size.width * f, channels, values.data());
+    for (int c = 0; c < channels; ++c) add_groups(plane(c), size.width, f, share, out.light[c][y / f]);
+    if (!reaches(in, size.width * f * channels, kClipped)) continue;
+    mark_channels(in, kClipped, size.width * f, channels, values.data());
+    for (int c = 0; c < channels; ++c) add_groups(plane(c), size.width, f, share, out.clipped[c][y / f]);
   }
   return out;
 }

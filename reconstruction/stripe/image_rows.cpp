@@ -1,0 +1,193 @@
+#include "reconstruction/stripe/image_rows.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <vector>
+
+#include "reconstruction/stripe/vectorised.hpp"
+
+namespace tankrig {
+
+TANKRIG_VECTORISED
+void keep_brighter(const std::uint8_t* __restrict bgr, int columns, int y, std::int16_t* __restrict best,
+                   std::int16_t* __restrict row) {
+  const auto here = static_cast<std::int16_t>(y);
+  for (int x = 0; x < columns; ++x) {
+    const auto sum = static_cast<std::int16_t>(bgr[3 * x] + bgr[3 * x + 1] + bgr[3 * x + 2]);
+    const bool brighter = sum > best[x];
+    best[x] = brighter ? sum : best[x];
+    row[x] = brighter ? here : row[x];
+  }
+}
+
+TANKRIG_VECTORISED
+bool reaches(const std::uint8_t* bytes, int count, std::uint8_t limit) {
+  std::uint8_t most = 0;
+  for (int i = 0; i < count; ++i) most = bytes[i] > most ? bytes[i] : most;
+  return most >= limit;
+}
+
+namespace {
+
+TANKRIG_VECTORISED
+void weigh_grey(const std::uint8_t* __restrict in, int columns, float weight, float* __restrict out) {
+  for (int x = 0; x < columns; ++x) out[x] = weight * in[x];
+}
+
+TANKRIG_VECTORISED
+void weigh_grey(const std::uint8_t* __restrict in, const std::uint8_t* __restrict dark, int columns, float weight,
+                float* __restrict out) {
+  for (int x = 0; x < columns; ++x) out[x] = weight * (in[x] - dark[x]);
+}
+
+TANKRIG_VECTORISED
+void weigh_colour(const std::uint8_t* __restrict in, int columns, float w0, float w1, float w2, float* __restrict out) {
+  for (int x = 0; x < columns; ++x) out[x] = w0 * in[3 * x] + w1 * in[3 * x + 1] + w2 * in[3 * x + 2];
+}
+
+TANKRIG_VECTORISED
+void weigh_colour(const std::uint8_t* __restrict in, const std::uint8_t* __restrict dark, int columns, float w0,
+                  float w1, float w2, float* __restrict out) {
+  for (int x = 0; x < columns; ++x)
+    out[x] = w0 * (in[3 * x] - dark[3 * x]) + w1 * (in[3 * x + 1] - dark[3 * x + 1]) +
+             w2 * (in[3 * x + 2] - dark[3 * x + 2]);
+}
+
+TANKRIG_VECTORISED
+void split_colour(const std::uint8_t* __restrict in, int columns, std::int16_t* __restrict first,
+                  std::int16_t* __restrict second, std::int16_t* __restrict third) {
+  for (int x = 0; x < columns; ++x) {
+    first[x] = in[3 * x];
+    second[x] = in[3 * x + 1];
+    third[x] = in[3 * x + 2];
+  }
+}
+
+TANKRIG_VECTORISED
+void subtract(const std::uint8_t* __restrict in, const std::uint8_t* __restrict dark, int count,
+              std::int16_t* __restrict out) {
+  for (int i = 0; i < count; ++i) out[i] = static_cast<std::int16_t>(in[i] - dark[i]);
+}
+
+TANKRIG_VECTORISED
+void subtract_colour(const std::uint8_t* __restrict in, const std::uint8_t* __restrict dark, int columns,
+                     std::int16_t* __restrict first, std::int16_t* __restrict second, std::int16_t* __restrict third) {
+  for (int x = 0; x < columns; ++x) {
+    first[x] = static_cast<std::int16_t>(in[3 * x] - dark[3 * x]);
+    second[x] = static_cast<std::int16_t>(in[3 * x + 1] - dark[3 * x + 1]);
+    third[x] = static_cast<std::int16_t>(in[3 * x + 2] - dark[3 * x + 2]);
+  }
+}
+
+TANKRIG_VECTORISED
+void add_pairs(const std::int16_t* __restrict in, int pairs, std::int16_t* __restrict out) {
+  for (int i = 0; i < pairs; ++i) out[i] = static_cast<std::int16_t>(in[2 * i] + in[2 * i + 1]);
+}
+
+TANKRIG_VECTORISED
+void add_triples(const std::int16_t* __restrict in, int triples, std::int16_t* __restrict out) {
+  for (int i = 0; i < triples; ++i) out[i] = static_cast<std::int16_t>(in[3 * i] + in[3 * i + 1] + in[3 * i + 2]);
+}
+
+void add_each(const std::int16_t* in, int groups, int size, std::int16_t* out) {
+  for (int g = 0; g < groups; ++g) {
+    int sum = 0;
+    for (int i = 0; i < size; ++i) sum += in[g * size + i];
+    out[g] = static_cast<std::int16_t>(sum);
+  }
+}
+
+TANKRIG_VECTORISED
+void add_share(const std::int16_t* __restrict sums, int count, float share, float* __restrict out) {
+  for (int i = 0; i < count; ++i) out[i] += share * static_cast<float>(sums[i]);
+}
+
+}  // namespace
+
+void weigh_pixels(const std::uint8_t* in, const std::uint8_t* dark, int columns, int channels, const float* weights,
+                  float* out) {
+  if (channels == 1)
+    dark ? weigh_grey(in, dark, columns, weights[0], out) : weigh_grey(in, columns, weights[0], out);
+  else if (dark)
+    weigh_colour(in, dark, columns, weights[0], weights[1], weights[2], out);
+  else
+    weigh_colour(in, columns, weights[0], weights[1], weights[2], out);
+}
+
+TANKRIG_VECTORISED
+void weigh_rows(const float* const* rows, const float* kernel, int radius, int columns, float* __restrict out) {
+  constexpr int kLanes = 8, kBlock = 4 * kLanes;  // values that stay in registers
+  int begin = 0;
+  for (; begin + kBlock <= columns; begin += kBlock) {
+    EightFloats sums[4], above, below;
+    for (int i = 0; i < 4; ++i) {
+      std::memcpy(&above, rows[0] + begin + i * kLanes, sizeof above);
+      sums[i] = kernel[0] * above;
+    }
+    for (int k = 1; k <= radius; ++k)
+      for (int i = 0; i < 4; ++i) {
+        std::memcpy(&above, rows[-k] + begin + i * kLanes, sizeof above);
+        std::memcpy(&below, rows[k] + begin + i * kLanes, sizeof below);
+        sums[i] += kernel[k] * (above + below);
+      }
+    std::memcpy(out + begin, sums, sizeof sums);
+  }
+  for (int x = begin; x < columns; ++x) {
+    float sum = kernel[0] * rows[0][x];
+    for (int k = 1; k <= radius; ++k) sum += kernel[k] * (rows[-k][x] + rows[k][x]);
+    out[x] = sum;
+  }
+}
+
+TANKRIG_VECTORISED
+int find_peaks(const float* above, const float* here, const float* below, int columns, float least, int* peaks) {
+  constexpr int kBlock = 32;
+  int found = 0;
+  for (int begin = 0; begin < columns; begin += kBlock) {
+    const int end = std::min(begin + kBlock, columns);
+    int any = 0;
+    for (int x = begin; x < end; ++x) any |= (here[x] >= least) & (here[x] >= above[x]) & (here[x] > below[x]);
+    if (!any) continue;
+    for (int x = begin; x < end; ++x)
+      if (here[x] >= least && here[x] >= above[x] && here[x] > below[x]) peaks[found++] = x;
+  }
+  return found;
+}
+
+void split_channels(const std::uint8_t* in, const std::uint8_t* dark, int columns, int channels, std::int16_t* out) {
+  if (channels == 1 && !dark)
+    std::copy(in, in + columns, out);
+  else if (channels == 1)
+    subtract(in, dark, columns, out);
+  else if (dark)
+    subtract_colour(in, dark, columns, out, out + columns, out + 2 * columns);
+  else
+    split_colour(in, columns, out, out + columns, out + 2 * columns);
+}
+
+void mark_channels(const std::uint8_t* in, std::uint8_t limit, int columns, int channels, std::int16_t* out) {
+  for (int c = 0; c < channels; ++c)
+    for (int x = 0; x < columns; ++x) out[c * columns + x] = in[x * channels + c] >= limit;
+}
+
+void add_groups(const std::int16_t* values, int groups, int size, float share, float* out) {
+  thread_local std::vector<std::int16_t> sums[2];
+  int count = groups * size;
+  for (bool second = false; size > 1; second = !second) {
+    sums[second].resize(static_cast<std::size_t>(count));
+    std::int16_t* next = sums[second].data();
+    const int together = size % 2 == 0 ? 2 : size % 3 == 0 ? 3 : size;
+    size /= together;
+    count /= together;
+    if (together == 2)
+      add_pairs(values, count, next);
+    else if (together == 3)
+      add_triples(values, count, next);
+    else
+      add_each(values, count, together, next);
+    values = next;
+  }
+  add_share(values, groups, share, out);
+}
+
+}  // namespace tankrig

@@ -1,0 +1,34 @@
+// Loops over rows of images, written to be vectorised.
+#pragma once
+
+#include <cstdint>
+
+namespace tankrig {
+
+/// Where b + g + r of a row's pixel is more than `best` of its column, that and `y` are kept.
+void keep_brighter(const std::uint8_t* bgr, int columns, int y, std::int16_t* best, std::int16_t* row);
+
+/// Whether a byte of the row is at least `limit`.
+bool reaches(const std::uint8_t* bytes, int count, std::uint8_t limit);
+
+/// The columns in which a row's value is at least `least`, no less than the one above and more than the one below, in
+/// order; returns how many.
+int find_peaks(const float* above, const float* here, const float* below, int columns, float least, int* peaks);
+
+/// out[x] = sum of weights[c] * (channel c of pixel x, less that of `dark` where there is one). 1 or 3 channels.
+void weigh_pixels(const std::uint8_t* in, const std::uint8_t* dark, int columns, int channels, const float* weights,
+                  float* out);
+
+/// out[x] = kernel[0] * rows[0][x] + sum over k up to `radius` of kernel[k] * (rows[-k][x] + rows[k][x]), in this order.
+void weigh_rows(const float* const* rows, const float* kernel, int radius, int columns, float* out);
+
+/// The row's channels, less those of `dark` where there is one, one after the other. 1 or 3 channels.
+void split_channels(const std::uint8_t* in, const std::uint8_t* dark, int columns, int channels, std::int16_t* out);
+
+/// Likewise: 1 where a byte is at least `limit`, else 0.
+void mark_channels(const std::uint8_t* in, std::uint8_t limit, int columns, int channels, std::int16_t* out);
+
+/// out[g] += share * the sum of the g-th `size` values, at most 128 of them.
+void add_groups(const std::int16_t* values, int groups, int size, float share, float* out);
+
+}  // namespace tankrig

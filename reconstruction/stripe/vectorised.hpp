@@ -1,0 +1,18 @@
+// Functions that the compiler makes twice: for every processor, and with the wider registers of those that have AVX2.
+#pragma once
+
+/// Before a function outside of classes whose loops the compiler can vectorise. Nothing is added up in another order and
+/// nothing is contracted (-ffp-contract=off), so both give the same bits. Sanitizers and clang know one of them only.
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_THREAD__) && \
+    !defined(__SANITIZE_ADDRESS__)
+#define TANKRIG_VECTORISED __attribute__((target_clones("avx2", "default")))
+#else
+#define TANKRIG_VECTORISED
+#endif
+
+namespace tankrig {
+
+/// In one register of AVX2, in two of an older processor: GCC's and clang's own.
+using EightFloats = float __attribute__((vector_size(32)));
+
+}  // namespace tankrig

@@ -1,0 +1,133 @@
+// Loops over image rows beside their plain twins: the same bits, for every length.
+#include "reconstruction/stripe/image_rows.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+#include <vector>
+
+namespace tankrig {
+namespace {
+
+constexpr int kLengths[] = {1, 7, 8, 31, 32, 33, 100, 257};
+constexpr unsigned kSeed = 1;
+
+std::vector<std::uint8_t> bytes(std::mt19937& random, int count) {
+  std::vector<std::uint8_t> out(static_cast<std::size_t>(count));
+  for (std::uint8_t& byte : out) byte = static_cast<std::uint8_t>(random());
+  return out;
+}
+
+std::vector<float> floats(std::mt19937& random, int count) {
+  std::vector<float> out(static_cast<std::size_t>(count));
+  for (float& value : out) value = std::uniform_real_distribution<float>(-9, 9)(random);
+  return out;
+}
+
+TEST(ImageRows, KeepTheFirstOfTheBrightestPixels) {
+  std::mt19937 random(kSeed);
+  for (const int n : kLengths) {
+    std::vector<std::int16_t> best(n, -1), row(n, -1), expected_best(best), expected_row(row);
+    for (int y = 0; y < 20; ++y) {
+      std::vector<std::uint8_t> in = bytes(random, 3 * n);
+      for (std::uint8_t& byte : in) byte &= 0xc0;  // equals
+      keep_brighter(in.data(), n, y, best.data(), row.data());
+      for (int x = 0; x < n; ++x)
+        if (const int sum = in[3 * x] + in[3 * x + 1] + in[3 * x + 2]; sum > expected_best[x])
+          expected_best[x] = static_cast<std::int16_t>(sum), expected_row[x] = static_cast<std::int16_t>(y);
+    }
+    EXPECT_EQ(best, expected_best) << n;
+    EXPECT_EQ(row, expected_row) << n;
+  }
+}
+
+TEST(ImageRows, SayWhetherAByteReachesALimit) {
+  std::vector<std::uint8_t> row(100, 253);
+  EXPECT_FALSE(reaches(row.data(), 100, 254));
+  for (int i : {0, 63, 99}) {
+    std::vector<std::uint8_t> one = row;
+    one[static_cast<std::size_t>(i)] = 254;
+    EXPECT_TRUE(reaches(one.data(), 100, 254)) << i;
+  }
+}
+
+TEST(ImageRows, AreWeighedAcrossThemInOneOrder) {
+  std::mt19937 random(kSeed);
+  for (const int n : kLengths)
+    for (const int radius : {2, 8, 33}) {
+      std::vector<std::vector<float>> values;
+      std::vector<const float*> rows;
+      for (int k = -radius; k <= radius; ++k) values.push_back(floats(random, n));
+      for (const std::vector<float>& row : values) rows.push_back(row.data());
+      const std::vector<float> kernel = floats(random, radius + 1);
+      std::vector<float> out(n), expected(n);
+      weigh_rows(rows.data() + radius, kernel.data(), radius, n, out.data());
+      for (int x = 0; x < n; ++x) expected[x] = kernel[0] * values[radius][x];
+      for (int k = 1; k <= radius; ++k)
+        for (int x = 0; x < n; ++x) expected[x] += kernel[k] * (values[radius - k][x] + values[radius + k][x]);
+      EXPECT_EQ(out, expected) << n << " columns, radius " << radius;
+    }
+}
+
+TEST(ImageRows, GiveUpTheirPeaks) {
+  std::mt19937 random(kSeed);
+  for (const int n : kLengths) {
+    const std::vector<float> above = floats(random, n), here = floats(random, n), below = floats(random, n);
+    std::vector<int> peaks(n), expected;
+    peaks.resize(find_peaks(above.data(), here.data(), below.data(), n, 2, peaks.data()));
+    for (int x = 0; x < n; ++x)
+      if (here[x] >= 2 && here[x] >= above[x] && here[x] > below[x]) expected.push_back(x);
+    EXPECT_EQ(peaks, expected) << n;
+  }
+}
+
+class ImageRowsOf : public testing::TestWithParam<int> {};
+
+TEST_P(ImageRowsOf, ChannelsAreWeighedSplitAndMarked) {
+  const int channels = GetParam();
+  std::mt19937 random(kSeed);
+  const float weights[] = {0.3f, -0.7f, 1.1f};
+  for (const int n : kLengths) {
+    const std::vector<std::uint8_t> in = bytes(random, channels * n), dark = bytes(random, channels * n);
+    for (const std::uint8_t* less : {static_cast<const std::uint8_t*>(nullptr), dark.data()}) {
+      std::vector<float> weighed(n), expected_weighed(n);
+      std::vector<std::int16_t> split(channels * n), marked(split), expected_split(split), expected_marked(split);
+      weigh_pixels(in.data(), less, n, channels, weights, weighed.data());
+      split_channels(in.data(), less, n, channels, split.data());
+      mark_channels(in.data(), 200, n, channels, marked.data());
+      for (int x = 0; x < n; ++x)
+        for (int c = 0; c < channels; ++c) {
+          const int light = in[channels * x + c] - (less ? less[channels * x + c] : 0);
+          const float share = weights[c] * static_cast<float>(light);
+          expected_weighed[x] = c ? expected_weighed[x] + share : share;
+          expected_split[c * n + x] = static_cast<std::int16_t>(light);
+          expected_marked[c * n + x] = in[channels * x + c] >= 200;
+        }
+      EXPECT_EQ(weighed, expected_weighed) << n;
+      EXPECT_EQ(split, expected_split) << n;
+      EXPECT_EQ(marked, expected_marked) << n;
+    }
+  }
+}
+INSTANTIATE_TEST_SUITE_P(SomeChannels, ImageRowsOf, testing::Values(1, 3), testing::PrintToStringParamName());
+
+TEST(ImageRows, AreAddedUpInGroups) {
+  std::mt19937 random(kSeed);
+  for (const int size : {1, 2, 3, 4, 5, 6, 7, 12, 128})
+    for (const int groups : {1, 13, 64}) {
+      std::vector<std::int16_t> values(groups * size);
+      for (std::int16_t& value : values) value = static_cast<std::int16_t>(random() % 511) - 255;
+      std::vector<float> out = floats(random, groups), expected = out;
+      add_groups(values.data(), groups, size, 0.1f, out.data());
+      for (int g = 0; g < groups; ++g) {
+        int sum = 0;
+        for (int i = 0; i < size; ++i) sum += values[g * size + i];
+        expected[g] += 0.1f * static_cast<float>(sum);
+      }
+      EXPECT_EQ(out, expected) << size;
+    }
+}
+
+}  // namespace
+}  // namespace tankrig
