@@ -137,9 +137,10 @@ void write_pictures_and_report(const Session& session, const ObjectSurface& obje
 
 std::optional<std::vector<Score>> reconstruct_and_report(const Session& session, const PipelineParameters& parameters,
                                                          const std::atomic<bool>& stop,
-                                                         const ProgressCallback& progress, const OutsideView& outside) {
+                                                         const ProgressCallback& progress, const OutsideView& outside,
+                                                         std::vector<Score> ready) {
   const ObjectSurface object = object_of(session, parameters.thresholds);
-  std::vector<Score> scores = reconstruct_and_score(session, parameters, object, stop, progress);
+  std::vector<Score> scores = reconstruct_and_score(session, parameters, object, stop, progress, std::move(ready));
   const bool stopped = stop;
   const auto tell = [&](double fraction) {
     if (progress) progress("pictures and report", fraction);

@@ -19,10 +19,11 @@ void write_pictures_and_report(const Session& session, const ObjectSurface& obje
                                const OutsideView& outside = {});
 
 /// Clouds, scores, pictures, report.html and SHA256SUMS. Nothing if `stop` was set meanwhile: then there is no report,
-/// and the check sums cover what exists.
+/// and the check sums cover what exists. `ready`: scores of this session that need not be made again.
 std::optional<std::vector<Score>> reconstruct_and_report(const Session& session, const PipelineParameters& parameters,
                                                          const std::atomic<bool>& stop,
                                                          const ProgressCallback& progress = {},
-                                                         const OutsideView& outside = {});
+                                                         const OutsideView& outside = {},
+                                                         std::vector<Score> ready = {});
 
 }  // namespace tankrig

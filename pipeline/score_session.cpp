@@ -1,5 +1,7 @@
 #include "pipeline/score_session.hpp"
 
+#include <algorithm>
+
 #include "bench/metrics/metrics_json.hpp"
 #include "core/input_error.hpp"
 #include "core/text_files.hpp"
@@ -73,15 +75,18 @@ Score score_reconstruction(const Session& session, const MetricThresholds& thres
 
 std::vector<Score> reconstruct_and_score(const Session& session, const PipelineParameters& parameters,
                                          const ObjectSurface& object, const std::atomic<bool>& stop,
-                                         const ProgressCallback& progress) {
+                                         const ProgressCallback& progress, std::vector<Score> ready) {
   std::vector<Score> scores;
   fs::create_directories(session.path / "results");
   for (const std::string& method : kMethods) {
     if (stop) break;
     if (!has_cameras(session, method)) continue;
-    Reconstruction reconstruction = reconstruct_session(session, parameters, method, progress);
-    write_clouds(session, reconstruction);
-    scores.push_back(score_reconstruction(session, parameters.thresholds, object, std::move(reconstruction)));
+    const auto made = std::ranges::find(ready, method, &Score::method);
+    scores.push_back(made != ready.end()
+                         ? std::move(*made)
+                         : score_reconstruction(session, parameters.thresholds, object,
+                                                reconstruct_session(session, parameters, method, progress)));
+    write_clouds(session, scores.back().reconstruction);
     write_whole_file(session.path / "results" / (method + ".json"), scores.back().json.dump(2) + "\n");
   }
   return scores;

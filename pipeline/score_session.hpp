@@ -35,10 +35,10 @@ Score score_reconstruction(const Session& session, const MetricThresholds& thres
                            Reconstruction reconstruction);
 
 /// All methods the session has cameras for: writes clouds and results/METHOD.json, scores against `object`. Returns
-/// early, with the methods done, if `stop` is set.
+/// early, with the methods done, if `stop` is set. `ready`: scores of this session that need not be made again.
 std::vector<Score> reconstruct_and_score(const Session& session, const PipelineParameters& parameters,
                                          const ObjectSurface& object, const std::atomic<bool>& stop,
-                                         const ProgressCallback& progress = {});
+                                         const ProgressCallback& progress = {}, std::vector<Score> ready = {});
 
 /// {METHOD: score, ...}
 nlohmann::ordered_json scores_json(const std::vector<Score>& scores);

@@ -14,11 +14,15 @@ namespace {
 
 constexpr std::size_t kVotingFrames = 7;
 
-cv::Mat load_checked(const StripeFrame& frame, const CameraModel& camera) {
-  cv::Mat image = frame.load();
+void check_size(const cv::Mat& image, const StripeFrame& frame, const CameraModel& camera) {
   if (image.cols != camera.width || image.rows != camera.height)
     throw InputError(fmt::format("frame {}: found an image of {}x{}, expected {}x{} as the camera", frame.index,
                                  image.cols, image.rows, camera.width, camera.height));
+}
+
+cv::Mat load_checked(const StripeFrame& frame, const CameraModel& camera) {
+  cv::Mat image = frame.load();
+  check_size(image, frame, camera);
   return image;
 }
 
@@ -62,30 +66,8 @@ SetLook common_look(const std::vector<StripeFrame>& frames, const CameraModel& c
   return out;
 }
 
-struct FrameResult {
-  StripeDetection detection;
-  std::vector<CloudPoint> points;
-};
-
 bool inside(const WorkspaceBox& box, const Vector3d& p) {
   return (p.array() >= box.min.array()).all() && (p.array() <= box.max.array()).all();
-}
-
-FrameResult process(const StripeFrame& frame, const CameraModel& camera, const cv::Mat& background,
-                    const StripeReconstructionParameters& parameters, const StripeLook& look) {
-  FrameResult result;
-  const cv::Mat image = load_checked(frame, camera);
-  if (const auto* ours = std::get_if<StripeParameters>(&parameters.detector))
-    result.detection = detect_stripe(image, background, *ours, look);
-  else
-    result.detection = detect_paper(image, std::get<PaperStripeParameters>(parameters.detector));
-  StripeStatistics& statistics = result.detection.statistics;
-  triangulate(result.detection, camera, frame.cPl, frame.index, parameters.triangulation, result.points, statistics);
-  for (CloudPoint& point : result.points) point.p = frame.aMc * point.p;
-  if (parameters.workspace)
-    statistics.outside_workspace +=
-        std::erase_if(result.points, [&](const CloudPoint& point) { return !inside(*parameters.workspace, point.p); });
-  return result;
 }
 
 void drop_particles(std::vector<CloudPoint>& points, const StripeReconstructionParameters& parameters,
@@ -101,6 +83,24 @@ void drop_particles(std::vector<CloudPoint>& points, const StripeReconstructionP
 
 }  // namespace
 
+StripeFrameResult reconstruct_frame(const cv::Mat& image, const StripeFrame& frame, const CameraModel& camera,
+                                    const cv::Mat& background, const StripeReconstructionParameters& parameters,
+                                    const StripeLook& look) {
+  check_size(image, frame, camera);
+  StripeFrameResult result;
+  if (const auto* ours = std::get_if<StripeParameters>(&parameters.detector))
+    result.detection = detect_stripe(image, background, *ours, look);
+  else
+    result.detection = detect_paper(image, std::get<PaperStripeParameters>(parameters.detector));
+  StripeStatistics& statistics = result.detection.statistics;
+  triangulate(result.detection, camera, frame.cPl, frame.index, parameters.triangulation, result.points, statistics);
+  for (CloudPoint& point : result.points) point.p = frame.aMc * point.p;
+  if (parameters.workspace)
+    statistics.outside_workspace +=
+        std::erase_if(result.points, [&](const CloudPoint& point) { return !inside(*parameters.workspace, point.p); });
+  return result;
+}
+
 StripeResult reconstruct_stripe(const std::vector<StripeFrame>& frames, const CameraModel& camera,
                                 const cv::Mat& background, const StripeReconstructionParameters& parameters,
                                 const std::string& cloud_frame,
@@ -115,11 +115,11 @@ StripeResult reconstruct_stripe(const std::vector<StripeFrame>& frames, const Ca
     orientation = look.look.orientation;
   }
 
-  std::vector<FrameResult> results(frames.size());
+  std::vector<StripeFrameResult> results(frames.size());
   std::mutex reporting;
   std::size_t done = 0;
   tbb::parallel_for(std::size_t{0}, frames.size(), [&](std::size_t i) {
-    results[i] = process(frames[i], camera, background, settled, look.look);
+    results[i] = reconstruct_frame(frames[i].load(), frames[i], camera, background, settled, look.look);
     if (!progress) return;
     const std::lock_guard lock(reporting);
     progress(++done, frames.size());
@@ -130,7 +130,7 @@ StripeResult reconstruct_stripe(const std::vector<StripeFrame>& frames, const Ca
   if (!results.empty()) all.orientation = results[0].detection.orientation;
   all.orientation_share = look.orientation_share;
   for (std::size_t i = 0; i < results.size(); ++i) {
-    const FrameResult& result = results[i];
+    const StripeFrameResult& result = results[i];
     all.statistics += result.detection.statistics;
     for (const StripePeak& peak : result.detection.peaks) all.rows.push_back({frames[i].index, peak});
     all.cloud.points.insert(all.cloud.points.end(), result.points.begin(), result.points.end());

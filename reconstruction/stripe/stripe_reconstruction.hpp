@@ -53,6 +53,18 @@ struct StripeResult {
   std::vector<StripeRow> rows;   ///< every stripe point found, in order of frames and columns
 };
 
+/// What one frame gives. Particles are still among the points.
+struct StripeFrameResult {
+  StripeDetection detection;
+  std::vector<CloudPoint> points;  ///< in frame a, inside the workspace
+};
+
+/// One frame of a sweep whose stripe looks like `look`; `frame.load` is not called.
+/// Errors: InputError if the image is of another size than the camera or the background.
+StripeFrameResult reconstruct_frame(const cv::Mat& image, const StripeFrame& frame, const CameraModel& camera,
+                                    const cv::Mat& background, const StripeReconstructionParameters& parameters,
+                                    const StripeLook& look);
+
 /// Frames are searched in parallel; the result does not depend on the number of threads. An orientation kAuto is
 /// settled once, by the clearest of some frames. `background`: dark image, empty if there is none (the paper's detector
 /// uses it for its orientation alone). `cloud_frame`: letter of frame a. `progress(done, total)` may be called from any thread, one call at a

@@ -28,7 +28,9 @@ void check_cameras(const Session& session) {
 /// A recording that was cut, or ran out of disk, can list frames whose images were never written.
 void drop_frames_without_image(Session& session) {
   const std::size_t listed = session.frames.size();
-  std::erase_if(session.frames, [&](const FrameRecord& frame) { return !fs::exists(session.path / frame.file); });
+  std::erase_if(session.frames, [&](const FrameRecord& frame) {
+    return !session.unwritten.contains(frame.file) && !fs::exists(session.path / frame.file);
+  });
   if (const std::size_t lost = listed - session.frames.size())
     session.lose(fmt::format("{} frames of {} in frames.csv have no image and are left out", lost, listed));
 }
@@ -47,13 +49,14 @@ std::string lines_missing(const SessionInfo& info, const std::string& table, std
                      span->second.lines == 1 ? "line" : "lines");
 }
 
-Session Session::open(const fs::path& path) {
+Session Session::open(const fs::path& path, std::map<std::string, cv::Mat> unwritten) {
   std::error_code ignored;
   if (!fs::is_directory(path, ignored)) throw InputError(path, "is not a folder, expected a session");
   refuse_links(path);
   if (!fs::exists(path / "session.yaml", ignored)) throw InputError(path, "has no session.yaml, expected a session");
   Session session;
   session.path = path;
+  session.unwritten = std::move(unwritten);
   session.info = read_session_yaml(path / "session.yaml");
   const bool unfinished = session.info.status == "recording";
   if (unfinished) session.lose("the recording was cut short: it never reached its end");
@@ -67,7 +70,7 @@ Session Session::open(const fs::path& path) {
     session.lose(missing);
   check_cameras(session);
   if (session.info.status != "complete" || has_spool(path)) drop_frames_without_image(session);
-  if (!spool_segments(path).empty())
+  if (session.unwritten.empty() && !spool_segments(path).empty())
     session.lose("frames in the spool are not pictures yet: tankrig session recover " + path.string());
   return session;
 }
@@ -85,6 +88,7 @@ const CalibratedCamera& Session::camera(CameraRole role) const {
 }
 
 cv::Mat Session::image(const FrameRecord& frame) const {
+  if (const auto found = unwritten.find(frame.file); found != unwritten.end()) return found->second;
   const fs::path file = path / frame.file;
   std::error_code ignored;
   if (!fs::exists(file, ignored))

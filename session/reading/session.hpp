@@ -92,6 +92,8 @@ struct Session {
   std::vector<FrameRecord> frames;    ///< in file order
   std::vector<std::string> warnings;  ///< what was cut short, left out, or changed since the recording
   bool all_there = true;              ///< no frame of the recording is known to be missing from `frames`
+  /// Images that are no files yet, by FrameRecord::file. Nobody may write to them.
+  std::map<std::string, cv::Mat> unwritten;
 
   /// Adds a warning and clears all_there.
   void lose(const std::string& what) {
@@ -99,8 +101,9 @@ struct Session {
     all_there = false;
   }
 
+  /// `unwritten`: images that its spool still holds, for a session that was recorded a moment ago.
   /// Errors: InputError naming file, line, field.
-  static Session open(const std::filesystem::path& path);
+  static Session open(const std::filesystem::path& path, std::map<std::string, cv::Mat> unwritten = {});
 
   const CalibratedCamera& camera(CameraRole role) const;  ///< InputError if there is none
   const CalibratedCamera* find_camera(CameraRole role) const;

@@ -212,6 +212,17 @@ std::optional<FrameRecord> parse_frames_line(std::string_view line) {
   return parse_line(line, frames_columns(0), parse_frame);
 }
 
+std::string picture_name(const FrameRecord& frame) {
+  return fmt::format("frames/{}/{:06}.png", frame.camera, frame.index);
+}
+
+FrameRecord as_recorded(FrameRecord frame) {
+  if (frame.file.empty()) frame.file = picture_name(frame);
+  const std::string line = frames_line(frame);
+  if (auto read = parse_frames_line(line)) return *std::move(read);
+  throw InputError("frames.csv: found the line '" + shown_text(line) + "', expected one that can be read back");
+}
+
 std::optional<SessionEvent> parse_events_line(std::string_view line) {
   return parse_line(line, events_columns(), parse_event);
 }

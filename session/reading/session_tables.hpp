@@ -25,6 +25,12 @@ std::string joints_line(const JointState& state);
 std::string frames_line(const FrameRecord& frame);
 std::string events_line(Stamp stamp, std::string_view kind, std::string_view text);
 
+/// frames/<camera>/<index>.png
+std::string picture_name(const FrameRecord& frame);
+
+/// The record as frames.csv will give it back: its numbers as text has them, an empty `file` named by picture_name().
+FrameRecord as_recorded(FrameRecord frame);
+
 /// One line, with or without its line end; nothing if it is incomplete or malformed.
 std::optional<JointState> parse_joints_line(std::string_view line);
 std::optional<FrameRecord> parse_frames_line(std::string_view line);

@@ -66,7 +66,7 @@ void SessionWriter::joints(const JointState& state) {
 
 void SessionWriter::frame(const FrameRecord& frame, const cv::Mat& image) {
   FrameRecord record = frame;
-  if (record.file.empty()) record.file = fmt::format("frames/{}/{:06}.png", record.camera, record.index);
+  if (record.file.empty()) record.file = picture_name(record);
   if (disk_->add_frame(record.camera, frames_line(record), image)) {
     count(info_.tables["frames"], record.stamp);
   } else {

@@ -18,8 +18,9 @@ class Progress {
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  /// `fraction` of `stage` is done, in [0, 1].
-  void update(const std::string& stage, double fraction);
+  /// `fraction` of `stage` is done, in [0, 1]. `detail`: what has come of it so far; elsewhere than on a terminal the
+  /// last one is told at the stage's end.
+  void update(const std::string& stage, double fraction, const std::string& detail = {});
   /// update(), for as long as this lives.
   ProgressCallback callback() {
     return [this](const std::string& stage, double fraction) { update(stage, fraction); };
@@ -35,11 +36,12 @@ class Progress {
 
  private:
   void end_line();
+  void end_stage();
 
   std::mutex mutex_;  // guards what follows, up to last_
   bool terminal_;
   bool line_open_ = false;
-  std::string stage_;
+  std::string stage_, detail_;
   std::chrono::steady_clock::time_point last_{};
   CryForHelp cry_{[this](const std::string& line) { warn(line); }};  // last: it may warn at its end
 };

@@ -1,6 +1,11 @@
 #include "apps/tankrig/scan/record_session.hpp"
 
+#include <fmt/core.h>
+#include <unistd.h>
+
+#include <algorithm>
 #include <chrono>
+#include <utility>
 
 #include "apps/tankrig/command_line/rig_files.hpp"
 #include "apps/tankrig/command_line/stop.hpp"
@@ -21,11 +26,64 @@ namespace fs = std::filesystem;
 namespace tankrig::app {
 namespace {
 
+/// The live reconstruction as the operator sees it. Whatever becomes of it, the scan goes on.
+class LiveView {
+ public:
+  LiveView(const fs::path& session, const PipelineParameters& parameters, bool real_time, Progress& progress)
+      : progress_(progress) {
+    LiveOptions options;
+    options.real_time = real_time;
+    const auto memory = static_cast<std::size_t>(::sysconf(_SC_PHYS_PAGES)) * static_cast<std::size_t>(::getpagesize());
+    options.kept_bytes = std::min(options.kept_bytes, memory / 4);
+    try {
+      live_ = std::make_unique<LiveReconstruction>(session, parameters, options);
+    } catch (const std::exception& e) {
+      tell_trouble(e.what());
+    }
+  }
+
+  void frame(const FrameRecord& record, const cv::Mat& image) {
+    if (live_) live_->frame(record, image);
+  }
+  void all_recorded() {
+    if (live_) live_->all_recorded();
+  }
+
+  void show(const ScanProgress& p) {
+    const bool sweeps = live_ && p.phase == Phase::kSweep;
+    if (live_) tell_trouble(live_->trouble());
+    progress_.update("scan: " + p.segment, p.fraction, sweeps && told_.empty() ? in_words(live_->figures()) : "");
+  }
+
+  std::unique_ptr<LiveReconstruction> end() {
+    if (!live_) return {};
+    tell_trouble(live_->trouble());
+    const LiveFigures figures = live_->figures();
+    if (figures.passed_over > 0)
+      progress_.note(
+          fmt::format("live: {} of {} frames passed over in the sweep, for lack of time; the report has them",
+                      figures.passed_over, figures.frames));
+    return std::move(live_);
+  }
+
+ private:
+  void tell_trouble(const std::string& what) {
+    if (what.empty() || !told_.empty()) return;
+    told_ = what;
+    progress_.warn("live: " + what + "; the scan goes on, and its report is made from the session");
+  }
+
+  Progress& progress_;
+  std::unique_ptr<LiveReconstruction> live_;
+  std::string told_;
+};
+
 /// The session as the scan's sink.
 class SessionSink final : public ScanSink {
  public:
-  SessionSink(SessionWriter& writer, PlayedFaults& faults, Progress& progress)
-      : writer_(writer), faults_(faults), progress_(progress) {}
+  /// `last_segment`: of the plan; nothing is recorded in it.
+  SessionSink(SessionWriter& writer, LiveView& live, PlayedFaults& faults, Progress& progress, std::string last_segment)
+      : writer_(writer), live_(live), faults_(faults), progress_(progress), last_segment_(std::move(last_segment)) {}
   void joints(const JointState& state) override {
     faults_.write(false);
     writer_.joints(state);
@@ -33,19 +91,23 @@ class SessionSink final : public ScanSink {
   void frame(const FrameRecord& record, const cv::Mat& image) override {
     faults_.write(true);
     writer_.frame(record, image);
+    live_.frame(record, image);
   }
   /// A fault is told at once: what follows may take seconds.
   void event(Stamp when, std::string_view kind, const std::string& text) override {
     if (kind == event_kind::kFault) progress_.warn(text);
     if (kind == event_kind::kRealTime) progress_.warn("real time " + text);
     if (kind == event_kind::kPhase) faults_.enter_phase(text, when);
+    if (kind == event_kind::kPhase && text == last_segment_) live_.all_recorded();
     writer_.event(when, kind, text);
   }
 
  private:
   SessionWriter& writer_;
+  LiveView& live_;
   PlayedFaults& faults_;
   Progress& progress_;
+  const std::string last_segment_;
 };
 
 double read_lux(Backend& backend) {
@@ -121,8 +183,9 @@ void check_lux(const std::string& lux) {
     throw InputError("--lux: found '" + lux + "', expected auto or a number from 0 to 10000000");
 }
 
-ScanResult record_session(const ScanOptions& options, const RigConfig& rig, const ScanPlan& plan, Backend& backend,
-                          const fs::path& path, Progress& progress, Motion& motion) {
+Recording record_session(const ScanOptions& options, const RigConfig& rig, const PipelineParameters& parameters,
+                         const ScanPlan& plan, Backend& backend, const fs::path& path, Progress& progress,
+                         Motion& motion) {
   SessionInfo info = session_info_of(options, backend, path);
   const bool meter = options.lux == "auto" && rig.scan.capture.read_lux;
   if (meter || options.lux != "auto") {
@@ -152,7 +215,9 @@ ScanResult record_session(const ScanOptions& options, const RigConfig& rig, cons
 
   backend.record_wire(path);
   PlayedFaults faults(backend, writer, options.faults);
-  SessionSink sink(writer, faults, progress);
+  const bool real_time = backend.clock().real_time();
+  LiveView live(path, parameters, real_time, progress);
+  SessionSink sink(writer, live, faults, progress, plan.segments().back().name);
   std::vector<ScanCamera> cameras;
   const std::vector<Camera*> devices = backend.cameras();
   for (std::size_t i = 0; i < devices.size(); ++i)
@@ -167,7 +232,7 @@ ScanResult record_session(const ScanOptions& options, const RigConfig& rig, cons
               sink,
               StopOnSignal::requested(),
               [&] { return faults.round(); },
-              [&](const ScanProgress& p) { progress.update("scan: " + p.segment, p.fraction); },
+              [&](const ScanProgress& p) { live.show(p); },
               [&](const std::string& what) { progress.cut(what); }};
   const auto pictures = [&] {
     return PictureOptions{[&](double fraction) { progress.update("writing pictures", fraction); },
@@ -184,6 +249,8 @@ ScanResult record_session(const ScanOptions& options, const RigConfig& rig, cons
     tell_frames(writer.info(), progress);
     throw;
   }
+  Recording recording;
+  recording.parked = std::chrono::steady_clock::now();
   keep_figures(writer, rig, backend, result);
   for (const std::string& fault : faults.never_began()) {
     progress.warn("faults: " + fault + ": never began");
@@ -196,12 +263,16 @@ ScanResult record_session(const ScanOptions& options, const RigConfig& rig, cons
       writer.event(backend.clock().now(), event_kind::kFault, e.what());
     }
   progress.update("closing the session", 0);
-  writer.close(result.status, pictures());
+  recording.live = live.end();
+  if (real_time && result.complete() && recording.live) recording.unwritten = recording.live->pictures();
+  const auto none = [] { return PictureOptions{.stop = [] { return true; }}; };
+  writer.close(result.status, recording.unwritten.empty() ? pictures() : none());
   write_checksums(path);
   tell_frames(writer.info(), progress);
   for (const auto& [name, count] : writer.info().counts) result.counts[name] = count;
   result.account = writer.info().account;
-  return result;
+  recording.result = std::move(result);
+  return recording;
 }
 
 }  // namespace tankrig::app

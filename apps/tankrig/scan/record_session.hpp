@@ -1,12 +1,17 @@
 // The recording part of `tankrig scan`: the rig's devices, the scan, and the session it leaves.
 #pragma once
 
+#include <chrono>
 #include <filesystem>
+#include <map>
+#include <memory>
+#include <opencv2/core.hpp>
 #include <string>
 
 #include "apps/tankrig/arm/arm_motion.hpp"
 #include "apps/tankrig/command_line/progress.hpp"
 #include "apps/tankrig/devices/backend.hpp"
+#include "pipeline/live_reconstruction.hpp"
 #include "rig/config/rig_config.hpp"
 #include "rig/scan/scan.hpp"
 #include "sim_backends/world/tank_world.hpp"
@@ -29,9 +34,19 @@ struct ScanOptions {
 /// Errors: InputError unless --lux is "auto" or a number of at least 0.
 void check_lux(const std::string& lux);
 
+struct Recording {
+  ScanResult result;
+  std::chrono::steady_clock::time_point parked;
+  std::unique_ptr<LiveReconstruction> live;  ///< none if it could not begin
+  /// In real time people wait for the report: its frames become pictures after it, and are here until then. Empty: they
+  /// are pictures.
+  std::map<std::string, cv::Mat> unwritten;
+};
+
 /// Moves the arm and records the session.
 /// Errors: what the disk refuses.
-ScanResult record_session(const ScanOptions& options, const RigConfig& rig, const ScanPlan& plan, Backend& backend,
-                          const std::filesystem::path& path, Progress& progress, Motion& motion);
+Recording record_session(const ScanOptions& options, const RigConfig& rig, const PipelineParameters& parameters,
+                         const ScanPlan& plan, Backend& backend, const std::filesystem::path& path, Progress& progress,
+                         Motion& motion);
 
 }  // namespace tankrig::app

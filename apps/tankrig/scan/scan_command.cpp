@@ -86,13 +86,55 @@ bool frames_are_missing(const RigConfig& rig, const ScanPlan& plan, const ScanRe
   return too_few;
 }
 
+double seconds_since(std::chrono::steady_clock::time_point begin) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+nlohmann::ordered_json json_of(const LiveFigures& live) {
+  return {{"frames", live.frames},  {"passed_over", live.passed_over}, {"lines", live.lines},
+          {"points", live.points},  {"columns", live.columns},         {"found", live.found},
+          {"clipped", live.clipped}};
+}
+
+/// Frames that became no pictures yet, and the seal. Nothing if there are none; else how the command ends, if it ends
+/// here.
+std::optional<int> write_pictures(const fs::path& path, const Recording& recording, const std::optional<EndState>& left,
+                                  Progress& progress) {
+  if (recording.unwritten.empty()) return std::nullopt;
+  try {
+    write_spooled_pictures(
+        path, {[&](double fraction) { progress.update("writing pictures", fraction); }, StopOnSignal::from_now_on()});
+  } catch (const NotOnDisk& e) {
+    return told_stopped(path, std::string("stopped: ") + e.what(), left, false, progress);
+  } catch (const std::exception& e) {
+    return stopped(path, std::string("stopped: ") + e.what(), left, progress);
+  }
+  if (recording.unwritten.empty() && has_spool(path))
+    return stopped(path, "stopped while writing pictures", left, progress);
+  write_checksums(path);
+  return std::nullopt;
+}
+
+/// What was made while the arm moved; trouble that has not been told of yet is told.
+std::vector<Score> ready_scores(const Recording& recording, const Session& session, Progress& progress) {
+  if (!recording.live) return {};
+  const std::string told = recording.live->trouble();
+  std::vector<Score> ready = recording.live->finish(session, StopOnSignal::requested(), progress.callback());
+  if (const std::string trouble = recording.live->trouble(); trouble != told)
+    progress.warn("live: " + trouble + "; the report is made from the session");
+  return ready;
+}
+
 nlohmann::ordered_json scan_json(const RigConfig& rig, const Session& session, const std::vector<Score>& scores,
-                                 const ScanResult& result, double wall_s) {
+                                 const Recording& recording, double report_s, double wall_s) {
+  const ScanResult& result = recording.result;
   nlohmann::ordered_json out = scores_json(scores);
   out["session"] = session.path.string();
   out["wall_s"] = wall_s;
   out["simulated_s"] = result.simulated_s;
+  out["report_after_parking_s"] = report_s;
   out["frames"] = session.frames.size();
+  if (recording.live) out["live"] = json_of(recording.live->figures());
   for (const auto& [camera, account] : result.account) {
     nlohmann::ordered_json& frames = out["cameras"][camera];
     frames = {{"expected", account.expected}, {"recorded", result.counts.at(camera + ".recorded")}};
@@ -105,11 +147,12 @@ nlohmann::ordered_json scan_json(const RigConfig& rig, const Session& session, c
 }
 
 void print_scan(const Session& session, const std::vector<Score>& scores, const ScanResult& result, bool coverage,
-                bool real_time, double wall_s) {
+                bool real_time, double report_s, double wall_s) {
   std::printf("%s%s%s", score_table(tabled(scores)).c_str(), coverage ? coverage_table(tabled(scores)).c_str() : "",
               sync_line(result.sync).c_str());
-  std::printf("%zu frames, a scan of %.1f s%s, all in %.1f s\nlook at %s\n", session.frames.size(), result.simulated_s,
-              real_time ? "" : " simulated", wall_s, (session.path / "report.html").c_str());
+  std::printf("%zu frames, a scan of %.1f s%s, its report %.1f s after it, all in %.1f s\nlook at %s\n",
+              session.frames.size(), result.simulated_s, real_time ? "" : " simulated", report_s, wall_s,
+              (session.path / "report.html").c_str());
 }
 
 /// Errors: InputError if its light is not as the rig file allows, or would not be verified.
@@ -161,10 +204,10 @@ int scan(const ScanOptions& options) {
     progress.warn("scan stopped before anything moved");
     return kPartial;
   }
-  ScanResult result;
+  Recording recording;
   Motion motion(*backend, rig.scan.safety, progress);
   try {
-    result = record_session(options, rig, plan, *backend, path, progress, motion);
+    recording = record_session(options, rig, parameters, plan, *backend, path, progress, motion);
     stops.reset();
   } catch (const NotOnDisk& e) {
     return told_stopped(path, std::string("stopped: ") + e.what(), motion.left(), false, progress);
@@ -172,6 +215,7 @@ int scan(const ScanOptions& options) {
     if (!motion.left() && !fs::exists(path / "session.yaml")) throw;
     return stopped(path, std::string("stopped: ") + e.what(), motion.left(), progress);
   }
+  const ScanResult& result = recording.result;
   if (result.times && !options.json) {
     progress.finish_line();
     print_timing(rig, result);
@@ -183,23 +227,33 @@ int scan(const ScanOptions& options) {
   std::optional<Waiting> waiting(std::in_place, "another program to finish reading " + printable(path.string()));
   const SessionLock at_rest(path, SessionUse::kWrite, std::chrono::minutes(10));
   waiting.reset();
-  const Session session = Session::open(path);
+  const Session session = Session::open(path, recording.unwritten);
   OutsideView outside;
   if (const sim::TankWorld* tank = backend->world())
     outside = [tank](const JointVector& q, bool laser_on) { return tank->render_external(q, laser_on, 1280, 860); };
-  const auto scores =
-      reconstruct_and_report(session, parameters, StopOnSignal::requested(), progress.callback(), outside);
+  std::vector<Score> ready = ready_scores(recording, session, progress);
+  std::optional<std::vector<Score>> scores;
+  try {
+    scores = reconstruct_and_report(session, parameters, StopOnSignal::requested(), progress.callback(), outside,
+                                    std::move(ready));
+  } catch (const std::exception&) {
+    write_pictures(path, recording, motion.left(), progress);
+    throw;
+  }
+  const double report_s = seconds_since(recording.parked);
+  const std::optional<int> ended = write_pictures(path, recording, motion.left(), progress);
   progress.finish_line();
+  if (ended) return *ended;
   if (!scores) {
     progress.warn("stopped before the report; the scan is complete: tankrig report " + path.string());
     return kPartial;
   }
   warn_of(*scores, progress);
-  const double wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
+  const double wall = seconds_since(began);
   if (options.json)
-    print_json(scan_json(rig, session, *scores, result, wall));
+    print_json(scan_json(rig, session, *scores, recording, report_s, wall));
   else
-    print_scan(session, *scores, result, !options.coverage_mm.empty(), backend->clock().real_time(), wall);
+    print_scan(session, *scores, result, !options.coverage_mm.empty(), backend->clock().real_time(), report_s, wall);
   return partial ? kPartial : kOk;
 }
 
