@@ -23,8 +23,7 @@ void touch(volatile char* bytes, std::size_t count) noexcept {
 /// Blocks of any size come from the heap and go back to it: neither a fresh page nor a mapping that changes under a
 /// running thread.
 void keep_heap() noexcept {
-  ::mallopt(M_MMAP_THRESHOLD, kLargestHeapBlock);
-  ::mallopt(M_TRIM_THRESHOLD, -1);
+  keep_freed_memory();
   if (void* reserve = std::malloc(kHeapReserve)) {
     touch(static_cast<char*>(reserve), kHeapReserve);
     std::free(reserve);
@@ -43,6 +42,11 @@ bool has_capability(unsigned capability) noexcept {
 bool may_lock_memory() noexcept {
   rlimit limit{};
   return has_capability(CAP_IPC_LOCK) || (::getrlimit(RLIMIT_MEMLOCK, &limit) == 0 && limit.rlim_cur == RLIM_INFINITY);
+}
+
+void keep_freed_memory() noexcept {
+  ::mallopt(M_MMAP_THRESHOLD, kLargestHeapBlock);
+  ::mallopt(M_TRIM_THRESHOLD, -1);
 }
 
 LockedMemory::LockedMemory() noexcept {

@@ -6,6 +6,9 @@ namespace tankrig {
 /// Whether this process may lock all its memory: it has CAP_IPC_LOCK, or no limit (`ulimit -l`).
 bool may_lock_memory() noexcept;
 
+/// From now on the heap returns nothing to the system: filling a fresh page costs as much as working on one.
+void keep_freed_memory() noexcept;
+
 /// While it lives, mapped memory stays in RAM; later mappings stay from their first touch on. The heap returns nothing
 /// to the system and has a touched reserve, from construction to the end of the program. Does nothing if
 /// may_lock_memory() is false: a later allocation would hit the limit.

@@ -2,7 +2,7 @@
 
 #include <libdeflate.h>
 
-#include <array>
+#include <algorithm>
 #include <cstdlib>
 #include <memory>
 #include <vector>
@@ -38,25 +38,46 @@ void append_chunk(std::string& png, std::string_view type, std::string_view data
   png += big_endian_bytes(crc32(std::string_view(png).substr(checked)));
 }
 
-/// A picture's rows as PNG has them: a byte for the filter before each, channels as red, green, blue.
+/// A picture's rows as PNG has them: a byte for the filter before each, channels as red, green, blue. The bytes are a
+/// thread's own and used again: fresh pages cost as much as what is done to them.
+/// Threads: one such object in each at a time.
 struct Rows {
   int width, height, channels;
-  std::vector<unsigned char> bytes;
+  std::vector<unsigned char>& bytes;
 
-  Rows(int w, int h, int c) : width(w), height(h), channels(c), bytes(stride() * static_cast<std::size_t>(h)) {}
+  Rows(int w, int h, int c) : width(w), height(h), channels(c), bytes(kept()) {
+    if (bytes.size() < size()) bytes.resize(size());
+  }
+  ~Rows() {
+    constexpr std::size_t kMostKept = 32 << 20;
+    if (bytes.size() > kMostKept) std::vector<unsigned char>().swap(bytes);
+  }
+  Rows(const Rows&) = delete;
+  Rows& operator=(const Rows&) = delete;
 
   std::size_t stride() const { return 1 + row_size(); }
   std::size_t row_size() const { return static_cast<std::size_t>(width) * static_cast<std::size_t>(channels); }
-  cv::Mat pixels() { return {height, width, CV_8UC(channels), bytes.data() + 1, stride()}; }
+  std::size_t size() const { return stride() * static_cast<std::size_t>(height); }
+  unsigned char* row(int y) { return bytes.data() + stride() * static_cast<std::size_t>(y) + 1; }
+
+ private:
+  static std::vector<unsigned char>& kept() {
+    thread_local std::vector<unsigned char> bytes;
+    return bytes;
+  }
 };
 
 /// Between OpenCV's order of channels and PNG's.
-void copy_pixels(const cv::Mat& from, cv::Mat to) {
-  constexpr std::array<int, 6> kSwapped{0, 2, 1, 1, 2, 0};
-  if (from.channels() == 1)
-    from.copyTo(to);
-  else
-    cv::mixChannels(&from, 1, &to, 1, kSwapped.data(), 3);
+void copy_row(const unsigned char* __restrict from, int width, int channels, unsigned char* __restrict to) {
+  if (channels == 1) {
+    std::copy(from, from + width, to);
+    return;
+  }
+  for (int x = 0; x < width; ++x) {
+    to[3 * x] = from[3 * x + 2];
+    to[3 * x + 1] = from[3 * x + 1];
+    to[3 * x + 2] = from[3 * x];
+  }
 }
 
 int paeth(int left, int above, int corner) {
@@ -72,7 +93,7 @@ bool unfilter(Rows& rows) {
   const std::vector<unsigned char> none(size);
   const unsigned char* above = none.data();
   for (int y = 0; y < rows.height; ++y) {
-    unsigned char* row = rows.bytes.data() + rows.stride() * static_cast<std::size_t>(y) + 1;
+    unsigned char* row = rows.row(y);
     const auto add = [&](const auto& predicted) {
       for (std::size_t i = 0; i < size; ++i) {
         const int left = i < pixel ? 0 : row[i - pixel], corner = i < pixel ? 0 : above[i - pixel];
@@ -111,12 +132,15 @@ std::string png_of(const cv::Mat& image, const std::filesystem::path& file) {
   if (image.empty() || (image.type() != CV_8UC1 && image.type() != CV_8UC3))
     throw InputError(file, "cannot be encoded, expected an image of 8 bits and 1 or 3 channels");
   Rows rows(image.cols, image.rows, image.channels());
-  copy_pixels(image, rows.pixels());
+  constexpr unsigned char kNoFilter = 0;
+  for (int y = 0; y < rows.height; ++y) {
+    rows.row(y)[-1] = kNoFilter;
+    copy_row(image.ptr(y), rows.width, rows.channels, rows.row(y));
+  }
   thread_local const Compressor compressor(libdeflate_alloc_compressor(kFastest), libdeflate_free_compressor);
   if (!compressor) throw std::bad_alloc();
-  std::string data(libdeflate_zlib_compress_bound(compressor.get(), rows.bytes.size()), '\0');
-  data.resize(
-      libdeflate_zlib_compress(compressor.get(), rows.bytes.data(), rows.bytes.size(), data.data(), data.size()));
+  std::string data(libdeflate_zlib_compress_bound(compressor.get(), rows.size()), '\0');
+  data.resize(libdeflate_zlib_compress(compressor.get(), rows.bytes.data(), rows.size(), data.data(), data.size()));
 
   std::string header = big_endian_bytes(static_cast<std::uint32_t>(image.cols)) +
                        big_endian_bytes(static_cast<std::uint32_t>(image.rows));
@@ -166,11 +190,11 @@ cv::Mat decode_plain_png(std::string_view png) {
   Rows rows(static_cast<int>(width), static_cast<int>(height), grey ? 1 : 3);
   thread_local const Decompressor decompressor(libdeflate_alloc_decompressor(), libdeflate_free_decompressor);
   if (!decompressor) throw std::bad_alloc();
-  const auto result = libdeflate_zlib_decompress(decompressor.get(), data.data(), data.size(), rows.bytes.data(),
-                                                 rows.bytes.size(), nullptr);
+  const auto result =
+      libdeflate_zlib_decompress(decompressor.get(), data.data(), data.size(), rows.bytes.data(), rows.size(), nullptr);
   if (result != LIBDEFLATE_SUCCESS || !unfilter(rows)) return {};
   cv::Mat image(rows.height, rows.width, CV_8UC(rows.channels));
-  copy_pixels(rows.pixels(), image);
+  for (int y = 0; y < rows.height; ++y) copy_row(rows.row(y), rows.width, rows.channels, image.ptr(y));
   return image;
 }
 

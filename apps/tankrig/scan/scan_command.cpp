@@ -109,8 +109,7 @@ std::optional<int> write_pictures(const fs::path& path, const Recording& recordi
   } catch (const std::exception& e) {
     return stopped(path, std::string("stopped: ") + e.what(), left, progress);
   }
-  if (recording.unwritten.empty() && has_spool(path))
-    return stopped(path, "stopped while writing pictures", left, progress);
+  if (has_spool(path)) return stopped(path, "stopped while writing pictures", left, progress);
   write_checksums(path);
   return std::nullopt;
 }
@@ -221,7 +220,8 @@ int scan(const ScanOptions& options) {
     print_timing(rig, result);
   }
   if (!result.complete()) return stopped(path, result.status, motion.left(), progress);
-  if (has_spool(path)) return stopped(path, "stopped while writing pictures", motion.left(), progress);
+  if (recording.unwritten.empty() && has_spool(path))
+    return stopped(path, "stopped while writing pictures", motion.left(), progress);
   const bool partial = frames_are_missing(rig, plan, result, progress);
 
   std::optional<Waiting> waiting(std::in_place, "another program to finish reading " + printable(path.string()));
