@@ -89,7 +89,7 @@ class LiveReconstruction::Work {
     stop_ = true;
     waiting_.clear();
     session_.unwritten.clear();
-    ready_.clear();
+    ready_ = {};
     news_.notify_all();
   }
 
@@ -131,19 +131,19 @@ class LiveReconstruction::Work {
     return session_.unwritten;
   }
 
-  std::vector<Score> finish(const Session& session, const std::atomic<bool>& stop, const ProgressCallback& progress) {
+  ReadyReport finish(const Session& session, const std::atomic<bool>& stop, const ProgressCallback& progress) {
     std::unique_lock lock(mutex_);
     settled_ = in_a_hurry_ = true;
     tell_ = progress;
     if (progress)
-      for (const Score& score : ready_) progress("reconstruct: " + score.method(), 1);
+      for (const Score& score : ready_.scores) progress("reconstruct: " + score.method(), 1);
     news_.notify_all();
     std::size_t done = 0;
     auto sign_of_life = std::chrono::steady_clock::now();
     while (!ended_ && !stop) {
       news_.wait_for(lock, 50ms);
       const auto now = std::chrono::steady_clock::now();
-      if (std::exchange(done, ready_.size()) != ready_.size()) sign_of_life = now;
+      if (std::exchange(done, ready_.scores.size()) != ready_.scores.size()) sign_of_life = now;
       if (now - sign_of_life < kPatience) continue;
       trouble_ = "it does not answer";
       break;
@@ -241,14 +241,18 @@ class LiveReconstruction::Work {
       const int threads = threads_now();
       if (threads == 0) return;
       tbb::task_arena arena(threads);
-      Score score = arena.execute([&] {
-        return score_reconstruction(
+      Score score;
+      Pictures pictures;
+      arena.execute([&] {
+        score = score_reconstruction(
             session, parameters_.thresholds, object,
             reconstruct_session(session, parameters_, method,
                                 [this](const std::string& stage, double fraction) { tell(stage, fraction); }));
+        pictures = draw_pictures(session, object, score);
       });
       const std::lock_guard lock(mutex_);
-      ready_.push_back(std::move(score));
+      ready_.scores.push_back(std::move(score));
+      ready_.pictures.merge(pictures);
       news_.notify_all();
     }
   }
@@ -276,7 +280,7 @@ class LiveReconstruction::Work {
   std::size_t kept_bytes_ = 0;
   bool too_much_ = false;
   LiveFigures figures_;
-  std::vector<Score> ready_;
+  ReadyReport ready_;
   bool settled_ = false, in_a_hurry_ = false, stop_ = false, ended_ = false;
   std::string trouble_;
   ProgressCallback tell_;
@@ -315,8 +319,8 @@ std::string LiveReconstruction::trouble() const { return work_->trouble(); }
 
 std::map<std::string, cv::Mat> LiveReconstruction::pictures() const { return work_->pictures(); }
 
-std::vector<Score> LiveReconstruction::finish(const Session& session, const std::atomic<bool>& stop,
-                                              const ProgressCallback& progress) {
+ReadyReport LiveReconstruction::finish(const Session& session, const std::atomic<bool>& stop,
+                                       const ProgressCallback& progress) {
   if (!thread_.joinable()) return {};
   return work_->finish(session, stop, progress);
 }

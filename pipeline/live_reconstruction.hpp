@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "pipeline/live_detector.hpp"
-#include "pipeline/score_session.hpp"
+#include "pipeline/report_session.hpp"
 
 namespace tankrig {
 
@@ -67,10 +67,9 @@ class LiveReconstruction {
   /// Every picture so far, by FrameRecord::file; nothing if one is missing.
   std::map<std::string, cv::Mat> pictures() const;
 
-  /// The scores of all methods, when they are ready; none if there was trouble, a stop, or if `session` is not what was
+  /// The scores of all methods and their pictures, when they are ready; nothing if there was trouble, a stop, or if `session` is not what was
   /// seen here: then they are made from the session. Once, when the recording is closed.
-  std::vector<Score> finish(const Session& session, const std::atomic<bool>& stop,
-                            const ProgressCallback& progress = {});
+  ReadyReport finish(const Session& session, const std::atomic<bool>& stop, const ProgressCallback& progress = {});
 
  private:
   class Work;

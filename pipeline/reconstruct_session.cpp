@@ -1,6 +1,7 @@
 #include "pipeline/reconstruct_session.hpp"
 
 #include <fmt/core.h>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <chrono>
@@ -27,8 +28,8 @@ bool contains(const WorkspaceBox& box, const Vector3d& p) {
 bool dark(const FrameRecord& frame) { return frame.phase == Phase::kDarkBefore || frame.phase == Phase::kDarkAfter; }
 
 std::vector<cv::Mat> images_of(const Session& session, const std::vector<const FrameRecord*>& frames) {
-  std::vector<cv::Mat> out;
-  for (const FrameRecord* frame : frames) out.push_back(session.image(*frame));
+  std::vector<cv::Mat> out(frames.size());
+  tbb::parallel_for(std::size_t{0}, frames.size(), [&](std::size_t i) { out[i] = session.image(*frames[i]); });
   return out;
 }
 

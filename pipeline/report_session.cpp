@@ -21,20 +21,26 @@ namespace fs = std::filesystem;
 namespace tankrig {
 namespace {
 
+std::string png_bytes(const cv::Mat& image, const std::string& name) {
+  std::vector<unsigned char> png;
+  if (!cv::imencode(".png", image, png)) throw InputError(name + ".png", "cannot be encoded");
+  return {png.begin(), png.end()};
+}
+
 /// Pictures of one session: each is saved as PNG, brought to the disk with the others before they are sealed, and
-/// listed for the report.
+/// listed for the report. Those that are ready are not drawn again.
 class Album {
  public:
-  explicit Album(const Session& session) : session_(session), folder_(session.path / "pictures") {
+  Album(const Session& session, const Pictures& ready) : folder_(session.path / "pictures"), ready_(ready) {
     fs::create_directories(folder_);
   }
 
   void begin(const std::string& heading) { heading_ = heading; }
-  void add(const std::string& name, const std::string& caption, const cv::Mat& image) {
+  template <class Draw>
+  void add(const std::string& name, const std::string& caption, Draw draw) {
     const fs::path file = folder_ / (name + ".png");
-    std::vector<unsigned char> png;
-    if (!cv::imencode(".png", image, png)) throw InputError(file, "cannot be encoded");
-    write_whole_file(file, {reinterpret_cast<const char*>(png.data()), png.size()});
+    const auto found = ready_.find(name);
+    write_whole_file(file, found != ready_.end() ? found->second : png_bytes(draw(), name));
     pictures_.push_back({heading_, caption, file});
   }
   void keep(const std::string& name, const std::string& caption) {
@@ -44,8 +50,8 @@ class Album {
   const std::vector<ReportPicture>& pictures() const { return pictures_; }
 
  private:
-  const Session& session_;
   fs::path folder_;
+  const Pictures& ready_;
   std::string heading_;
   std::vector<ReportPicture> pictures_;
 };
@@ -69,54 +75,72 @@ void add_rig_picture(const Session& session, const OutsideView& outside, Album& 
   if (!outside) return album.keep("rig", caption);
   const FrameRecord* over_object = frame_over_object(session);
   const JointVector q = over_object ? *over_object->q : JointVector::Zero();
-  album.add("rig", caption, outside(q, over_object != nullptr));
+  album.add("rig", caption, [&] { return outside(q, over_object != nullptr); });
 }
 
-void add_stripe_picture(const Session& session, const Score& score, Album& album) {
+/// `add(name, caption, draw)` for the picture of the stripe over the object.
+template <class Add>
+void add_stripe_picture(const Session& session, const Score& score, Add add) {
   const FrameRecord* frame = frame_over_object(session);
   if (!frame) return;
-  std::vector<Vector2d> stripe;
-  for (const StripeRow& row : score.reconstruction.rows)
-    if (row.frame == frame->index)
-      stripe.push_back(score.reconstruction.orientation == StripeOrientation::kRows
-                           ? Vector2d(row.peak.position, row.peak.column)
-                           : Vector2d(row.peak.column, row.peak.position));
-  album.add(score.method() + "_frame",
-            fmt::format("frame {} of {} with its detected stripe", frame->index, frame->camera),
-            draw_stripe_frame(session.image(*frame), stripe));
+  const std::string caption = fmt::format("frame {} of {} with its detected stripe", frame->index, frame->camera);
+  add(score.method() + "_frame", caption, [&] {
+    std::vector<Vector2d> stripe;
+    for (const StripeRow& row : score.reconstruction.rows)
+      if (row.frame == frame->index)
+        stripe.push_back(score.reconstruction.orientation == StripeOrientation::kRows
+                             ? Vector2d(row.peak.position, row.peak.column)
+                             : Vector2d(row.peak.column, row.peak.position));
+    return draw_stripe_frame(session.image(*frame), stripe);
+  });
 }
 
-void add_method_pictures(const Session& session, const ObjectSurface& object, const Score& score, Album& album) {
-  const PointCloud cloud = cloud_in_object(session, score.reconstruction);
-  write_verdict_cloud(session.path / "clouds" / (score.method() + "_verdict.ply"), cloud, score.metrics.verdicts);
+/// `add(name, caption, draw)` for each picture of a method.
+template <class Add>
+void add_method_pictures(const Session& session, const ObjectSurface& object, const Score& score,
+                         const PointCloud& cloud, Add add) {
+  if (score.method() == "laser") add_stripe_picture(session, score, add);
   const bool laser = by_laser(score.method());
   const CalibratedCamera& camera = session.camera(laser ? CameraRole::kMono : CameraRole::kLeft);
   const Vector3d camera_o = (session.info.object->bMo.inverse() * camera.bMc).translation();
-  for (const auto& [name, view] :
-       {std::pair{"camera", view_from(camera_o, object.mesh())}, std::pair{"back", back_view()}}) {
-    CloudPictureOptions options;
-    options.view = view;
-    options.title = score.method();
-    album.add(score.method() + "_" + name, std::string("cloud over the object, from the ") + name,
-              draw_cloud_over_object(cloud, score.metrics.verdicts, object.mesh(), options));
+  for (const bool back : {false, true}) {
+    const std::string from = back ? "back" : "camera";
+    add(score.method() + "_" + from, "cloud over the object, from the " + from, [&] {
+      CloudPictureOptions options;
+      options.view = back ? back_view() : view_from(camera_o, object.mesh());
+      options.title = score.method();
+      return draw_cloud_over_object(cloud, score.metrics.verdicts, object.mesh(), options);
+    });
   }
   const double threshold = score.metrics.thresholds.coverage_headline_m;
-  album.add(score.method() + "_coverage", "coverage at " + millimetres(threshold) + " on the unfolded object",
-            draw_coverage_map(object.mesh(), object.samples(),
-                              covered_samples(object.samples(), cloud, score.metrics.verdicts, threshold),
-                              score.ceiling.reachable, score.method()));
+  add(score.method() + "_coverage", "coverage at " + millimetres(threshold) + " on the unfolded object", [&] {
+    return draw_coverage_map(object.mesh(), object.samples(),
+                             covered_samples(object.samples(), cloud, score.metrics.verdicts, threshold),
+                             score.ceiling.reachable, score.method());
+  });
 }
 
 }  // namespace
 
+Pictures draw_pictures(const Session& session, const ObjectSurface& object, const Score& score) {
+  Pictures pictures;
+  add_method_pictures(
+      session, object, score, cloud_in_object(session, score.reconstruction),
+      [&](const std::string& name, const std::string&, auto draw) { pictures[name] = png_bytes(draw(), name); });
+  return pictures;
+}
+
 void write_pictures_and_report(const Session& session, const ObjectSurface& object, const std::vector<Score>& scores,
-                               const OutsideView& outside) {
-  Album album(session);
+                               const OutsideView& outside, const Pictures& ready) {
+  Album album(session, ready);
   add_rig_picture(session, outside, album);
   for (const Score& score : scores) {
     album.begin(score.method());
-    if (score.method() == "laser") add_stripe_picture(session, score, album);
-    add_method_pictures(session, object, score, album);
+    const PointCloud cloud = cloud_in_object(session, score.reconstruction);
+    write_verdict_cloud(session.path / "clouds" / (score.method() + "_verdict.ply"), cloud, score.metrics.verdicts);
+    add_method_pictures(
+        session, object, score, cloud,
+        [&](const std::string& name, const std::string& caption, auto draw) { album.add(name, caption, draw); });
   }
 
   ReportData report;
@@ -138,16 +162,17 @@ void write_pictures_and_report(const Session& session, const ObjectSurface& obje
 std::optional<std::vector<Score>> reconstruct_and_report(const Session& session, const PipelineParameters& parameters,
                                                          const std::atomic<bool>& stop,
                                                          const ProgressCallback& progress, const OutsideView& outside,
-                                                         std::vector<Score> ready) {
+                                                         ReadyReport ready) {
   const ObjectSurface object = object_of(session, parameters.thresholds);
-  std::vector<Score> scores = reconstruct_and_score(session, parameters, object, stop, progress, std::move(ready));
+  std::vector<Score> scores =
+      reconstruct_and_score(session, parameters, object, stop, progress, std::move(ready.scores));
   const bool stopped = stop;
   const auto tell = [&](double fraction) {
     if (progress) progress("pictures and report", fraction);
   };
   if (!stopped) {
     tell(0);
-    write_pictures_and_report(session, object, scores, outside);
+    write_pictures_and_report(session, object, scores, outside, ready.pictures);
     tell(1);
   }
   if (session.info.status != "recording") write_checksums(session.path);

@@ -7,6 +7,7 @@
 #include "apps/tankrig/command_line/stop.hpp"
 #include "apps/tankrig/commands.hpp"
 #include "core/input_error.hpp"
+#include "core/locked_memory.hpp"
 #include "core/shown_text.hpp"
 
 using namespace tankrig::app;
@@ -40,6 +41,7 @@ int unknown_or_missing(const CLI::App& app, const CLI::RequiredError& missing) {
 int main(int argc, char** argv) {
   // A closed terminal or pager, or a file that may not grow, must not end a program that has an arm to stop.
   for (const int signal : {SIGPIPE, SIGXFSZ}) std::signal(signal, SIG_IGN);
+  tankrig::keep_freed_memory();
   CLI::App app{"tankrig: laser-stripe and stereo reconstruction in a water tank, on a real or a simulated rig"};
   app.require_subcommand(1);
   app.set_version_flag("--version", TANKRIG_VERSION);

@@ -112,7 +112,9 @@ TEST_P(LiveUnder, AClockItGivesWhatTheSessionGivesToTheBit) {
   take_all();
   live_->all_recorded();
   const Session session = closed();
-  const std::vector<Score> ready = live_->finish(session, kGoOn), made = from_session(session);
+  const ReadyReport report = live_->finish(session, kGoOn);
+  const std::vector<Score>& ready = report.scores;
+  const std::vector<Score> made = from_session(session);
   EXPECT_EQ(live_->trouble(), "");
   ASSERT_EQ(ready.size(), 2u);
   ASSERT_EQ(made.size(), 2u);
@@ -121,6 +123,9 @@ TEST_P(LiveUnder, AClockItGivesWhatTheSessionGivesToTheBit) {
     EXPECT_EQ(ready[i].json.dump(), made[i].json.dump());
     expect_same(ready[i].reconstruction.cloud, made[i].reconstruction.cloud);
     EXPECT_GT(made[i].reconstruction.rows.size(), 1000u);
+    const Pictures drawn = draw_pictures(session, object_of(session, parameters_.thresholds), made[i]);
+    EXPECT_GE(drawn.size(), 3u);
+    for (const auto& [name, png] : drawn) EXPECT_TRUE(report.pictures.at(name) == png) << name;
   }
 }
 INSTANTIATE_TEST_SUITE_P(Clocks, LiveUnder, testing::Values(false, true),
@@ -163,7 +168,7 @@ TEST_F(Live, PassesOverFramesInRealTimeRatherThanDelayTheRecorder) {
   take_all();  // and does not wait for a detector that stands still
   free.set_value();
   const Session session = closed();
-  const std::vector<Score> ready = live_->finish(session, kGoOn);
+  const std::vector<Score> ready = live_->finish(session, kGoOn).scores;
   const LiveFigures figures = live_->figures();
   EXPECT_GE(figures.passed_over, static_cast<std::uint64_t>(kSweep - 5));
   EXPECT_EQ(figures.frames, static_cast<std::uint64_t>(kSweep));
@@ -176,7 +181,7 @@ TEST_F(Live, ThatBreaksHarmsNothingAndSaysWhy) {
   take_all();
   const Session session = closed();
   EXPECT_EQ(session.frames.size(), static_cast<std::size_t>(2 * kDark + kSweep));
-  EXPECT_TRUE(live_->finish(session, kGoOn).empty());
+  EXPECT_TRUE(live_->finish(session, kGoOn).scores.empty());
   EXPECT_EQ(live_->trouble(), "no more memory");
   EXPECT_TRUE(live_->pictures().empty());
 }
@@ -185,7 +190,7 @@ TEST_F(Live, IsNotBelievedWhereTheSessionHoldsOtherFrames) {
   begin();
   take_all();
   live_->frame(record_of(2 * kDark + kSweep), picture_of(0));  // which the disk refused
-  EXPECT_TRUE(live_->finish(closed(), kGoOn).empty());
+  EXPECT_TRUE(live_->finish(closed(), kGoOn).scores.empty());
   EXPECT_THAT(live_->trouble(), testing::HasSubstr("other frames"));
 }
 
@@ -194,7 +199,7 @@ TEST_F(Live, KeepsNoPicturesThatFillTheMemory) {
   take_all();
   const Session session = closed();
   EXPECT_TRUE(live_->pictures().empty());
-  EXPECT_TRUE(live_->finish(session, kGoOn).empty());
+  EXPECT_TRUE(live_->finish(session, kGoOn).scores.empty());
   EXPECT_EQ(live_->figures().lines, static_cast<std::uint64_t>(kSweep)) << "it shows them all the same";
   EXPECT_EQ(live_->trouble(), "");
 }

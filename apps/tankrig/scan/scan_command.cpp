@@ -115,10 +115,10 @@ std::optional<int> write_pictures(const fs::path& path, const Recording& recordi
 }
 
 /// What was made while the arm moved; trouble that has not been told of yet is told.
-std::vector<Score> ready_scores(const Recording& recording, const Session& session, Progress& progress) {
+ReadyReport ready_report(const Recording& recording, const Session& session, Progress& progress) {
   if (!recording.live) return {};
   const std::string told = recording.live->trouble();
-  std::vector<Score> ready = recording.live->finish(session, StopOnSignal::requested(), progress.callback());
+  ReadyReport ready = recording.live->finish(session, StopOnSignal::requested(), progress.callback());
   if (const std::string trouble = recording.live->trouble(); trouble != told)
     progress.warn("live: " + trouble + "; the report is made from the session");
   return ready;
@@ -231,7 +231,7 @@ int scan(const ScanOptions& options) {
   OutsideView outside;
   if (const sim::TankWorld* tank = backend->world())
     outside = [tank](const JointVector& q, bool laser_on) { return tank->render_external(q, laser_on, 1280, 860); };
-  std::vector<Score> ready = ready_scores(recording, session, progress);
+  ReadyReport ready = ready_report(recording, session, progress);
   std::optional<std::vector<Score>> scores;
   try {
     scores = reconstruct_and_report(session, parameters, StopOnSignal::requested(), progress.callback(), outside,
