@@ -23,7 +23,8 @@ foreach(library ${libraries})
   set_target_properties(tankrig_${library} PROPERTIES EXPORT_NAME ${library})
 endforeach()
 install(DIRECTORY core session calibration reconstruction bench pipeline DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/tankrig
-  FILES_MATCHING PATTERN "*.hpp" PATTERN export EXCLUDE PATTERN visp EXCLUDE)
+  FILES_MATCHING PATTERN "*.hpp" PATTERN export EXCLUDE PATTERN visp EXCLUDE
+  PATTERN estimate EXCLUDE PATTERN marker EXCLUDE PATTERN hand_eye EXCLUDE)
 
 set(package ${CMAKE_INSTALL_LIBDIR}/cmake/tankrig)
 install(EXPORT tankrigTargets NAMESPACE tankrig:: DESTINATION ${package})

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "apps/tankrig/calibrate/calibrate_commands.hpp"
+#include "apps/tankrig/calibrate/facts.hpp"
 #include "apps/tankrig/command_line/output.hpp"
 #include "apps/tankrig/session/open_session.hpp"
 #include "calibration/time_offset/time_offset.hpp"
@@ -110,15 +111,6 @@ nlohmann::ordered_json facts_of(const std::string& camera, Duration applied, con
   return out;
 }
 
-/// A JSON object of numbers, texts, lists and objects, as YAML block lines.
-std::string yaml_lines(const nlohmann::ordered_json& object, const std::string& margin) {
-  std::string out;
-  for (const auto& [key, value] : object.items())
-    out +=
-        margin + key + ":" + (value.is_object() ? "\n" + yaml_lines(value, margin + "  ") : " " + value.dump() + "\n");
-  return out;
-}
-
 void print(const TimeOffsetSolution& s, const nlohmann::ordered_json& facts) {
   std::printf("t_camera = t_joints %c %.3f +- %.3f ms", s.offset < 0 ? '-' : '+', 1e3 * std::abs(s.offset),
               1e3 * s.sigma);
@@ -160,7 +152,7 @@ int calibrate_time(const CalibrateTimeOptions& options) {
   for (const OpenedSession& opened : sessions) {
     const Session& session = opened.session;
     fs::create_directories(session.path / "results");
-    write_file_durably(session.path / "results" / "time_offset.yaml", yaml_lines(facts, ""));
+    write_file_durably(session.path / "results" / "time_offset.yaml", yaml_text(facts));
     if (session.info.status != "recording") write_checksums(session.path);
   }
   progress.finish_line();
