@@ -1,7 +1,7 @@
-# What calibration stands on besides cmake/dependencies.cmake, as imported targets: Ceres, and OpenCV's markers. ViSP has a file of its
+# What calibration stands on besides cmake/dependencies.cmake, as imported targets: Ceres, and OpenCV's markers and dots. ViSP has a file of its
 # own, visp.cmake.
 find_package(Ceres 2.1 REQUIRED)
-foreach(module aruco)
+foreach(module aruco features2d)
   find_library(OPENCV_${module}_LIBRARY opencv_${module} REQUIRED)
   if(NOT TARGET tankrig_opencv_${module})
     add_library(tankrig_opencv_${module} UNKNOWN IMPORTED)
