@@ -18,6 +18,7 @@ void add_camera(CLI::App& app, ChosenCommand& chosen);
 void add_guardian(CLI::App& app, ChosenCommand& chosen);
 void add_emulate(CLI::App& app, ChosenCommand& chosen);
 void add_calibrate(CLI::App& app, ChosenCommand& chosen);
+void add_budget(CLI::App& app, ChosenCommand& chosen);
 void add_completion(CLI::App& app, ChosenCommand& chosen);
 void add_manual(CLI::App& app, ChosenCommand& chosen);
 

@@ -97,6 +97,9 @@ const Setting<RigConfig> kRigRows[] = {
     {"scene", &RigConfig::scene, "what is simulated or emulated ([scene.md](scene.md)); required by backend mock",
      Need::kSparse},
     {"applied_preset", &RigConfig::preset, "in sessions only", Need::kSparse},
+    {"calibration", &RigConfig::calibration_file,
+     "measured values instead of those below ([calibration.md](calibration.md))", Need::kSparse},
+    {"applied_calibration_sha256", &RigConfig::calibration_sha256, "in sessions only", Need::kSparse},
     {"arm", kArm, Need::kRequired},
     {"cameras",
      {read_cameras, write_cameras, "",
@@ -166,24 +169,31 @@ const RigCamera* RigConfig::find_camera(CameraRole role) const {
 }
 
 ConfigNode rig_file(const std::filesystem::path& file) {
-  const ConfigNode root = ConfigNode::load(file);
-  if (!root.has("base")) return root;
-  const ConfigNode base = ConfigNode::load(root.path("base"));
-  if (base.has("base")) base.fail("base", "found a base of a base, expected a rig file that stands alone");
-  return root.over(base);
+  constexpr int kMostBases = 3;
+  ConfigNode rig = ConfigNode::load(file);
+  std::optional<ConfigNode> lowest = rig;
+  for (int bases = 0; lowest->has("base"); ++bases) {
+    if (bases == kMostBases) lowest->fail("base", "found a fourth base below the rig file, expected three at most");
+    lowest = ConfigNode::load(lowest->path("base"));
+    rig = rig.over(*lowest);
+  }
+  return rig;
 }
 
-RigConfig load_rig(const std::filesystem::path& file, const std::string& preset) {
-  return read_rig(rig_file(file), preset);
+RigConfig load_rig(const std::filesystem::path& file, const std::string& preset,
+                   const std::filesystem::path& calibration) {
+  return read_rig(rig_file(file), preset, calibration);
 }
 
-RigConfig read_rig(const ConfigNode& file, const std::string& preset) {
+RigConfig read_rig(const ConfigNode& file, const std::string& preset, const std::filesystem::path& calibration) {
   RigConfig rig(file);
   const ConfigNode& root = rig.root;
   refuse_unknown_keys(root);
   read_settings(root, kRig, rig);
   for (const char* section : {"arm", "laser", "object", "obstacles", "scan"}) root.child(section).finish();
 
+  if (!calibration.empty()) rig.calibration_file = std::filesystem::absolute(calibration);
+  if (!rig.calibration_file.empty()) rig.calibration = apply_calibration(rig.calibration_file, rig);
   rig.scan.limits.angles = rig.arm.limits;
   rig.scan.capture.frame_period = 1 / rig.find_camera(CameraRole::kMono)->rate_hz;
   if (std::abs(rig.laser.direction_e.norm() - 1) > 1e-14) rig.laser.direction_e.normalize();
@@ -196,8 +206,8 @@ RigConfig read_rig(const ConfigNode& file, const std::string& preset) {
 }
 
 std::string rig_key_rows() {
-  return "| `base` | none | a file | a rig file that stands alone; its keys hold where this one has none, mapping by "
-         "mapping; lists are not merged |\n" +
+  return "| `base` | none | a file | a rig file, which may have a base itself; its keys hold where this one has none, "
+         "mapping by mapping; lists are not merged |\n" +
          settings_rows("", kRig, RigConfig(ConfigNode::parse("{}", ""))) +
          "| `presets.NAME` | none | any part of `scan` | what `--preset NAME` changes |\n";
 }
@@ -205,6 +215,7 @@ std::string rig_key_rows() {
 std::string resolved_rig_yaml(const RigConfig& rig, const std::string& mesh) {
   RigConfig stored = rig;
   stored.object.mesh = mesh;
+  stored.calibration_file.clear();  // its values stand where the nominal ones did
   YAML::Emitter out;
   out << YAML::Comment("The rig as it was used by this scan.") << YAML::BeginMap;
   write_settings(out, kRig, stored);

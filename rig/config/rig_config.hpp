@@ -10,6 +10,7 @@
 #include "core/arm_model.hpp"
 #include "core/calibrated_camera.hpp"
 #include "core/config_node.hpp"
+#include "rig/config/rig_calibration.hpp"
 #include "rig/plan/motion_check.hpp"
 #include "rig/plan/scan_settings.hpp"
 #include "rig/plan/trigger_settings.hpp"
@@ -41,7 +42,7 @@ struct RigObject {
 };
 
 /// The sections that other folders read themselves.
-inline constexpr std::array kForeignSections{"reconstruction", "evaluation", "mock",
+inline constexpr std::array kForeignSections{"reconstruction", "evaluation", "mock",     "truth",
                                              "workspace",      "devices",    "emulation"};
 
 /// A rig file, read and checked. `scan` is complete: it includes the laser and camera facts it needs.
@@ -53,6 +54,9 @@ struct RigConfig {
   std::string backend;          ///< "mock": simulated in this process; "devices": drivers on wires, real or emulated
   std::filesystem::path scene;  ///< what is simulated or emulated, absolute; empty on a real rig
   std::string preset;           ///< applied to `scan`; empty if none
+  std::filesystem::path calibration_file;     ///< absolute; empty: nominal values
+  std::optional<RigCalibration> calibration;  ///< of that file, applied already
+  std::string calibration_sha256;             ///< in a session's rig file: of the file that was applied
   ArmModel arm;
   MotionLimits motion_limits;
   std::array<double, kJoints> backlash_ticks{};  ///< total backlash between every encoder and its link; 0: not known
@@ -70,16 +74,18 @@ struct RigConfig {
   ConfigNode root;  ///< the whole file, for section()
 };
 
-/// A rig file as YAML, completed from its `base: FILE`.
-/// Errors: InputError.
+/// A rig file as YAML, completed from its `base: FILE`, and that one from its own.
+/// Errors: InputError, also for a chain of more than three.
 ConfigNode rig_file(const std::filesystem::path& file);
 
-/// Reads a rig file and applies one of its presets to its scan ("" for none). Foreign sections are not checked here:
-/// their readers call finish().
+/// Reads a rig file, its calibration or `calibration` instead, and applies one of its presets to its scan ("" for none).
+/// Foreign sections are not checked here: their readers call finish().
 /// Errors: InputError "FILE:LINE: key: found ..., expected ...", also for an unknown key.
-RigConfig load_rig(const std::filesystem::path& file, const std::string& preset = "");
+RigConfig load_rig(const std::filesystem::path& file, const std::string& preset = "",
+                   const std::filesystem::path& calibration = {});
 /// The same for a rig file that is already read.
-RigConfig read_rig(const ConfigNode& file, const std::string& preset = "");
+RigConfig read_rig(const ConfigNode& file, const std::string& preset = "",
+                   const std::filesystem::path& calibration = {});
 
 /// The rig as used, presets and changes applied: a rig file again. `mesh` is its object's mesh, relative to where the
 /// text will be stored.

@@ -27,23 +27,6 @@ namespace fs = std::filesystem;
 
 constexpr const char* kCamera = "mono";
 
-std::vector<fs::path> images_in(const fs::path& folder) {
-  static const std::set<std::string> kEndings{".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm", ".ppm"};
-  std::error_code failed;
-  if (!fs::is_directory(folder, failed)) throw InputError(folder, "is not a folder, expected one with images");
-  std::vector<fs::path> files;
-  for (const auto& entry : fs::directory_iterator(folder)) {
-    std::string ending = entry.path().extension().string();
-    std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
-    if (entry.is_regular_file() && kEndings.contains(ending)) files.push_back(entry.path());
-  }
-  if (files.empty()) throw InputError(folder, "holds no image, expected .png, .jpg, .bmp, .tif, .pgm or .ppm files");
-  std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
-    return natural_less(a.filename().string(), b.filename().string());
-  });
-  return files;
-}
-
 /// Type of the image's pixels, as OpenCV counts them.
 int check_image(const fs::path& file, const CameraModel& camera) {
   const ExpectedSize expected{camera.width, camera.height, "as in the camera file"};
@@ -137,6 +120,23 @@ std::string copy_images(const ImportRequest& request, const std::vector<fs::path
 }
 
 }  // namespace
+
+std::vector<fs::path> images_in(const fs::path& folder) {
+  static const std::set<std::string> kEndings{".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm", ".ppm"};
+  std::error_code failed;
+  if (!fs::is_directory(folder, failed)) throw InputError(folder, "is not a folder, expected one with images");
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    std::string ending = entry.path().extension().string();
+    std::transform(ending.begin(), ending.end(), ending.begin(), [](unsigned char c) { return std::tolower(c); });
+    if (entry.is_regular_file() && kEndings.contains(ending)) files.push_back(entry.path());
+  }
+  if (files.empty()) throw InputError(folder, "holds no image, expected .png, .jpg, .bmp, .tif, .pgm or .ppm files");
+  std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
+    return natural_less(a.filename().string(), b.filename().string());
+  });
+  return files;
+}
 
 bool natural_less(std::string_view a, std::string_view b) {
   const auto digit = [](char c) { return c >= '0' && c <= '9'; };

@@ -16,6 +16,10 @@ namespace tankrig {
 /// Order of file names with numbers counted: frame2 before frame10.
 bool natural_less(std::string_view a, std::string_view b);
 
+/// The images of a folder, in natural order of their names.
+/// Errors: InputError if it is no folder, or has none.
+std::vector<std::filesystem::path> images_in(const std::filesystem::path& folder);
+
 /// The arguments of `tankrig session import`. Exactly one of `plane` and `planes` is set.
 struct ImportRequest {
   std::filesystem::path images;               ///< folder; .png .jpg .jpeg .bmp .tif .tiff .pgm .ppm

@@ -110,7 +110,7 @@ struct EmulatedTank::Impl {
       truth = truths.emplace_back(std::make_unique<ExposureTruth>(settings.truth / (camera + ".csv"))).get();
     PictureFaults& spoiler = *spoilers.emplace_back(std::make_unique<PictureFaults>(camera, script));
     return [this, expose, truth, camera, &spoiler](std::uint64_t index, Stamp begin, Duration exposure) {
-      const Exposure e = expose(begin + exposure / 2, exposure, index);
+      const Exposure e = expose(begin + exposure / 2 - world.latency(), exposure, index);
       if (truth) truth->add(e);
       if (const FaultSpec* late = script.active(FaultDevice::kCamera, FaultKind::kDelayed, clock.now(), camera))
         clock.sleep_until(clock.now() + late->delay);

@@ -48,7 +48,8 @@ ArmLayer::ArmLayer(const std::vector<Capsule>& bodies, const CameraView& view) :
   }
 }
 
-void ArmLayer::cover(int first, int count, float* rows, const Radiometry& radiometry, float light) const {
+void ArmLayer::cover(int first, int count, float* rows, const Radiometry& radiometry, float light,
+                     const BoardLayer& boards) const {
   const int width = view_->width(), channels = view_->channels();
   std::vector<Capsule> near;
   for (int v = first; v < first + count; ++v)
@@ -65,7 +66,8 @@ void ArmLayer::cover(int first, int count, float* rows, const Radiometry& radiom
       Vector3f p = Vector3f::Zero();
       const auto covers = [&](float du, float dv) {
         const Vector3f ray = view_->direction(static_cast<float>(u) + du, static_cast<float>(v) + dv);
-        const auto hit = intersect(near, view_->centre(), ray, 0.005f, view_->range(u, v));
+        const float free = boards.in_view() ? std::min(view_->range(u, v), boards.range(ray)) : view_->range(u, v);
+        const auto hit = intersect(near, view_->centre(), ray, 0.005f, free);
         if (!hit) return 0;
         if (!seen) seen = hit, p = view_->centre() + hit->distance * ray;
         return 1;

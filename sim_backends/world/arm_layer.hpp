@@ -2,6 +2,7 @@
 #pragma once
 
 #include "sim_backends/world/arm_body.hpp"
+#include "sim_backends/world/board_layer.hpp"
 #include "sim_backends/world/camera_view.hpp"
 
 namespace tankrig::sim {
@@ -12,8 +13,9 @@ class ArmLayer {
 
   bool in_view() const { return !bodies_.empty(); }
 
-  /// Covers rows [first, first + count) of the image, `rows` starting at row `first`.
-  void cover(int first, int count, float* rows, const Radiometry& radiometry, float light) const;
+  /// Covers rows [first, first + count) of the image, `rows` starting at row `first`, but for what `boards` hide.
+  void cover(int first, int count, float* rows, const Radiometry& radiometry, float light,
+             const BoardLayer& boards) const;
 
  private:
   struct Window {

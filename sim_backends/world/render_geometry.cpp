@@ -81,7 +81,7 @@ RenderGeometry::RenderGeometry(const Scene& scene) : embree_(std::make_unique<Em
   const float x = size.x() / 2, y = size.y() / 2;
   const Vector3f along_x{size.x(), 0, 0}, along_y{0, size.y(), 0}, up{0, 0, size.z()};
   const auto add_tank = [&](const Mesh& mesh, Kind kind, const Material& material, const Vector3f& inward) {
-    add(mesh.vertices, mesh.triangles, {kind, material, Eigen::Isometry3f::Identity(), inward});
+    add(mesh.vertices, mesh.triangles, {kind, material, Eigen::Isometry3f::Identity(), inward, nullptr});
   };
   add_tank(quad({-x, -y, 0}, along_x, along_y), Kind::kFloor, scene.tank.floor, Vector3f::UnitZ());
   add_tank(quad({-x, -y, 0}, along_y, up), Kind::kWall, scene.tank.walls, Vector3f::UnitX());
@@ -91,7 +91,18 @@ RenderGeometry::RenderGeometry(const Scene& scene) : embree_(std::make_unique<Em
   for (const SceneObject& object : scene.objects) {
     Mesh mesh = read_mesh(object.mesh);
     for (Vector3f& v : mesh.vertices) v = (object.wMo * v.cast<double>()).cast<float>();
-    add(mesh.vertices, mesh.triangles, {Kind::kObject, object.material, object.wMo.inverse().cast<float>(), {}});
+    add(mesh.vertices, mesh.triangles,
+        {Kind::kObject, object.material, object.wMo.inverse().cast<float>(), Vector3f::Zero(), nullptr});
+  }
+  for (const BoardSpec& board : scene.boards) {
+    if (board.place != BoardSpec::Place::kTank) continue;
+    auto print = std::make_shared<const BoardPrint>(board.pattern);
+    const Vector2d from = print->from(), sides = print->size();
+    Mesh mesh = quad({0, 0, 0}, {static_cast<float>(sides.x()), 0, 0}, {0, static_cast<float>(sides.y()), 0});
+    for (Vector3f& v : mesh.vertices)
+      v = (board.pose * (v.cast<double>() + Vector3d(from.x(), from.y(), 0))).cast<float>();
+    add(mesh.vertices, mesh.triangles,
+        {Kind::kObject, Material{}, board.pose.inverse().cast<float>(), Vector3f::Zero(), std::move(print)});
   }
   // One thread builds, so that the hierarchy is the same every time.
   tbb::task_arena(1).execute([&] { rtcCommitScene(embree_->scene); });
@@ -144,6 +155,11 @@ bool RenderGeometry::occluded(const Vector3f& origin, const Vector3f& unit_direc
 
 Rgb RenderGeometry::albedo(const SurfaceHit& hit) const {
   const Surface& s = surfaces_[hit.surface];
+  if (s.print) {
+    const Vector3f p = s.oMw * hit.p;
+    const bool front = (s.oMw.linear() * hit.normal).z() < 0;
+    return front ? Rgb(Rgb::Constant(s.print->albedo(p.x(), p.y()))) : s.material.albedo;
+  }
   if (s.material.texture == Material::Texture::kPlain) return s.material.albedo;
   return texture_albedo(s.material, s.oMw * hit.p, s.oMw.linear() * hit.normal);
 }

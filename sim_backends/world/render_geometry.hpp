@@ -31,6 +31,7 @@ class RenderGeometry {
     Material material;
     Eigen::Isometry3f oMw = Eigen::Isometry3f::Identity();  ///< to the texture's own coordinates
     Vector3f inward = Vector3f::Zero();                     ///< of a wall: its normal into the water
+    std::shared_ptr<const BoardPrint> print = nullptr;      ///< of a board, in the texture's coordinates
   };
 
   /// Errors: InputError if an object's mesh cannot be read or holds no triangle.

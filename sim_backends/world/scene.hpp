@@ -10,6 +10,7 @@
 #include "core/arm_model.hpp"
 #include "core/camera_model.hpp"
 #include "core/frames.hpp"
+#include "sim_backends/world/board.hpp"
 
 namespace tankrig::sim {
 
@@ -127,6 +128,7 @@ struct Scene {
   std::vector<Lamp> lamps;
   std::vector<SceneObject> objects;
   std::vector<CameraSpec> cameras;
+  std::vector<BoardSpec> boards;  ///< in the file: all of them; in a world: those that were asked for
   LuxMeterSpec lux_meter;
   std::vector<std::string> warnings;  ///< elements known to UWSim but not simulated, with their lines
 };

@@ -262,6 +262,73 @@ std::vector<Item> read_named(const SceneElement& root, const char* kind, Read re
   return items;
 }
 
+BoardPattern read_pattern(const SceneElement& element) {
+  BoardPattern pattern;
+  const auto& kinds = kNames<BoardKind>;
+  const std::string kind = element.text("pattern");
+  const auto found = std::find(kinds.begin(), kinds.end(), kind);
+  if (found == kinds.end())
+    element.child("pattern").fail("<pattern>: found '" + kind + "', expected " +
+                                  fmt::format("{}", fmt::join(kinds, ", ")));
+  pattern.kind = static_cast<BoardKind>(found - kinds.begin());
+  pattern.columns = element.integer("columns", {1, 100});
+  pattern.rows = element.integer("rows", {1, 100});
+  pattern.pitch = element.number("pitch", {0.001, 1});
+  pattern.marker = element.number_or("marker", 0.75 * pattern.pitch, {0.0005, pattern.pitch});
+  pattern.margin = element.number_or("margin", pattern.margin, {0, 1});
+  if (element.has("dictionary")) pattern.dictionary = element.text("dictionary");
+  if (element.has("firstId")) pattern.first_id = element.integer("firstId", {0, 10000});
+  try {
+    static_cast<void>(BoardPrint(pattern));
+  } catch (const InputError& e) {
+    element.child("pattern").fail(std::string("<pattern>: ") + e.what());
+  }
+  return pattern;
+}
+
+BoardShow read_show(const SceneElement& element, const Scene& scene) {
+  element.expect({"camera", "count", "nearest", "farthest", "tilt", "seed"});
+  BoardShow show;
+  show.camera = element.text("camera");
+  const auto& cameras = scene.cameras;
+  if (std::none_of(cameras.begin(), cameras.end(), [&](const CameraSpec& c) { return c.name == show.camera; }))
+    element.child("camera").fail("<camera>: found '" + show.camera + "', expected a camera of the scene");
+  show.count = element.integer("count", {1, 1000});
+  show.nearest = element.number("nearest", {0.1, 100});
+  show.farthest = element.number("farthest", {show.nearest, 100});
+  show.tilt = element.number_or("tilt", show.tilt, {0, 1.4});
+  if (element.has("seed")) show.seed = static_cast<std::uint64_t>(element.integer("seed", {0, 1e9}));
+  return show;
+}
+
+BoardSpec read_board(const SceneElement& element, const Scene& scene) {
+  element.expect({"name", "pattern", "columns", "rows", "pitch", "marker", "margin", "dictionary", "firstId",
+                  "relativeTo", "position", "orientation", "quaternion", "hold"},
+                 {"shown"});
+  BoardSpec board;
+  board.name = element.text("name");
+  board.pattern = read_pattern(element);
+  for (const SceneElement& shown : element.children("shown")) board.shows.push_back(read_show(shown, scene));
+  board.hold = from_seconds(element.number_or("hold", seconds(board.hold), {0.01, 1000}));
+  if (!board.shows.empty()) {
+    if (const auto place = element.optional("relativeTo"))
+      place->fail("found <relativeTo> beside <shown>, expected one of them");
+    board.place = BoardSpec::Place::kShown;
+    return board;
+  }
+  const SceneElement reference = element.child("relativeTo");
+  const std::string name = reference.text();
+  board.pose = element.pose();
+  if (name == "kinematic_base") {
+    board.pose = scene.arm.wMb * board.pose;
+  } else if (name == "end_effector") {
+    board.place = BoardSpec::Place::kEndEffector;
+  } else if (name != "world" && name != "tank") {
+    reference.fail("<relativeTo>: found '" + name + "', expected world, tank, kinematic_base or end_effector");
+  }
+  return board;
+}
+
 void choose_target(const SceneElement& root, std::vector<SceneObject>& objects) {
   if (objects.size() == 1) objects.front().target = true;
   const auto count = std::count_if(objects.begin(), objects.end(), [](const SceneObject& o) { return o.target; });
@@ -273,7 +340,7 @@ void choose_target(const SceneElement& root, std::vector<SceneObject>& objects) 
 
 Scene read_scene(const std::filesystem::path& file) {
   const SceneElement root = SceneElement::load(file, "UWSimScene");
-  root.expect({"oceanState", "simParams", "tank", "water", "luxMeter", "vehicle"}, {"lamp", "object"},
+  root.expect({"oceanState", "simParams", "tank", "water", "luxMeter", "vehicle"}, {"lamp", "object", "board"},
               {"camera", "nedOrigin", "netTracingScript", "CustomCommsChannel", "AcousticCommsChannel",
                "customCommsChannel", "acousticCommsChannel", "rosInterfaces"});
   Scene scene;
@@ -292,6 +359,7 @@ Scene read_scene(const std::filesystem::path& file) {
   scene.lux_meter.position = meter.xyz("position");
   if (meter.has("normal")) scene.lux_meter.normal = read_direction(meter, "normal");
   read_vehicle(root.child("vehicle"), scene);
+  scene.boards = read_named<BoardSpec>(root, "board", [&](const SceneElement& e) { return read_board(e, scene); });
   scene.warnings = root.warnings();
   return scene;
 }

@@ -1,7 +1,7 @@
 // Puts one frame together: static light, the laser's glow and stripe, particles, arm, sensor.
 //
-// Simplifications: light is scattered at most once; the arm throws no shadow in the lamps' light (it does in the
-// laser's); the laser does not light the arm.
+// Simplifications: light is scattered at most once; arm and moving boards throw no shadow in the lamps' light (the arm
+// does in the laser's); the laser does not light them.
 #include "sim_backends/world/tank_world.hpp"
 
 #include <fmt/format.h>
@@ -13,6 +13,7 @@
 
 #include "core/input_error.hpp"
 #include "sim_backends/world/arm_layer.hpp"
+#include "sim_backends/world/board_layer.hpp"
 #include "sim_backends/world/external_view.hpp"
 #include "sim_backends/world/hash_noise.hpp"
 #include "sim_backends/world/laser_layer.hpp"
@@ -30,7 +31,25 @@ double in_range(const char* name, double value, double upper) {
   throw InputError(fmt::format("{}: found {:g}, expected 0 .. {:g}", name, value, upper));
 }
 
+std::vector<BoardSpec> chosen_boards(const Scene& scene, const std::vector<std::string>& names) {
+  std::vector<BoardSpec> chosen;
+  for (const std::string& name : names) {
+    const auto named = [&](const BoardSpec& board) { return board.name == name; };
+    const auto board = std::find_if(scene.boards.begin(), scene.boards.end(), named);
+    if (board == scene.boards.end()) {
+      std::string known;
+      for (const BoardSpec& b : scene.boards) known += (known.empty() ? "" : ", ") + b.name;
+      throw InputError(scene.file, "found no board called " + name + ", expected " +
+                                       (known.empty() ? "none: the scene has no boards" : "one of: " + known));
+    }
+    if (std::none_of(chosen.begin(), chosen.end(), named)) chosen.push_back(*board);
+  }
+  return chosen;
+}
+
 Scene apply(Scene scene, const WorldOptions& options) {
+  scene.boards = chosen_boards(scene, options.boards);
+  if (options.truth) scene = as_built(std::move(scene), *options.truth);
   if (options.light) scene.light = in_range("light", *options.light, 1);
   if (options.particles_per_m3)
     scene.water.particles_per_m3 = in_range("particles_per_m3", *options.particles_per_m3, 1e6);
@@ -58,6 +77,13 @@ struct CameraStation {
 
 }  // namespace
 
+/// A board that moves.
+struct MovingBoard {
+  BoardSpec spec;
+  std::shared_ptr<const BoardPrint> print;
+  std::vector<Transform> places;  ///< of one that is shown
+};
+
 struct TankWorld::Impl {
   Scene scene;
   RenderGeometry geometry;
@@ -65,14 +91,44 @@ struct TankWorld::Impl {
   LaserSheet sheet;
   ParticleField particles;
   std::vector<std::unique_ptr<CameraStation>> stations;
+  std::vector<MovingBoard> moving_boards;
+  Duration latency;
 
   Impl(Scene s, const WorldOptions& options)
       : scene(apply(std::move(s), options)),
         geometry(scene),
         radiometry(scene, geometry),
         sheet(scene.laser, radiometry.laser_attenuation()),
-        particles(scene, options.seed) {
+        particles(scene, options.seed),
+        latency(options.truth ? options.truth->latency : Duration{}) {
     for (const CameraSpec& c : scene.cameras) stations.push_back(std::make_unique<CameraStation>(c, options.seed));
+    for (const BoardSpec& board : scene.boards) {
+      if (board.place == BoardSpec::Place::kTank) continue;
+      MovingBoard moving{board, std::make_shared<const BoardPrint>(board.pattern), {}};
+      for (const BoardShow& show : board.shows)
+        for (const Transform& place : places_of(show, *moving.print, station(show.camera).spec, geometry))
+          moving.places.push_back(place);
+      moving_boards.push_back(std::move(moving));
+    }
+  }
+
+  Transform wMt(const BoardSpec& board, const std::vector<Transform>& places, Stamp when, const JointVector& q) const {
+    switch (board.place) {
+      case BoardSpec::Place::kTank:
+        return board.pose;
+      case BoardSpec::Place::kEndEffector:
+        return scene.arm.wMb * scene.arm.model.bMe(q) * board.pose;
+      case BoardSpec::Place::kShown:
+        break;
+    }
+    return places[static_cast<std::size_t>(when.ns / board.hold.count()) % places.size()];
+  }
+
+  std::vector<PlacedBoard> boards_at(const Exposure& exposure) const {
+    std::vector<PlacedBoard> placed;
+    for (const MovingBoard& board : moving_boards)
+      placed.push_back({board.print, wMt(board.spec, board.places, exposure.mid, exposure.q[Exposure::kSamples / 2])});
+    return placed;
   }
 
   const CameraStation& station(const std::string& name) const {
@@ -110,6 +166,7 @@ struct TankWorld::Impl {
     const ParticleLayer floating(particles, exposure.mid, v, radiometry, light, sheet, sheet_now, scene.laser.colour,
                                  geometry);
     const ArmLayer arm(bodies, v);
+    const BoardLayer boards(boards_at(exposure), v, radiometry);
     const LaserLayer laser(v, sheet, sheet_now, geometry, scene.water.laser_scattering);
     const auto colour = v.response(scene.laser.colour);
     const auto contrast = static_cast<float>(scene.laser.speckle_contrast);
@@ -127,7 +184,8 @@ struct TankWorld::Impl {
       laser.add_glow(strip, rows.data(), colour);
       laser.add_stripe(strip, rows.data(), colour, contrast, speckle_key);
       floating.blend(first, count, rows.data());
-      if (arm.in_view()) arm.cover(first, count, rows.data(), radiometry, light);
+      boards.cover(first, count, rows.data(), light);
+      if (arm.in_view()) arm.cover(first, count, rows.data(), radiometry, light, boards);
       for (int r = 0; r < count; ++r)
         s.noise.digitise(exposure.index, first + r, rows.data() + r * row_size, image.ptr(first + r));
     });
@@ -151,8 +209,19 @@ TankWorld TankWorld::from_scene(Scene scene, const WorldOptions& options) {
 const std::vector<std::string>& TankWorld::warnings() const { return impl_->scene.warnings; }
 const std::vector<CameraSpec>& TankWorld::cameras() const { return impl_->scene.cameras; }
 const ArmModel& TankWorld::arm() const { return impl_->scene.arm.model; }
+const std::vector<BoardSpec>& TankWorld::boards() const { return impl_->scene.boards; }
+
+Transform TankWorld::wMt(const std::string& name, Stamp when, const JointVector& q) const {
+  for (const MovingBoard& board : impl_->moving_boards)
+    if (board.spec.name == name) return impl_->wMt(board.spec, board.places, when, q);
+  for (const BoardSpec& board : impl_->scene.boards)
+    if (board.name == name) return impl_->wMt(board, {}, when, q);
+  throw InputError(impl_->scene.file, "found no board called " + name + " in this world");
+}
+
 Transform TankWorld::wMb() const { return impl_->scene.arm.wMb; }
 Transform TankWorld::eMl() const { return impl_->scene.laser.eMl; }
+Duration TankWorld::latency() const { return impl_->latency; }
 double TankWorld::light() const { return impl_->scene.light; }
 
 namespace {

@@ -9,6 +9,7 @@
 #include "core/time.hpp"
 #include "sim_backends/world/exposure.hpp"
 #include "sim_backends/world/scene.hpp"
+#include "sim_backends/world/true_rig.hpp"
 
 namespace tankrig::sim {
 
@@ -18,6 +19,9 @@ struct WorldOptions {
   std::optional<double> noise;        ///< additive Gaussian sd, 0 .. 0.10 of full scale, every camera
   std::optional<std::string> sensor;  ///< "gaussian" | "emva1288"
   std::optional<double> particles_per_m3;
+  std::vector<std::string> boards;          ///< of the scene's, by name; the others are not there
+  std::optional<TrueRig> truth;             ///< how the rig differs from the scene file
+  std::optional<std::uint64_t> truth_seed;  ///< instead of the rig file's
   std::uint64_t seed = 1;
 };
 
@@ -37,10 +41,15 @@ class TankWorld {
   const std::vector<std::string>& warnings() const;
   const std::vector<CameraSpec>& cameras() const;
   const ArmModel& arm() const;
+  const std::vector<BoardSpec>& boards() const;
+  /// Where the board called `name` is at `when`, the joints at q; in w.
+  /// Errors: InputError if there is none.
+  Transform wMt(const std::string& name, Stamp when, const JointVector& q) const;
   Transform wMb() const;
   Transform wMo() const;  ///< the object's mesh frame in the tank
   Transform eMl() const;  ///< the projector on the end effector (sheet: x_l = 0, light along +z_l)
   std::filesystem::path object_mesh() const;
+  Duration latency() const;  ///< by which every frame's stamp is late
   double light() const;
   std::string noise_description() const;  ///< for the session: model and its parameters
 

@@ -165,5 +165,32 @@ TEST(BlackBoxMesh, IsClosedOutwardAndHasItsOriginAtTheCentreOfTheTopFace) {
   }
 }
 
+TEST(SceneFile, HasBoardsThatAreShownCarriedOrLeanThere) {
+  const Scene scene = read_scene(kEtc / "scenes/tank.xml");
+  ASSERT_EQ(scene.boards.size(), 3U);
+  EXPECT_EQ(scene.boards[0].place, BoardSpec::Place::kShown);
+  EXPECT_EQ(scene.boards[0].shows.size(), 2U);
+  EXPECT_EQ(scene.boards[1].place, BoardSpec::Place::kEndEffector);
+  EXPECT_EQ(scene.boards[1].pattern.dictionary, "apriltag_36h11");
+  EXPECT_EQ(scene.boards[2].place, BoardSpec::Place::kTank);
+  EXPECT_LT((scene.arm.wMb.inverse() * scene.boards[2].pose).translation().z(), 1.0) << "above the box";
+}
+
+TEST(SceneFile, RefusesBoardsThatCannotBe) {
+  const std::string shown = "<name>shown</name>\n    <pattern>charuco</pattern>";
+  expect_refused(shown, "<name>shown</name>\n    <pattern>chess</pattern>", "<pattern>chess",
+                 "found 'chess', expected checkerboard, charuco, markers, dots");
+  expect_refused("<dictionary>apriltag_36h11</dictionary>", "<dictionary>5x7</dictionary>", "<pattern>markers",
+                 "found dictionary '5x7', expected one of: 4x4_50");
+  expect_refused("<columns>2</columns><rows>2</rows>", "<columns>40</columns><rows>40</rows>", "<pattern>markers",
+                 "found 1600 markers from 0 on, expected at most the 587");
+  expect_refused("<shown><camera>mono</camera>", "<shown><camera>fore</camera>", "<camera>fore",
+                 "found 'fore', expected a camera of the scene");
+  expect_refused("<hold>1.0</hold>", "<hold>1.0</hold><relativeTo>world</relativeTo>", "<relativeTo>world</relativeTo>",
+                 "found <relativeTo> beside <shown>");
+  expect_refused("<name>plate</name>", "<name>shown</name>", "<name>shown</name>\n    <pattern>markers",
+                 "found a second board called 'shown'");
+}
+
 }  // namespace
 }  // namespace tankrig::sim

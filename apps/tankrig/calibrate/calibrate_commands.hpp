@@ -6,6 +6,7 @@
 namespace tankrig::app {
 
 void add_calibrate_hand_eye(CLI::App& calibrate, ChosenCommand& chosen);
+void add_calibrate_laser(CLI::App& calibrate, ChosenCommand& chosen);
 void add_calibrate_time(CLI::App& calibrate, ChosenCommand& chosen);
 
 }  // namespace tankrig::app

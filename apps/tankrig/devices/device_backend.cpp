@@ -55,7 +55,7 @@ class Emulation {
                        "', expected the folder of a running `tankrig emulate`");
     if (!rig.section("emulation")) return;
     if (rig.scene.empty()) throw InputError(rig.file, "scene: found nothing, expected the scene to emulate");
-    world_.emplace(sim::TankWorld::load(rig.scene, options.world));
+    world_.emplace(load_world(rig, options.world));
     if (!runtime_.empty()) return;
     (void)sim::emulated_tank_settings_from(devices_of(rig), rig.section("emulation"), *world_,
                                            "/");  // errors told here

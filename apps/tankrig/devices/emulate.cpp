@@ -121,7 +121,7 @@ int emulate(const EmulateOptions& options) {
 
   MonotonicClock clock;
   const StopOnSignal stop_on_signal;
-  const sim::TankWorld world = sim::TankWorld::load(rig.scene, options.world);
+  const sim::TankWorld world = load_world(rig, options.world);
   sim::EmulatedTank tank(world, settings_of(rig, options, runtime, world), clock);
   if (options.ready_fd >= 0) {
     const char ready = 'r';

@@ -50,6 +50,8 @@ std::vector<std::string> arguments(const RigConfig& rig, const BackendOptions& o
   if (world.light) add("--light", exact_text(*world.light));
   if (world.noise) add("--noise", exact_text(*world.noise));
   if (world.sensor) add("--sensor", *world.sensor);
+  for (const std::string& board : world.boards) add("--board", board);
+  if (world.truth_seed) add("--truth-seed", std::to_string(*world.truth_seed));
   if (world.particles_per_m3) add("--particles", exact_text(*world.particles_per_m3));
   return out;
 }

@@ -25,7 +25,7 @@ sim::FaultPlan read_plan(const std::filesystem::path& file, const RigConfig& rig
 class MockBackend final : public Backend {
  public:
   MockBackend(const RigConfig& rig, const BackendOptions& options)
-      : world_(sim::TankWorld::load(rig.scene, options.world)),
+      : world_(load_world(rig, options.world)),
         script_(read_plan(options.faults, rig)),
         parameters_(read_parameters(rig)),
         arm_(world_.arm(), parameters_.arm, rig.scan.park, clock_),
@@ -70,6 +70,7 @@ class MockBackend final : public Backend {
     const sim::CameraSpec& seen = scene_camera(rig, camera, world_);
     sim::MockCameraParameters parameters = parameters_.camera;
     parameters.exposure = from_seconds(seen.exposure_s);
+    parameters.stamp_offset += world_.latency();
     parameters.triggered = camera.trigger.mode != TriggerMode::kFree;
     return std::make_unique<sim::MockCamera>(
         CameraInfo{camera.name, camera.model.width, camera.model.height, seen.channels, camera.rate_hz}, parameters,

@@ -18,6 +18,10 @@ std::vector<std::string> calibration_errors(const RigConfig& rig, const sim::Tan
 /// Errors: InputError if there is none, or of another size.
 const sim::CameraSpec& scene_camera(const RigConfig& rig, const RigCamera& camera, const sim::TankWorld& world);
 
+/// The scene of a rig, with what the rig file's `truth` says.
+/// Errors: InputError of either file.
+sim::TankWorld load_world(const RigConfig& rig, sim::WorldOptions options);
+
 /// What of the scene is not simulated, and where the rig file contradicts it.
 std::vector<std::string> scene_warnings(const RigConfig& rig, const sim::TankWorld& world);
 

@@ -15,6 +15,11 @@ inline void add_world_options(CLI::App* command, sim::WorldOptions& world) {
       ->check(CLI::IsMember({"gaussian", "emva1288"}));
   command->add_option("--particles", world.particles_per_m3, "Simulated particles per cubic metre of water")
       ->check(CLI::Range(0.0, 1e5));
+  command
+      ->add_option("--board", world.boards, "Simulated calibration board of the scene that is there; may be repeated")
+      ->allow_extra_args(false);
+  command->add_option("--truth-seed", world.truth_seed,
+                      "Seed of the rig file's `truth`, how a simulated rig was built");
   command->add_option("--seed", world.seed, "Seed of all random numbers")->capture_default_str();
 }
 

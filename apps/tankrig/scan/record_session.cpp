@@ -11,6 +11,7 @@
 #include "apps/tankrig/command_line/stop.hpp"
 #include "apps/tankrig/devices/played_faults.hpp"
 #include "apps/tankrig/scan/timing.hpp"
+#include "apps/tankrig/scan/used_calibration.hpp"
 #include "core/camera_file.hpp"
 #include "core/input_error.hpp"
 #include "rig/capture/beam_view.hpp"
@@ -193,7 +194,9 @@ Recording record_session(const ScanOptions& options, const RigConfig& rig, const
     info.lux_before = meter ? read_lux(backend) : std::stod(options.lux);
   }
   const std::string mesh = rig.object.mesh.filename().string();
-  const std::string rig_file = resolved_rig_yaml(rig, mesh);
+  RigConfig as_used = rig;
+  if (rig.calibration) as_used.calibration_sha256 = sha256_of_text(rig.calibration->text);
+  const std::string rig_file = resolved_rig_yaml(as_used, mesh);
   info.rig_hash = sha256_of_text(rig_file);
   describe(rig, info);
   // As rig.yaml will read back: a pose read and written again is not the same text, and `session recover` proves a
@@ -206,6 +209,7 @@ Recording record_session(const ScanOptions& options, const RigConfig& rig, const
   writer.add_file(rig.object.mesh, mesh);
   writer.add_text("rig.yaml", rig_file);
   writer.add_text("plan.csv", plan_csv(plan));
+  keep_calibration(rig, writer);
 
   fs::create_directory(path / "cameras");
   for (const RigCamera& camera : rig.cameras) {

@@ -21,6 +21,7 @@ namespace tankrig::app {
 struct ScanOptions {
   std::string rig = "tank-sim";  ///< name below etc/rigs, or a path to a rig.yaml
   std::string preset;
+  std::filesystem::path calibration;  ///< instead of the rig file's; empty: the rig file's, if it names one
   sim::WorldOptions world;
   std::string lux = "auto";  ///< "auto" reads the lux meter, or a value by hand
   std::string carrier;       ///< of the arm: "can" or "serial"; empty: the rig file's

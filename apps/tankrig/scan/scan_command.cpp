@@ -23,6 +23,7 @@
 #include "apps/tankrig/scan/plan_check.hpp"
 #include "apps/tankrig/scan/record_session.hpp"
 #include "apps/tankrig/scan/timing.hpp"
+#include "apps/tankrig/scan/used_calibration.hpp"
 #include "core/input_error.hpp"
 #include "core/shown_text.hpp"
 #include "core/utc.hpp"
@@ -166,13 +167,13 @@ int scan(const ScanOptions& options) {
   const auto began = std::chrono::steady_clock::now();
   check_lux(options.lux);
   Progress progress;
-  const RigConfig rig = load_rig(find_rig(options.rig), options.preset);
+  const RigConfig rig = load_rig(find_rig(options.rig), options.preset, options.calibration);
+  for (const std::string& warning : calibration_warnings(rig)) progress.warn(warning);
   PipelineParameters parameters = pipeline_parameters(rig.root);
   set_coverage(parameters.thresholds, options.coverage_mm);
   if (options.dry_run) {
     if (!rig.scene.empty())
-      for (const std::string& warning : scene_warnings(rig, sim::TankWorld::load(rig.scene, options.world)))
-        progress.warn(warning);
+      for (const std::string& warning : scene_warnings(rig, load_world(rig, options.world))) progress.warn(warning);
     const ScanPlan plan = plan_from(rig, rig.scan.park);
     print_dry_run(rig, plan, check_plan(rig, plan), options.json);
     return kOk;
@@ -267,6 +268,7 @@ void add_scan(CLI::App& app, ChosenCommand& chosen) {
       "Example: tankrig scan --rig tank-sim --light 0.5 --noise 0.02 --json");
   add_rig_option(c, o.rig);
   c->add_option("--preset", o.preset, "Preset of the rig file; the shipped rigs have 'fine'");
+  add_calibration_option(c, o.calibration);
   add_world_options(c, o.world);
   c->add_option("--lux", o.lux, "Ambient light [lx]; 'auto' reads the lux meter before and after the sweep")
       ->capture_default_str();

@@ -14,6 +14,7 @@
 #include "rig/config/rig_config.hpp"
 #include "sim_backends/mock/mock_parameters.hpp"
 #include "sim_backends/wire/emulated_tank.hpp"
+#include "sim_backends/world/true_rig.hpp"
 
 namespace fs = std::filesystem;
 
@@ -44,8 +45,8 @@ std::string rig_keys() {
     return std::string("## ") + heading + "\n| key | default | expected | |\n|---|---|---|---|\n" + rows;
   };
   return table("Rig and scan", rig_key_rows()) + "\n" + table("After the scan", pipeline_key_rows()) + "\n" +
-         table("Simulated devices", settings_rows("mock", sim::kMockKeys)) + "\n" +
-         table("Devices", device_key_rows()) + "\n" + table("Emulated devices", sim::emulation_key_rows());
+         table("Simulated devices", settings_rows("mock", sim::kMockKeys) + settings_rows("truth", sim::kTrueRigKeys)) +
+         "\n" + table("Devices", device_key_rows()) + "\n" + table("Emulated devices", sim::emulation_key_rows());
 }
 
 int init(const InitOptions& options) {

@@ -1,0 +1,165 @@
+// A budget is what errors of that size truly cost.
+#include "calibration/budget/error_budget.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "core/input_error.hpp"
+
+namespace tankrig {
+namespace {
+
+/// Camera at `eye` that looks at `target`, image rows level.
+Transform look_at(const Vector3d& eye, const Vector3d& target) {
+  const Vector3d z = (target - eye).normalized(), x = z.cross(-Vector3d::UnitZ()).normalized();
+  Transform bMc = Transform::Identity();
+  bMc.linear() << x, z.cross(x), z;
+  bMc.translation() = eye;
+  return bMc;
+}
+
+MeasuringRig some_rig() {
+  const Vector3d box(-0.26, 0.025, 1.02);
+  MeasuringRig rig;
+  rig.mono = {"mono", {720, 576, 626, 683, 369, 285, -0.37, 0.17, 0, 0, 0}, look_at({0.716, 0.228, 0.585}, box)};
+  rig.left = {"left", {640, 480, 765, 763, 316, 237}, look_at({0.575, 0.215, 0.57}, box)};
+  rig.right = {"right", rig.left->model, rig.left->bMc * Eigen::Translation3d(0.088, 0, 0)};
+  rig.arm = arm5e();
+  rig.ePl = {Vector3d::UnitX(), 0.09796};
+  return rig;
+}
+
+BudgetSweep some_sweep() {
+  BudgetSweep sweep;
+  sweep.posture << 0, 0.13, 1.3, 0, 0.1;
+  sweep.from = 1.3, sweep.to = 2.1, sweep.velocity = 0.1;
+  return sweep;
+}
+
+/// A patch of a surface that faces the camera.
+std::vector<BudgetTarget> some_targets() {
+  std::vector<BudgetTarget> targets;
+  const Vector3d normal = Vector3d(0.5, 0.1, -0.85).normalized();
+  const Vector3d u = normal.cross(Vector3d::UnitY()).normalized(), v = normal.cross(u);
+  for (double a = -0.08; a <= 0.08; a += 0.04)
+    for (double b = -0.08; b <= 0.08; b += 0.04)
+      targets.push_back({Vector3d(-0.26, 0.025, 1.02) + a * u + b * v, normal});
+  return targets;
+}
+
+const BudgetLine& line_of(const Budget& budget, const std::string& name) {
+  for (const BudgetLine& line : budget.lines)
+    if (line.name == name) return line;
+  throw std::runtime_error("no line " + name);
+}
+
+TEST(ErrorBudget, AMilliradianOfTheLaserCostsAMillimetre) {
+  Calibration calibration;
+  calibration.laser = CalibratedLaser{};
+  calibration.laser->sigma_rad = 1e-3;
+  const MeasuringRig rig = some_rig();
+  const Budget budget =
+      error_budget(rig, some_sweep(), some_targets(), uncertainties_of(rig, &calibration, some_sweep(), {}));
+  const BudgetLine& line = line_of(budget, "laser: direction");
+  EXPECT_TRUE(line.measured);
+  EXPECT_EQ(line.sigma, "1 mrad");
+  EXPECT_GT(*line.laser, 0.6e-3);
+  EXPECT_LT(*line.laser, 2e-3);
+  EXPECT_FALSE(line.stereo) << "the stereo method has no laser";
+  EXPECT_FALSE(line_of(budget, "mono: position").stereo);
+  EXPECT_FALSE(line_of(budget, "left: position").laser);
+  EXPECT_EQ(budget.laser_targets, some_targets().size());
+}
+
+TEST(ErrorBudget, ATimeOffsetIsAnAngleOfTheElbow) {
+  const MeasuringRig rig = some_rig();
+  const Budget budget =
+      error_budget(rig, some_sweep(), some_targets(), uncertainties_of(rig, nullptr, some_sweep(), {}));
+  const double late = *line_of(budget, "mono: time offset").laser, elbow = *line_of(budget, "elbow: zero").laser;
+  EXPECT_NEAR(late / elbow, 0.1 * 0.02 / 0.0087, 1e-6);
+  EXPECT_FALSE(line_of(budget, "mono: time offset").measured);
+}
+
+TEST(ErrorBudget, BringsTheCostliestFirstAndAddsSquares) {
+  const MeasuringRig rig = some_rig();
+  const Budget budget =
+      error_budget(rig, some_sweep(), some_targets(), uncertainties_of(rig, nullptr, some_sweep(), {}));
+  double laser = 0, stereo = 0, before = 1;
+  for (const BudgetLine& line : budget.lines) {
+    EXPECT_LE(line.worst(), before);
+    before = line.worst();
+    laser += std::pow(line.laser.value_or(0), 2), stereo += std::pow(line.stereo.value_or(0), 2);
+  }
+  EXPECT_NEAR(budget.laser, std::sqrt(laser), 1e-12);
+  EXPECT_NEAR(budget.stereo, std::sqrt(stereo), 1e-12);
+}
+
+/// Draws every freedom at random, small, and measures as the rig would that believes it.
+TEST(ErrorBudget, IsWhatRandomErrorsCost) {
+  constexpr std::uint64_t kSeed = 7;
+  constexpr double kSmall = 0.02;  // of every sigma: the budget is linear
+  constexpr int kDraws = 4000;
+  RecordProperty("seed", static_cast<int>(kSeed));
+  std::mt19937_64 random(kSeed);
+  std::normal_distribution<double> normal(0, 1);
+  const MeasuringRig rig = some_rig();
+  const BudgetTarget target = some_targets()[7];
+  const auto uncertainties = uncertainties_of(rig, nullptr, some_sweep(), {});
+  const Budget budget = error_budget(rig, some_sweep(), {target}, uncertainties);
+
+  // The elbow at which the sheet passes the target, found by another way than the budget's.
+  JointVector q = some_sweep().posture;
+  for (int i = 0; i < 50; ++i) {
+    const double f = rig.ePl.distance(rig.arm.bMe(q).inverse() * target.p);
+    JointVector more = q;
+    more[kElbow] += 1e-6;
+    q[kElbow] -= f / ((rig.ePl.distance(rig.arm.bMe(more).inverse() * target.p) - f) / 1e-6);
+  }
+  const Vector2d pixel = *rig.mono.model.project(rig.mono.bMc.inverse() * target.p);
+  double squares = 0;
+  for (int draw = 0; draw < kDraws; ++draw) {
+    MeasuringRig believed = rig;
+    JointVector believed_q = q;
+    for (const Uncertainty& uncertainty : uncertainties)
+      for (const Freedom& freedom : uncertainty.freedoms)
+        freedom.change(believed, believed_q, kSmall * freedom.sigma * normal(random));
+    const Plane cPl = believed.mono.bMc.inverse() * (believed.arm.bMe(believed_q) * believed.ePl);
+    const Vector3d ray = believed.mono.model.ray(pixel.x(), pixel.y());
+    const Vector3d p = believed.mono.bMc * Vector3d(-cPl.offset / cPl.normal.dot(ray) * ray);
+    squares += std::pow(target.normal.dot(p - target.p), 2);
+  }
+  EXPECT_NEAR(std::sqrt(squares / kDraws) / (kSmall * budget.laser), 1, 0.05);
+}
+
+TEST(ErrorBudget, NamesThePartThatNominalValuesHaveWrong) {
+  const MeasuringRig measured = some_rig();
+  MeasuringRig nominal = measured;
+  nominal.arm.dh[kElbow].theta0 += 0.01;
+  const Budget budget =
+      error_budget(measured, some_sweep(), some_targets(), differences_of(measured, nominal, 0, some_sweep()));
+  EXPECT_EQ(budget.lines.front().name, "elbow: zero");
+  EXPECT_EQ(budget.lines.front().sigma, "0.57 degrees");
+  EXPECT_NEAR(budget.laser, *budget.lines.front().laser, 1e-9);
+
+  MeasuringRig turned = measured;
+  const Transform change(Eigen::AngleAxisd(0.02, Vector3d::UnitX()));
+  turned.left->bMc = turned.left->bMc * change;
+  turned.right->bMc = turned.left->bMc * (measured.left->bMc.inverse() * measured.right->bMc);
+  const Budget stereo =
+      error_budget(measured, some_sweep(), some_targets(), differences_of(measured, turned, 0, some_sweep()));
+  EXPECT_EQ(stereo.lines.front().name, "left: direction");
+  EXPECT_FALSE(stereo.lines.front().laser);
+  EXPECT_LT(line_of(stereo, "right in left: position").stereo.value_or(0), 1e-9) << "both eyes moved together";
+}
+
+TEST(ErrorBudget, SaysIfNothingIsSeen) {
+  const MeasuringRig rig = some_rig();
+  std::vector<BudgetTarget> away = some_targets();
+  for (BudgetTarget& target : away) target.normal = -target.normal;
+  EXPECT_THROW(error_budget(rig, some_sweep(), away, uncertainties_of(rig, nullptr, some_sweep(), {})), InputError);
+}
+
+}  // namespace
+}  // namespace tankrig
