@@ -1,21 +1,25 @@
-// The right to move an arm and to light a laser. rig/safety holds it, behind its safety step; nobody else may include this
-// file (tests/architecture).
+// The right to move an arm and to light a laser: who is not a friend here cannot have one.
 #pragma once
-
-#include "drivers/arm/arm.hpp"
-#include "drivers/laser/laser.hpp"
 
 namespace tankrig {
 
-/// Threads: as write_velocity() and set().
-/// RT: safe, never blocks.
+class Arm;
+class GuardedOutputs;
+struct BenchRight;
+
+/// Every call that moves or lights takes one. rig/safety's guard makes its own, behind its safety step; an arm makes one
+/// for rest alone. BenchRight is the tests': it drives a device without a rig.
+/// RT: safe.
 class OutputRight {
  public:
-  /// Joint velocities [rad/s]; returns the velocities really applied.
-  Result<JointVector> move(Arm& arm, const JointVector& velocity) const noexcept {
-    return arm.write_velocity(velocity);
-  }
-  Status light(Laser& laser, bool on) const noexcept { return laser.set(on); }
+  OutputRight(const OutputRight&) = delete;
+  OutputRight& operator=(const OutputRight&) = delete;
+
+ private:
+  friend Arm;
+  friend GuardedOutputs;
+  friend BenchRight;
+  explicit constexpr OutputRight() noexcept {}  // not defaulted: that would be no constructor at all to `{}`
 };
 
 }  // namespace tankrig

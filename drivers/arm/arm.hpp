@@ -1,15 +1,19 @@
 // The manipulator as the executive sees it: joint angles in, joint velocities out.
 #pragma once
 
+#include <array>
 #include <optional>
 
+#include "core/arm_model.hpp"
 #include "core/joint_state.hpp"
 #include "core/result.hpp"
+#include "drivers/output_right.hpp"
 #include "drivers/statistics.hpp"
 
 namespace tankrig {
 
-class OutputRight;
+/// A speed of every actuator [ticks/s].
+using TickSpeeds = std::array<int, kJoints>;
 
 /// Anybody may stop it; only the holder of an OutputRight may move it.
 /// Threads: one (the cycle's), except where said.
@@ -24,7 +28,7 @@ class Arm {
   /// A set-point of rest. Unlike stop(), it reports that the arm cannot be driven.
   /// Errors: the driver's.
   Status rest() noexcept {
-    const auto applied = write_velocity(JointVector::Zero());
+    const auto applied = write_velocity(OutputRight(), JointVector::Zero());
     return applied.ok() ? Status{} : Status{applied.error()};
   }
 
@@ -43,15 +47,16 @@ class Arm {
   /// Threads: any, never the cycle's.
   virtual Statistics statistics() const { return {}; }
 
- protected:
-  friend OutputRight;
   /// Sets joint velocities [rad/s]; returns the velocities really applied (rounded, limited). They last until the next
   /// call; without one, the driver stops the arm after its watchdog time.
   /// RT: safe, never blocks.
-  virtual Result<JointVector> write_velocity(const JointVector& velocity) noexcept = 0;
-  /// For an arm that wraps another.
-  static Result<JointVector> write_velocity(Arm& behind, const JointVector& velocity) noexcept {
-    return behind.write_velocity(velocity);
+  virtual Result<JointVector> write_velocity(const OutputRight& right, const JointVector& velocity) noexcept = 0;
+
+  /// The same without angles, for homing.
+  /// Errors: the driver's; kRefused where the encoders know their zeros.
+  /// RT: safe, never blocks.
+  virtual Status write_ticks(const OutputRight& /*right*/, const TickSpeeds& /*ticks_per_s*/) noexcept {
+    return Error{ErrorCode::kRefused, 0, {}, "arm: its encoders know their zeros"};
   }
 };
 

@@ -122,7 +122,7 @@ Status Arm5e::refusal(Stamp now, bool by_ticks) const noexcept {
   return {};
 }
 
-Result<JointVector> Arm5e::write_velocity(const JointVector& velocity) noexcept {
+Result<JointVector> Arm5e::write_velocity(const OutputRight& /*right*/, const JointVector& velocity) noexcept {
   const Stamp now = clock_.now();
   if (!enter()) {  // somebody is stopping it, or opening its line
     if (requests_.line_lost()) return Error{ErrorCode::kDisconnected, 0, now, "arm: carrier lost"};
@@ -144,7 +144,7 @@ Result<JointVector> Arm5e::write_velocity(const JointVector& velocity) noexcept 
   return written;
 }
 
-Status Arm5e::write_ticks(const std::array<int, kJoints>& ticks_per_s) noexcept {
+Status Arm5e::write_ticks(const OutputRight& /*right*/, const TickSpeeds& ticks_per_s) noexcept {
   const Stamp now = clock_.now();
   if (!enter()) return Error{ErrorCode::kRefused, 0, now, "arm: being stopped"};
   const auto write = [&]() noexcept -> Status {

@@ -44,7 +44,9 @@ class Arm5e final : public Arm {
   Result<std::optional<JointState>> try_read() noexcept override;
   /// Errors: kNotReady "arm: not homed" or "arm: bus-off", kOutOfRange, kDisconnected, the lasting fault, kRefused for
   /// a motion before begin_motion().
-  Result<JointVector> write_velocity(const JointVector& velocity) noexcept override;
+  Result<JointVector> write_velocity(const OutputRight& right, const JointVector& velocity) noexcept override;
+  /// Whole ticks/s, within +-4095. Works without a zero.
+  Status write_ticks(const OutputRight& right, const TickSpeeds& ticks_per_s) noexcept override;
   /// Sends at once, then at the exchange rate. Ok also if another thread is inside: that one sends it.
   Status stop() noexcept override;
   void last_resort() noexcept override { requests_.last_resort(); }
@@ -53,11 +55,6 @@ class Arm5e final : public Arm {
   void set_veto(const std::atomic<bool>& veto) noexcept { requests_.set_veto(veto); }
   Duration exchange_period() const noexcept override { return requests_.period(); }
   Statistics statistics() const override;
-
-  /// Speed demands without angles, for homing and jogging: whole ticks/s, within +-4095. Works without a zero.
-  /// Threads: the cycle's.
-  /// RT: safe.
-  Status write_ticks(const std::array<int, kJoints>& ticks_per_s) noexcept;
 
   /// The zero from a file. The first readings decide whether it is believed; nothing is driven until begin_motion().
   /// Call it before anything else.
@@ -77,6 +74,9 @@ class Arm5e final : public Arm {
   void keep_loss() { zero_.keep_loss(); }
 
   bool homed() const noexcept { return zero_.known(); }
+  /// Where homing should find the zero; nothing if nobody knows.
+  /// Threads: the cycle's.
+  std::optional<ExpectedZero> expected_zero() const noexcept { return zero_.expected(encoders_.raw()); }
   /// Angles are known from here on. The next reading checks the zero against the limits.
   /// Threads: the cycle's.
   void set_zero(const ArmZero& zero) noexcept;

@@ -101,7 +101,13 @@ void read_rest_angles(const ConfigNode& node, const char* key, HomingSettings& h
 }
 
 const Setting<HomingSettings> kHomingRows[] = {
-    {"speed_ticks_per_s", &HomingSettings::speed_ticks_per_s, ConfigRange(50, kLargestSpeed), "into the stop"},
+    {"speed_ticks_per_s", &HomingSettings::speed_ticks_per_s, ConfigRange(50, kLargestSpeed),
+     "into the stop, the first time; at most `scan: limits: ticks_per_s`"},
+    {"slow_ticks_per_s", &HomingSettings::slow_ticks_per_s, ConfigRange(50, kLargestSpeed),
+     "out of it and into it again, whose reading counts; below their dead zone axes stick"},
+    {"back_off_ticks", &HomingSettings::back_off_ticks, ConfigRange(10, 10'000), "out of the stop, between the two"},
+    {"agreement_ticks", &HomingSettings::agreement_ticks, ConfigRange(1, 1000),
+     "largest distance between the two stops found, and of the new zero from one that still held"},
     {"stop_current_a", &HomingSettings::stop_current_a, ConfigRange(0.05, 20),
      "of the whole arm: an axis that stands above it is at its stop"},
     {"pause_s", &HomingSettings::pause, ConfigRange(0.05, 60), "between axes"},
@@ -113,7 +119,13 @@ const Setting<HomingSettings> kHomingRows[] = {
      {read_rest_angles, nullptr, "-7 to 7 by joint name"},
      "of an axis without a stop, where it stands; left out: 0"},
 };
-constexpr SettingsTable<HomingSettings> kHoming{kHomingRows};
+void check_slow(const ConfigNode& node, const HomingSettings& homing) {
+  if (homing.slow_ticks_per_s > homing.speed_ticks_per_s)
+    node.fail(node.has("slow_ticks_per_s") ? "slow_ticks_per_s" : "speed_ticks_per_s",
+              fmt::format("found a slow_ticks_per_s of {}, expected at most speed_ticks_per_s, {}",
+                          homing.slow_ticks_per_s, homing.speed_ticks_per_s));
+}
+constexpr SettingsTable<HomingSettings> kHoming{kHomingRows, check_slow};
 
 void read_zero_file(const ConfigNode& node, const char* key, ArmKeys& arm) {
   const std::string file = node.text(key);
@@ -173,7 +185,16 @@ const Setting<ArmKeys> kArmKeyRows[] = {
 };
 constexpr SettingsTable<ArmKeys> kArmKeys{kArmKeyRows};
 
+/// Beyond an axis' range, for limits that are not exactly where its stops are.
+constexpr double kRangeShare = 1.05, kRangeTicks = 100;
+
 }  // namespace
+
+double HomingSettings::range_ticks(const ArmModel& model, Joint joint) const {
+  const Actuator& actuator = model.actuators[joint];
+  const JointLimit& limit = model.limits[joint];
+  return kRangeShare * std::abs(actuator.ticks(limit.upper) - actuator.ticks(limit.lower)) + kRangeTicks;
+}
 
 CarrierLoad carrier_load(const Arm5eSettings& settings) {
   CarrierLoad carrier;

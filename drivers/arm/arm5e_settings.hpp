@@ -32,9 +32,15 @@ struct HomingSettings {
                                                HomeDirection::kNegative, HomeDirection::kNone, HomeDirection::kNone};
   std::array<double, kJoints> rest_angle{};  ///< of the axes without a stop [rad]
   int speed_ticks_per_s = 1500;
-  double stop_current_a = 1;  ///< of the whole arm; a standing axis above it is at its stop
+  int slow_ticks_per_s = 700;  ///< the second time; slower, the real axes stick
+  int back_off_ticks = 300;    ///< out of the stop, between the two
+  int agreement_ticks = 20;    ///< between the two stops found, and between a zero that still held and the new one
+  double stop_current_a = 1;   ///< of the whole arm; a standing axis above it is at its stop
   Duration pause = std::chrono::seconds(5);
   Duration longest = std::chrono::seconds(40);  ///< one axis; the longest, the shoulder, takes 15 s at 1500 ticks/s
+
+  /// No axis travels more on its way to a stop.
+  double range_ticks(const ArmModel& model, Joint joint) const;
 };
 
 /// Source of the defaults: docs/reference/arm5e.md.

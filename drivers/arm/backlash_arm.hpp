@@ -20,8 +20,11 @@ class BacklashArm final : public Arm {
       : arm_(arm), model_(model), play_(play_ticks) {}
 
   Result<std::optional<JointState>> try_read() noexcept override;
-  Result<JointVector> write_velocity(const JointVector& velocity) noexcept override {
-    return Arm::write_velocity(arm_, velocity);
+  Result<JointVector> write_velocity(const OutputRight& right, const JointVector& velocity) noexcept override {
+    return arm_.write_velocity(right, velocity);
+  }
+  Status write_ticks(const OutputRight& right, const TickSpeeds& ticks_per_s) noexcept override {
+    return arm_.write_ticks(right, ticks_per_s);
   }
   Status stop() noexcept override { return arm_.stop(); }
   void last_resort() noexcept override { arm_.last_resort(); }

@@ -16,11 +16,23 @@ const ArmZero* KnownZero::judge(const std::array<std::uint16_t, kJoints>& raw) n
     return nullptr;
   }
   known_ = true;
+  raw_ = proof_->zero()->raw;
   return &*proof_->zero();
+}
+
+std::optional<ExpectedZero> KnownZero::expected(const std::array<std::uint16_t, kJoints>& raw) const noexcept {
+  if (known()) return ExpectedZero{raw_, true};
+  if (!proof_ || !proof_->zero() || !proof_->zero()->exit) return {};
+  const ArmZero& last = *proof_->zero();
+  ExpectedZero expected;
+  for (std::size_t j = 0; j < kJoints; ++j)
+    expected.raw[j] = static_cast<std::uint16_t>(last.raw[j] - last.exit->raw[j] + raw[j]);
+  return expected;
 }
 
 void KnownZero::set(const ArmZero& zero) noexcept {
   known_ = true;
+  raw_ = zero.raw;
   lost_ = nullptr;
   if (proof_) proof_->replace(zero);
 }

@@ -10,9 +10,16 @@
 
 namespace tankrig {
 
+/// Where the zero is expected, if nothing has happened to the arm since.
+struct ExpectedZero {
+  std::array<std::uint16_t, kJoints> raw{};
+  bool held =
+      false;  ///< it was believed; else it is where the last program left the arm, carried over a loss of supply
+};
+
 /// Without a proof (no zero file in the settings) only homing makes the zero known, and nothing is kept on disk.
 /// Threads: one; known() any.
-/// RT: known(), may_move(), judge(), set(), lose().
+/// RT: known(), may_move(), judge(), expected(), set(), lose().
 class KnownZero {
  public:
   /// The zero of a file: nothing may be driven until begin_motion().
@@ -23,6 +30,8 @@ class KnownZero {
 
   /// Decides by the encoders' first readings: returns the file's zero if it is now believed.
   const ArmZero* judge(const std::array<std::uint16_t, kJoints>& raw) noexcept;
+  /// Nothing if no zero was ever known. `raw`: the encoders now.
+  std::optional<ExpectedZero> expected(const std::array<std::uint16_t, kJoints>& raw) const noexcept;
   /// Homing found this zero.
   void set(const ArmZero& zero) noexcept;
   /// The zero is lost. `why`: a string literal.
@@ -42,7 +51,8 @@ class KnownZero {
 
  private:
   std::optional<ZeroProof> proof_;
-  const char* lost_ = nullptr;  ///< why the believed zero was lost
+  const char* lost_ = nullptr;                ///< why the believed zero was lost
+  std::array<std::uint16_t, kJoints> raw_{};  ///< while known
   bool may_move_ = true;
   std::atomic<bool> known_{false};
 };

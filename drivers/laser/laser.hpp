@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "core/result.hpp"
+#include "drivers/output_right.hpp"
 #include "drivers/statistics.hpp"
 
 namespace tankrig {
@@ -20,8 +21,6 @@ struct LaserState {
   bool dark() const noexcept { return !powered && !emitting; }
 };
 
-class OutputRight;
-
 /// Anybody may switch it off; only the holder of an OutputRight may switch it on.
 /// Threads: off() from any thread; the rest from one.
 class Laser {
@@ -30,6 +29,9 @@ class Laser {
   /// Takes effect at once.
   /// RT: safe (queued to the device's thread), never blocks.
   Status off() noexcept { return set(false); }
+  /// Emits after warm_up().
+  /// RT: as off().
+  Status on(const OutputRight& /*right*/) noexcept { return set(true); }
   virtual Result<LaserState> state() noexcept = 0;
   virtual Duration warm_up() const noexcept = 0;
   /// The program is dying: switches off, whatever its threads are doing, for good. Call it repeatedly: one byte may be
@@ -40,8 +42,6 @@ class Laser {
   virtual Statistics statistics() const { return {}; }
 
  protected:
-  friend OutputRight;
-  /// On emits after warm_up(); otherwise as off().
   virtual Status set(bool on) noexcept = 0;
   /// For a laser that wraps another.
   static Status set(Laser& behind, bool on) noexcept { return behind.set(on); }

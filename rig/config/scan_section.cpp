@@ -151,6 +151,11 @@ const Setting<SafetySettings> kSafetyRows[] = {
      "three "
      "cycles"},
     {"beam", &SafetySettings::beam, kBeam},
+    {"heartbeat_output", &SafetySettings::heartbeat_output, kHeartbeatOutputKeys},
+    {"enable_input", &SafetySettings::enable_input, kEnableInputKeys},
+    {"start_warning_s", &SafetySettings::start_warning, ConfigRange(0, 60),
+     "between the operator's word and the first motion or light; left out: 3 with devices, 0 simulated"},
+    {"warning_output", &SafetySettings::warning_output, kWarningOutputKeys},
 };
 void check_hold_limit(const ConfigNode& node, const SafetySettings& s) {
   if (s.hold_limit > s.maximum_on)
@@ -225,6 +230,12 @@ void check_scan_section(const ConfigNode& node, const ScanSettings& scan, const 
   } else {
     check_sweep_velocity(node, scan);
   }
+  const HeartbeatOutput& beat = scan.safety.heartbeat_output;
+  if (beat.kind != HeartbeatKind::kNone && seconds(beat.half_period) * scan.cycle_hz < 2 * (1 - 1e-9))
+    node.child("safety")
+        .child("heartbeat_output")
+        .fail("kind", "found a half_period_ms of " + real(1e3 * seconds(beat.half_period)) +
+                          ", expected at least two cycles, " + rounded(2e3 / scan.cycle_hz));
   const double slowest_hz = kCyclesPerTimeout / scan.control.feedback_timeout;
   if (scan.cycle_hz < slowest_hz * (1 - 1e-9))
     node.fail("cycle_hz", "found '" + real(scan.cycle_hz) + "', expected at least " + rounded(slowest_hz) +

@@ -56,6 +56,8 @@ const char* to_string(Fault fault) noexcept {
       return "arm moved though held";
     case Fault::kHoldRefused:
       return "light at rest refused";
+    case Fault::kDisabled:
+      return "watchdog box not enabled";
     case Fault::kSuspended:
       return "machine suspended";
     case Fault::kGuardian:

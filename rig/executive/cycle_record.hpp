@@ -37,6 +37,7 @@ enum class Fault : std::uint8_t {
   kThread,          ///< a thread the scan depends on has died
   kMovedInHold,     ///< the arm moved while it was held for light at rest
   kHoldRefused,     ///< the arm was not at rest when it was to be held for light
+  kDisabled,        ///< the watchdog box cut arm and laser off
   kSuspended,       ///< the machine was suspended: nothing was watched meanwhile, and no time-out saw it
   kGuardian,        ///< the guardian has taken over, or does not watch any more
 };

@@ -72,8 +72,10 @@ void Executive::step(Stamp now, const TimeAsleep& asleep) noexcept {
   read_laser(record);
   check_silence(record);
   check_following(record);
+  taken_ = false;
   act(record, decide(record));
   if (watch_) watch_->completed();
+  if (taken_ && box_) box_->completed();
 
   if (state_ == ExecutiveState::kWaiting && joints_) record.planned = joints_->q;
   record.state = state_;
@@ -146,6 +148,7 @@ InterlockOutputs Executive::decide(const CycleRecord& record) noexcept {
   in.slept = slept_;
   in.laser_request = running && laser_request(record, segment);
   in.beam = beam_.load(std::memory_order_relaxed);
+  in.enabled = !box_ || box_->enabled(record.stamp);
 
   const bool hold_asked = in.hold && !guard_.state().last_hold;
   const InterlockOutputs allowed = guard_.step(in);
@@ -158,6 +161,8 @@ InterlockOutputs Executive::decide(const CycleRecord& record) noexcept {
 void Executive::raise(Trip trip, BeamVerdict beam, Stamp now) noexcept {
   if (trip == Trip::kHeartbeat) raise(Fault::kHeartbeat, {ErrorCode::kTimeout, 0, now, "executive: heartbeat"});
   if (trip == Trip::kInterlock) raise(Fault::kInterlock, {ErrorCode::kRefused, 0, now, "laser: interlock open"});
+  if (trip == Trip::kDisabled)
+    raise(Fault::kDisabled, {ErrorCode::kRefused, 0, now, "watchdog box: its contactors are open"});
   if (trip == Trip::kMaximumOn) raise(Fault::kMaximumOn, {ErrorCode::kTimeout, 0, now, "laser: maximum on-time"});
   if (trip == Trip::kMotion) raise(Fault::kMovedInHold, {ErrorCode::kRefused, 0, now, "arm: expected at rest"});
   if (trip == Trip::kBeam && beam == BeamVerdict::kMissing)
@@ -204,6 +209,7 @@ void Executive::write_outputs(CycleRecord& record) noexcept {
     return;
   }
   const auto applied = guard_.move(record.desired);
+  taken_ = applied.ok();
   if (applied.ok())
     record.applied = applied.value();
   else
@@ -214,6 +220,7 @@ void Executive::write_outputs(CycleRecord& record) noexcept {
 void Executive::force_safe(CycleRecord& record) noexcept {
   record.laser_off = guard_.laser_off();
   record.arm_stop = guard_.arm_stop();
+  taken_ = record.laser_off.ok() && record.arm_stop.ok();
   record.desired.setZero();
   if (!record.laser_off.ok()) raise(Fault::kLaser, record.laser_off.error());
   if (record.arm_stop.ok())

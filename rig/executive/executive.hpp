@@ -9,6 +9,7 @@
 #include "core/suspend_watch.hpp"
 #include "drivers/arm/arm.hpp"
 #include "drivers/laser/laser.hpp"
+#include "drivers/watchdog/watchdog_box.hpp"
 #include "rig/executive/cycle_listener.hpp"
 #include "rig/executive/cycle_record.hpp"
 #include "rig/executive/joint_follower.hpp"
@@ -51,6 +52,9 @@ class Executive {
     request_stop();
     guard_.force_safe_past_cycle();
   }
+  /// `box` hears of every completed step: what it decided, laser and arm have taken. Without its word nothing moves or
+  /// shines. It outlives the executive. Call before the first cycle.
+  void watch_by(WatchdogBox* box) noexcept { box_ = box; }
   /// What the cameras say of the beam.
   /// Threads: any.
   void set_beam(BeamVerdict verdict) noexcept { beam_.store(verdict, std::memory_order_relaxed); }
@@ -113,6 +117,7 @@ class Executive {
   const std::atomic<bool>* outside_stop_ = nullptr;
   CycleListener* listener_ = nullptr;
   StepWatch* watch_ = nullptr;
+  WatchdogBox* box_ = nullptr;
   std::atomic<std::uint64_t> dropped_{0};
 
   // The cycle's own.
@@ -123,6 +128,7 @@ class Executive {
   std::optional<JointViolation> violation_;
   bool raised_ = false;               // a fault since the last decision
   bool slept_ = false;                // since the step before
+  bool taken_ = false;                // laser and arm took what this step decided
   std::optional<JointState> joints_;  // newest
   Stamp last_news_{};
   Stamp last_step_{};

@@ -27,7 +27,7 @@ Status GuardedOutputs::switch_laser() noexcept {
   const bool on = std::exchange(allowed_.laser, false);
   if (!on) return laser_on_ ? laser_off() : Status{};
   if (laser_on_) return {};
-  const Status done = right_.light(laser_, true);
+  const Status done = laser_.on(right_);
   if (done.ok()) laser_on_ = true;
   return done;
 }
@@ -41,9 +41,17 @@ Status GuardedOutputs::laser_off() noexcept {
 
 Result<JointVector> GuardedOutputs::move(const JointVector& velocity) noexcept {
   const bool rest = (velocity.array() == 0).all();
-  if (std::exchange(allowed_.motion, false) || rest) return right_.move(arm_, velocity);
+  if (std::exchange(allowed_.motion, false) || rest) return arm_.write_velocity(right_, velocity);
   [[maybe_unused]] const Status stopped = arm_.stop();
   return Error{ErrorCode::kRefused, 0, {}, "arm: motion that the safety step does not allow"};
+}
+
+Status GuardedOutputs::home(const TickSpeeds& ticks_per_s) noexcept {
+  allowed_.motion = false;
+  if (std::exchange(allowed_.homing, false) || ticks_per_s == TickSpeeds{})
+    return arm_.write_ticks(right_, ticks_per_s);
+  [[maybe_unused]] const Status stopped = arm_.stop();
+  return Error{ErrorCode::kRefused, 0, {}, "arm: homing that the safety step does not allow"};
 }
 
 }  // namespace tankrig

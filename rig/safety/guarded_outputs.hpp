@@ -3,7 +3,8 @@
 
 #include <optional>
 
-#include "drivers/output_right.hpp"
+#include "drivers/arm/arm.hpp"
+#include "drivers/laser/laser.hpp"
 #include "rig/safety/laser_interlock.hpp"
 #include "rig/safety/safety_settings.hpp"
 
@@ -13,7 +14,7 @@ InterlockLimits interlock_limits(const SafetySettings& settings) noexcept;
 
 /// Runs the safety step and acts on it. A permission is good for one command: light and motion each need a new step,
 /// and none is given in a dying program. Off, stop and rest are always allowed. Its destructor switches the laser off,
-/// then stops the arm. The interfaces let nobody else switch a laser on or move an arm.
+/// then stops the arm. The type of its right lets nobody else move an arm.
 /// Threads: one, the cycle's; construction and destruction in another; exceptions are marked.
 /// RT: all but construction and destruction.
 class GuardedOutputs {
@@ -38,6 +39,8 @@ class GuardedOutputs {
   /// Errors: the driver's; kRefused for a velocity other than rest if the step allows no motion: then the arm is
   /// stopped.
   Result<JointVector> move(const JointVector& velocity) noexcept;
+  /// The same of axes whose angles are not known, where the step allows homing.
+  Status home(const TickSpeeds& ticks_per_s) noexcept;
   Status arm_stop() noexcept { return arm_.stop(); }
   /// Laser off, then arm stopped, when the cycle's thread hangs.
   /// Threads: any.
@@ -54,7 +57,7 @@ class GuardedOutputs {
  private:
   Arm& arm_;
   Laser& laser_;
-  const OutputRight right_{};
+  const OutputRight right_;
   const InterlockLimits limits_;
   InterlockState state_{};
   InterlockOutputs allowed_{};  // taken back once used

@@ -17,9 +17,11 @@ Trip trip_of(const InterlockState& state, const InterlockInputs& in, const Inter
   if (in.slept) return Trip::kSlept;
   if (in.device_fault) return Trip::kDevice;
   if (in.beam != BeamVerdict::kNone) return Trip::kBeam;
-  if (!state.armed) return Trip::kNone;
+  if (!in.enabled && (state.last_enabled || state.armed || in.homing)) return Trip::kDisabled;
+  if (!state.armed && !in.homing) return Trip::kNone;
   if (!in.heartbeat_fresh) return Trip::kHeartbeat;
   if (!in.interlock_closed) return Trip::kInterlock;
+  if (!state.armed) return Trip::kNone;
   const bool asks = in.laser_request && (in.sweeping || state.holding);
   if (asks && over_long(state, in, limits)) return Trip::kMaximumOn;
   if (state.holding && !in.at_rest) return Trip::kMotion;
@@ -31,13 +33,14 @@ Trip trip_of(const InterlockState& state, const InterlockInputs& in, const Inter
 InterlockStep step(const InterlockState& state, const InterlockInputs& in, const InterlockLimits& limits) noexcept {
   const bool arm_edge = in.arm && !state.last_arm;
   const bool hold_edge = in.hold && !state.last_hold;
-  const bool lines = in.interlock_closed && in.heartbeat_fresh;
+  const bool lines = in.interlock_closed && in.heartbeat_fresh && in.enabled;
 
   InterlockStep next;
   InterlockState& s = next.state;
   s = state;
   s.last_arm = in.arm;
   s.last_hold = in.hold;
+  s.last_enabled = in.enabled;
   s.armed = s.holding = false;
   if (state.latched) {
     s.latched = true;
@@ -57,7 +60,8 @@ InterlockStep step(const InterlockState& state, const InterlockInputs& in, const
 
   next.outputs.laser = s.armed && in.laser_request && (in.sweeping || s.holding) &&
                        in.now - s.armed_at >= limits.indicator_delay && !over_long(state, in, limits);
-  next.outputs.motion = !s.latched && !s.holding;
+  next.outputs.motion = !s.latched && !s.holding && in.enabled;
+  next.outputs.homing = next.outputs.motion && in.homing && !s.armed && lines;
   s.stretch = in_stretch(state, in, limits) || next.outputs.laser;
   if (next.outputs.laser) {
     s.last_lit = in.now;

@@ -33,6 +33,8 @@ struct InterlockInputs {
   bool device_fault = false;      ///< arm, laser, following error, overrun: anything the cycle calls a fault
   bool slept = false;             ///< the machine was suspended since the step before
   bool laser_request = false;     ///< the laser schedule wants light now
+  bool enabled = true;            ///< the watchdog box says that it feeds arm and laser; true where none is read
+  bool homing = false;            ///< the operator's request to drive axes whose angles are not known
   BeamVerdict beam = BeamVerdict::kNone;
 };
 
@@ -42,6 +44,7 @@ struct InterlockState {
   bool holding = false;
   bool last_arm = true;  ///< a switch found closed at power-up is no edge
   bool last_hold = true;
+  bool last_enabled = false;
   bool stretch = false;  ///< light, and the time after it in which new light belongs to the same stretch
   Stamp armed_at{};      ///< while armed
   Stamp held_at{};       ///< while holding: when it began
@@ -56,8 +59,9 @@ enum class Trip : std::uint8_t {
   kSlept,      ///< the machine was suspended
   kDevice,     ///< device_fault
   kBeam,       ///< the beam's verdict
-  kHeartbeat,  ///< late while armed
-  kInterlock,  ///< open while armed
+  kDisabled,   ///< the watchdog box cut arm and laser off, or feeds neither though armed or homing
+  kHeartbeat,  ///< late while armed or homing
+  kInterlock,  ///< open while armed or homing
   kMaximumOn,  ///< light asked for beyond maximum_on
   kMotion,     ///< the arm moved in a hold
 };
@@ -65,6 +69,7 @@ enum class Trip : std::uint8_t {
 struct InterlockOutputs {
   bool laser = false;       ///< beam allowed and wanted
   bool motion = false;      ///< arm may move
+  bool homing = false;      ///< axes may be driven though their angles are not known
   Trip trip = Trip::kNone;  ///< a fault was latched by this very step
 };
 
@@ -78,30 +83,34 @@ struct InterlockStep {
 ///
 /// State: the first row that applies. "-": any; "edge": now true, was false in the previous step.
 ///   fault   device fault, or a beam verdict other than kNone
-///   lines   interlock closed AND heartbeat fresh
+///   cut     not enabled, though it was in the step before, or armed or homing now
+///   lines   interlock closed AND heartbeat fresh AND enabled
 ///   over    light is asked for, and its stretch is longer than maximum_on
 ///   time    the hold is younger than its limit
 ///
-///   | latched armed holding | arm  hold | slept fault lines over rest sweeping time | -> latched armed holding |
-///   | yes     -     -       | -    -    | -     -     -     -    -    -        -    | -> yes     no    no      |
-///   | no      -     -       | -    -    | yes   -     -     -    -    -        -    | -> yes     no    no      |  the machine slept, armed or not
-///   | no      -     -       | -    -    | -     yes   -     -    -    -        -    | -> yes     no    no      |  trips, armed or not
-///   | no      yes   -       | -    -    | -     -     no    -    -    -        -    | -> yes     no    no      |  interlock, heartbeat
-///   | no      yes   -       | -    -    | -     -     -     yes  -    -        -    | -> yes     no    no      |  lit for too long
-///   | no      yes   yes     | -    -    | -     -     -     -    no   -        -    | -> yes     no    no      |  moved in a hold
-///   | no      yes   -       | no   -    | -     -     -     -    -    -        -    | -> no      no    no      |  disarming is no fault
-///   | no      yes   yes     | -    yes  | -     -     -     -    -    no       yes  | -> no      yes   yes     |
-///   | no      yes   yes     | -    -    | -     -     -     -    -    -        -    | -> no      yes   no      |  let go, or its time is up
-///   | no      yes   no      | -    edge | -     -     -     -    yes  no       -    | -> no      yes   yes     |
-///   | no      yes   no      | -    -    | -     -     -     -    -    -        -    | -> no      yes   no      |
-///   | no      no    -       | edge -    | -     -     yes   -    -    -        -    | -> no      yes   no      |
-///   | no      no    -       | -    -    | -     -     -     -    -    -        -    | -> no      no    no      |  an edge while not good is lost
+///   | latched armed holding | arm  hold homing | slept fault cut  lines over rest sweeping time | -> latched armed holding |
+///   | yes     -     -       | -    -    -      | -     -     -    -     -    -    -        -    | -> yes     no    no      |
+///   | no      -     -       | -    -    -      | yes   -     -    -     -    -    -        -    | -> yes     no    no      |  the machine slept, armed or not
+///   | no      -     -       | -    -    -      | -     yes   -    -     -    -    -        -    | -> yes     no    no      |  trips, armed or not
+///   | no      -     -       | -    -    -      | -     -     yes  -     -    -    -        -    | -> yes     no    no      |  the box opened its contactors
+///   | no      yes   -       | -    -    -      | -     -     -    no    -    -    -        -    | -> yes     no    no      |  interlock, heartbeat
+///   | no      -     -       | -    -    yes    | -     -     -    no    -    -    -        -    | -> yes     no    no      |  the same while homing
+///   | no      yes   -       | -    -    -      | -     -     -    -     yes  -    -        -    | -> yes     no    no      |  lit for too long
+///   | no      yes   yes     | -    -    -      | -     -     -    -     -    no   -        -    | -> yes     no    no      |  moved in a hold
+///   | no      yes   -       | no   -    -      | -     -     -    -     -    -    -        -    | -> no      no    no      |  disarming is no fault
+///   | no      yes   yes     | -    yes  -      | -     -     -    -     -    -    no       yes  | -> no      yes   yes     |
+///   | no      yes   yes     | -    -    -      | -     -     -    -     -    -    -        -    | -> no      yes   no      |  let go, or its time is up
+///   | no      yes   no      | -    edge -      | -     -     -    -     -    yes  no       -    | -> no      yes   yes     |
+///   | no      yes   no      | -    -    -      | -     -     -    -     -    -    -        -    | -> no      yes   no      |
+///   | no      no    -       | edge -    -      | -     -     -    yes   -    -    -        -    | -> no      yes   no      |
+///   | no      no    -       | -    -    -      | -     -     -    -     -    -    -        -    | -> no      no    no      |  an edge while not good is lost
 ///
 /// Outputs, from the new state:
 ///
 ///   laser  = armed AND laser_request AND (sweeping OR holding) AND armed for indicator_delay or longer
 ///            AND NOT in a stretch longer than maximum_on
-///   motion = NOT latched AND NOT holding
+///   motion = NOT latched AND NOT holding AND enabled
+///   homing = motion AND homing asked for AND NOT armed AND interlock closed AND heartbeat fresh
 ///
 /// Latched is for good: a fault ends the scan.
 /// So light means: armed by an edge, indicated before, lines closed, no fault, in a sweep or in a hold at rest, and not

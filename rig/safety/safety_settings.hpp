@@ -1,8 +1,12 @@
 // How strictly laser and arm are watched: the rig file's `scan: safety:` section as plain numbers.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
+
+#include "drivers/watchdog/warning_line.hpp"
+#include "drivers/watchdog/watchdog_settings.hpp"
 
 namespace tankrig {
 
@@ -26,6 +30,10 @@ struct SafetySettings {
   double camera_timeout = 1.0;       ///< longest silence of a camera that has begun to deliver
   double guardian_timeout = 0.06;    ///< longest time between two safety steps; then the guardian makes safe
   BeamSettings beam;
+  HeartbeatOutput heartbeat_output;
+  EnableInput enable_input;
+  std::optional<double> start_warning{};  ///< before a start; nothing: 3 on a rig with devices, 0 on a simulated one
+  WarningOutput warning_output;
 };
 
 }  // namespace tankrig

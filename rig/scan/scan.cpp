@@ -25,6 +25,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr Duration kProgressPeriod = 100ms;
+constexpr Duration kBoxTold = 1s;         // a box that is enabled at once is not told of
 constexpr Duration kBeamSettles = 300ms;  // around a switching: projectors glow, contacts are read back late
 constexpr double kCyclesToArm = 2;        // until the safety step has seen the switch
 
@@ -55,6 +56,7 @@ class ScanRun {
     executive_.stop_also_on(job_.stop);
     executive_.set_listener(&triggers_);
     executive_.set_step_watch(job_.step_watch);
+    executive_.watch_by(job_.box);
   }
 
   ScanResult run() {
@@ -99,9 +101,25 @@ class ScanRun {
     triggers_.begin();
     cycle_.begin();
     take_turn();
+    wait_for_box();
     if (!feeds_.start_grid_camera()) start_plan(job_.clock.now() + from_seconds(settings_.capture.frame_period));
     executive_.heartbeat(job_.clock.now());
     executive_.set_armed(plan_.uses_laser());  // last: an edge while anything is missing is lost
+  }
+
+  /// It has to see the beats before somebody can reset it.
+  void wait_for_box() {
+    if (!job_.box || !job_.box->reads_enable()) return;
+    const Stamp begin = job_.clock.now();
+    for (Stamp tell = begin + kBoxTold; !ended() && !job_.box->enabled(job_.clock.now()); take_turn()) {
+      const Duration waited = job_.clock.now() - begin;
+      if (waited > job_.box->enable_wait())
+        device_failed(fmt::format("watchdog box: not enabled within {:g} s, expected somebody to press its button",
+                                  seconds(job_.box->enable_wait())));
+      if (job_.clock.now() < tell) continue;
+      tell = tell + kProgressPeriod;
+      if (job_.progress) job_.progress({0, Phase::kMove, "waiting for the watchdog box: press its button"});
+    }
   }
 
   /// About one period of the cycle, and what it left in the ring.

@@ -12,6 +12,7 @@
 #include "core/cycle_times.hpp"
 #include "drivers/arm/arm.hpp"
 #include "drivers/laser/laser.hpp"
+#include "drivers/watchdog/watchdog_box.hpp"
 #include "rig/capture/scan_sink.hpp"
 #include "rig/executive/safe_end.hpp"
 #include "rig/plan/scan_plan.hpp"
@@ -63,11 +64,12 @@ struct ScanJob {
   std::function<void(const std::string& what)> cut = {};
   /// Is told of every safety step, from the first until laser off and arm at rest are confirmed.
   StepWatch* step_watch = nullptr;
+  WatchdogBox* box = nullptr;  ///< watches every completed step; null: the rig has none
   /// Filled in even if run_scan throws. The status is empty if the scan was refused and nothing was touched.
   ScanResult result{};
 };
 
-/// Runs the plan. A plan without laser never arms it and ignores its interlock. Single-threaded and bit-reproducible
+/// Runs the plan, once the rig's watchdog box, if there is one, is enabled. A plan without laser never arms it and ignores its interlock. Single-threaded and bit-reproducible
 /// under a VirtualClock; in real time under a MonotonicClock.
 /// However it ends (plan done, stop, fault, exception of the sink), the laser is commanded off first, then the arm to
 /// rest, in every cycle until both are confirmed or rest_timeout has passed. A cycle that hangs in real time is noticed

@@ -72,7 +72,7 @@ std::optional<JointState> FaultyArm::delayed(std::optional<JointState> news, Sta
   return out;
 }
 
-Result<JointVector> FaultyArm::write_velocity(const JointVector& velocity) noexcept {
+Result<JointVector> FaultyArm::write_velocity(const OutputRight& right, const JointVector& velocity) noexcept {
   const Stamp now = clock_.now();
   if (!velocity.isZero(0)) script_.mark(FaultOrigin::kMotion, now);
   if (active(FaultKind::kUnplugged, now)) return Error{ErrorCode::kDisconnected, ENODEV, now, "arm: carrier lost"};
@@ -80,8 +80,8 @@ Result<JointVector> FaultyArm::write_velocity(const JointVector& velocity) noexc
   if (active(FaultKind::kWriteError, now)) return Error{ErrorCode::kIo, EIO, now, "arm: write set-points"};
   if (mute(now)) return velocity;
   const FaultSpec* slow = active(FaultKind::kSlow, now);
-  if (!slow) return Arm::write_velocity(arm_, velocity);
-  const auto applied = Arm::write_velocity(arm_, slow->ratio * velocity);
+  if (!slow) return arm_.write_velocity(right, velocity);
+  const auto applied = arm_.write_velocity(right, slow->ratio * velocity);
   return applied.ok() ? Result<JointVector>(velocity) : applied;
 }
 

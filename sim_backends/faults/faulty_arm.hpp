@@ -18,7 +18,7 @@ class FaultyArm final : public Arm {
   FaultyArm(Arm& arm, FaultScript& script, const Clock& clock) : arm_(arm), script_(script), clock_(clock) {}
 
   Result<std::optional<JointState>> try_read() noexcept override;
-  Result<JointVector> write_velocity(const JointVector& velocity) noexcept override;
+  Result<JointVector> write_velocity(const OutputRight& right, const JointVector& velocity) noexcept override;
   Status stop() noexcept override;
   void last_resort() noexcept override { arm_.last_resort(); }
   Duration exchange_period() const noexcept override { return arm_.exchange_period(); }

@@ -64,7 +64,7 @@ Result<std::optional<JointState>> MockArm::try_read() noexcept {
   return newest;
 }
 
-Result<JointVector> MockArm::write_velocity(const JointVector& velocity) noexcept {
+Result<JointVector> MockArm::write_velocity(const OutputRight& /*right*/, const JointVector& velocity) noexcept {
   const std::lock_guard lock(mutex_);
   const Stamp now = clock_.now();
   advance(now);

@@ -28,7 +28,7 @@ class MockArm final : public Arm {
   MockArm(const ArmModel& model, const MockArmParameters& parameters, const JointVector& q, const Clock& clock);
 
   Result<std::optional<JointState>> try_read() noexcept override;
-  Result<JointVector> write_velocity(const JointVector& velocity) noexcept override;
+  Result<JointVector> write_velocity(const OutputRight& right, const JointVector& velocity) noexcept override;
   Status stop() noexcept override;
   void last_resort() noexcept override {}  ///< it dies with the process
   Duration exchange_period() const noexcept override { return parameters_.exchange_period; }

@@ -43,6 +43,17 @@ void ArmElectronics::power_cycle(const std::array<int, kJoints>& ticks) {
   requested_.fill(now);
 }
 
+void ArmElectronics::set_fed(bool fed) {
+  const std::lock_guard lock(mutex_);
+  fed_ = fed;
+  if (fed) return;
+  const Stamp now = clock_.now();
+  supervise(now);
+  demand_.fill(0);
+  plant_.drive(now, demand_);
+  if (first_motion_ && !rest_since_) rest_since_ = now;
+}
+
 void ArmElectronics::set_faults(const ArmEmulatorFaults& faults) {
   const std::lock_guard lock(mutex_);
   faults_ = faults;
@@ -100,7 +111,7 @@ void ArmElectronics::obey(const ArmRequest& request, Stamp when) {
     if (!holds(request.joints, j)) continue;
     const DemandSlot slot = decode_demand(request.slots[j]);
     const double speed = std::min({slot.demand, slot.speed_limit, kLargestSpeed});
-    const bool able = (has_gains_ || !parameters_.needs_gains) && slot.current_limit != 0;
+    const bool able = fed_ && (has_gains_ || !parameters_.needs_gains) && slot.current_limit != 0;
     demand_[j] = 0;
     if (able && slot.type == DemandType::kSpeedForward) demand_[j] = faults_.speed * speed;
     if (able && slot.type == DemandType::kSpeedBackward) demand_[j] = -faults_.speed * speed;

@@ -40,6 +40,8 @@ class ArmElectronics {
   /// Power off and on: encoders read `ticks`, gains are lost, axes rest.
   void power_cycle(const std::array<int, kJoints>& ticks);
 
+  /// The motors' supply comes or goes: without it the axes rest, and encoders count on.
+  void set_fed(bool fed);
   void set_faults(const ArmEmulatorFaults& faults);
   ArmEmulatorFaults faults() const;
 
@@ -66,7 +68,7 @@ class ArmElectronics {
   std::mt19937_64 random_;
   std::array<double, kJoints> encoder_base_{};  ///< actuator ticks at raw 0
   std::array<double, kJoints> demand_{};
-  bool has_gains_ = false;
+  bool has_gains_ = false, fed_ = true;
   std::optional<Stamp> first_motion_, rest_since_;
   std::array<Stamp, kJoints> requested_{};
   std::optional<ArmRequest> mute_since_;

@@ -35,6 +35,8 @@ class ArmEmulator {
 
   /// Power off and on: encoders begin at 0, gains are lost, axes rest.
   void power_cycle() { electronics_.power_cycle({}); }
+  /// The motors' supply alone: the electronics go on.
+  void set_fed(bool fed) { electronics_.set_fed(fed); }
   void set_faults(const ArmEmulatorFaults& faults) { electronics_.set_faults(faults); }
 
   std::optional<Stamp> first_motion() const { return electronics_.first_motion(); }

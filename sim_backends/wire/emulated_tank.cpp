@@ -47,6 +47,11 @@ struct EmulatedTank::Impl {
       lux.emplace(*settings.lux, [this] { return spoilt_lux(script, world.lux(), clock.now(), last_lux); });
       tell("lux meter", settings.lux->name.string());
     }
+    if (settings.box) {
+      feed(false);
+      box.emplace(*settings.box, [this](bool closed) { feed(closed); });
+      tell("watchdog box", settings.box->name.string());
+    }
     if (!settings.truth.empty()) std::filesystem::create_directories(settings.truth);
     for (const GigeCameraSettings& camera : settings.cameras) {
       cameras.push_back(std::make_unique<GigeCameraEmulator>(camera, pictures_of(camera.user_id)));
@@ -68,6 +73,12 @@ struct EmulatedTank::Impl {
       devices.outputs[settings.video_outputs[i].name] = video_outputs[i].get();
     script.mark(FaultOrigin::kStart, clock.now());
     faults.emplace(script, std::move(devices));
+  }
+
+  /// By the box's contactors.
+  void feed(bool closed) {
+    if (arm) arm->set_fed(closed);
+    if (relay) relay->set_fed(closed);
   }
 
   void tell(const std::string& device, const std::string& where) {
@@ -132,6 +143,7 @@ struct EmulatedTank::Impl {
   std::optional<ArmEmulator> arm;
   std::optional<RelayEmulator> relay;
   std::optional<LuxEmulator> lux;
+  std::optional<BoxEmulator> box;
   std::vector<std::unique_ptr<ExposureTruth>> truths;
   std::vector<std::unique_ptr<PictureFaults>> spoilers;
   std::vector<std::unique_ptr<GigeCameraEmulator>> cameras;  // last: their threads ask the devices above

@@ -11,6 +11,7 @@
 #include "core/config_node.hpp"
 #include "sim_backends/faults/fault_plan.hpp"
 #include "sim_backends/wire/arm_emulator.hpp"
+#include "sim_backends/wire/box_emulator.hpp"
 #include "sim_backends/wire/can_hub.hpp"
 #include "sim_backends/wire/gige_camera.hpp"
 #include "sim_backends/wire/lux_emulator.hpp"
@@ -41,8 +42,9 @@ struct EmulatedTankSettings {
   std::optional<RelayEmulatorSettings> laser;
   Duration laser_warm_up = std::chrono::seconds{1};
   std::optional<LuxEmulatorSettings> lux;
-  FaultPlan faults;             ///< played from the moment every device answers
-  std::filesystem::path truth;  ///< folder for CAMERA.csv with the truth of every exposure; empty: none
+  std::optional<BoxEmulatorSettings> box;  ///< feeds arm and laser
+  FaultPlan faults;                        ///< played from the moment every device answers
+  std::filesystem::path truth;             ///< folder for CAMERA.csv with the truth of every exposure; empty: none
 };
 
 /// Every key of `emulation` with its default, range and meaning, as rows of a Markdown table.
@@ -52,7 +54,8 @@ std::string emulation_key_rows();
 /// do not begin with "runtime/" are not emulated.
 /// Errors: InputError with file and line.
 EmulatedTankSettings emulated_tank_settings_from(const ConfigNode& devices, const std::optional<ConfigNode>& emulation,
-                                                 const TankWorld& world, const std::filesystem::path& runtime);
+                                                 const TankWorld& world, const std::filesystem::path& runtime,
+                                                 const HeartbeatOutput& heartbeat = {});
 
 /// Whether cameras need loopback addresses of their own. A kernel's CAN interfaces are not visible from there.
 bool needs_private_network(const ConfigNode& devices);

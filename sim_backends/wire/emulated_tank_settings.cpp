@@ -5,6 +5,7 @@
 #include "core/settings_table.hpp"
 #include "drivers/arm/arm5e_settings.hpp"
 #include "drivers/camera/aravis_camera.hpp"
+#include "drivers/device_path.hpp"
 #include "drivers/laser/relay_laser.hpp"
 #include "sim_backends/wire/emulated_tank.hpp"
 #include "sim_backends/world/scene.hpp"
@@ -97,7 +98,8 @@ bool needs_private_network(const ConfigNode& devices) {
 }
 
 EmulatedTankSettings emulated_tank_settings_from(const ConfigNode& devices, const std::optional<ConfigNode>& emulation,
-                                                 const TankWorld& world, const std::filesystem::path& runtime) {
+                                                 const TankWorld& world, const std::filesystem::path& runtime,
+                                                 const HeartbeatOutput& heartbeat) {
   const auto behaviour = [&](const char* device) {
     return emulation ? emulation->optional_child(device) : std::optional<ConfigNode>();
   };
@@ -120,6 +122,11 @@ EmulatedTankSettings emulated_tank_settings_from(const ConfigNode& devices, cons
     const auto b = behaviour("lux_meter");
     s.lux = lux_emulator_settings_from(*lux, b ? &*b : nullptr, runtime);
   }
+  if (heartbeat.kind == HeartbeatKind::kBytes && heartbeat.device.starts_with(kRuntime)) {
+    s.box.emplace();
+    if (const auto b = behaviour("box")) read_settings(*b, kBoxEmulatorKeys, *s.box);
+    s.box->name = device_path(heartbeat.device, runtime);
+  }
   if (emulation) emulation->finish();
   return s;
 }
@@ -127,7 +134,8 @@ EmulatedTankSettings emulated_tank_settings_from(const ConfigNode& devices, cons
 std::string emulation_key_rows() {
   return settings_rows("emulation.arm", kEmulatedArm) + settings_rows("emulation.cameras", kGige) +
          settings_rows("emulation.v4l2_outputs.CAMERA", kV4l2OutputKeys) +
-         settings_rows("emulation.laser", kRelayEmulatorKeys) + settings_rows("emulation.lux_meter", kLuxEmulatorKeys);
+         settings_rows("emulation.laser", kRelayEmulatorKeys) + settings_rows("emulation.box", kBoxEmulatorKeys) +
+         settings_rows("emulation.lux_meter", kLuxEmulatorKeys);
 }
 
 }  // namespace tankrig::sim

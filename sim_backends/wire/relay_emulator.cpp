@@ -41,6 +41,11 @@ void RelayEmulator::set_interlock_closed(bool closed) noexcept {
   server_.wake();
 }
 
+void RelayEmulator::set_fed(bool fed) noexcept {
+  fed_ = fed;
+  server_.wake();
+}
+
 std::vector<std::uint8_t> RelayEmulator::take_received() {
   const std::lock_guard lock(mutex_);
   return std::exchange(received_, {});
@@ -77,7 +82,7 @@ void RelayEmulator::switch_relay(bool on) {
   const bool was_closed = closed_;
   closed_ = on || (closed_ && welded_);
   if (was_closed && !closed_) opened_ns_ = MonotonicClock{}.now().ns;
-  [[maybe_unused]] const Status switched = laser_.set(closed_ && interlock_closed_);
+  [[maybe_unused]] const Status switched = laser_.set(closed_ && interlock_closed_ && fed_);
 }
 
 void RelayEmulator::answer(std::uint8_t byte) {
@@ -94,7 +99,7 @@ void RelayEmulator::answer(std::uint8_t byte) {
 
 Duration RelayEmulator::tick() {
   constexpr Duration kIdle = std::chrono::seconds{1};
-  [[maybe_unused]] const Status switched = laser_.set(closed_ && interlock_closed_);
+  [[maybe_unused]] const Status switched = laser_.set(closed_ && interlock_closed_ && fed_);
   if (!closed_ || settings_.watchdog.count() == 0) return kIdle;
   const Duration left = last_on_ + settings_.watchdog - MonotonicClock{}.now();
   if (left.count() > 0) return left;

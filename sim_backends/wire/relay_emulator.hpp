@@ -48,6 +48,8 @@ class RelayEmulator {
   void set_answer_delay(Duration delay) noexcept { answer_delay_ns_ = delay.count(); }
   /// The contact sticks while it is closed.
   void set_welded(bool welded) noexcept { welded_ = welded; }
+  /// The supply before the relay's contact comes or goes.
+  void set_fed(bool fed) noexcept;
   /// Opens the lid.
   void set_interlock_closed(bool closed) noexcept;
   void unplug() { server_.unplug(); }
@@ -75,7 +77,7 @@ class RelayEmulator {
   MockLaser& laser_;
   std::atomic<RelayFault> fault_{RelayFault::kNone};
   std::atomic<std::int64_t> answer_delay_ns_;
-  std::atomic<bool> welded_{false}, interlock_closed_{true}, closed_{false};
+  std::atomic<bool> welded_{false}, interlock_closed_{true}, closed_{false}, fed_{true};
   std::atomic<std::uint64_t> watchdog_openings_{0};
   std::atomic<std::int64_t> first_on_ns_{0}, off_since_ns_{0}, opened_ns_{0};
   std::mutex mutex_;  // guards received_

@@ -5,7 +5,8 @@
 #include <fstream>
 #include <regex>
 
-#include "drivers/arm/arm.hpp"
+#include "drivers/arm/arm5e.hpp"
+#include "drivers/arm/backlash_arm.hpp"
 #include "drivers/laser/laser.hpp"
 #include "tests/architecture/include_rule.hpp"
 
@@ -16,20 +17,37 @@ template <class L>
 concept Lights = requires(L& laser) {
   laser.set(true);
 };
-template <class A>
-concept Moves = requires(A& arm, const JointVector& velocity) {
-  arm.write_velocity(velocity);
-};
-
 struct OpenLaser : Laser {
   Status set(bool on) noexcept override;
 };
-struct OpenArm : Arm {
-  Result<JointVector> write_velocity(const JointVector& velocity) noexcept override;
-};
+static_assert(!Lights<Laser>, "the compiler refuses it to everybody but the holder of an OutputRight");
+static_assert(Lights<OpenLaser>, "else the line above says nothing");
 
-static_assert(!Lights<Laser> && !Moves<Arm>, "the compiler refuses it to everybody but OutputRight");
-static_assert(Lights<OpenLaser> && Moves<OpenArm>, "else the two lines above say nothing");
+/// Whether anybody can move an arm, with a right of this type that he makes himself.
+template <class A, class Right>
+concept Moves = requires(A& arm, const JointVector& velocity) {
+  arm.write_velocity(Right(), velocity);
+};
+template <class A, class Right>
+concept Drives = requires(A& arm, const TickSpeeds& ticks_per_s) {
+  arm.write_ticks(Right(), ticks_per_s);
+};
+template <class A>
+concept MovesBraced = requires(A& arm, const JointVector& velocity, const TickSpeeds& ticks_per_s) {
+  arm.write_velocity({}, velocity);
+  arm.write_ticks({}, ticks_per_s);
+};
+struct FreeRight {};
+struct FreeArm {
+  void write_velocity(const FreeRight& right, const JointVector& velocity);
+  void write_ticks(const FreeRight& right, const TickSpeeds& ticks_per_s);
+};
+template <class A>
+constexpr bool guarded = !Moves<A, OutputRight> && !Drives<A, OutputRight> && !MovesBraced<A>;
+static_assert(guarded<Arm> && guarded<Arm5e> && guarded<BacklashArm>, "nobody can make the right that they ask for");
+static_assert(Moves<FreeArm, FreeRight> && Drives<FreeArm, FreeRight> && MovesBraced<FreeArm>,
+              "else that says nothing");
+static_assert(!std::is_copy_constructible_v<OutputRight>, "nor keep one that is lent");
 
 /// Sources other than drivers, their stand-ins and tests whose text matches `what`.
 std::vector<std::string> matching(const std::filesystem::path& root, const std::regex& what) {
@@ -44,29 +62,28 @@ std::vector<std::string> matching(const std::filesystem::path& root, const std::
   return found;
 }
 
-/// Those that know more of a laser or an arm than their interfaces, and so could go round them.
+/// Those that know more of a laser than its interface, or of the arm's wire than its driver lets out.
 const std::regex& driver_headers() {
   static const std::regex headers(
-      R"(#\s*include\s*"(drivers/output_right|drivers/laser/relay_laser|drivers/arm/(arm5e|backlash_arm|homing|arm_link|arm_requests|arm_keeper|can_arm_link|serial_arm_link)|sim_backends/(mock/mock_(arm|laser)|faults/faulty_(arm|laser)))\.hpp")");
+      R"(#\s*include\s*"(drivers/laser/relay_laser|drivers/arm/(arm_link|arm_requests|arm_keeper|can_arm_link|serial_arm_link)|sim_backends/(mock/mock_laser|faults/faulty_laser))\.hpp")");
   return headers;
 }
 
-TEST(GuardedOutputs, AreTheOnlyWayToLightAndMotion) {
-  EXPECT_THAT(matching(TANKRIG_SOURCE_DIR, driver_headers()),
-              ::testing::UnorderedElementsAre(
-                  "rig/safety/guarded_outputs.hpp", "apps/tankrig/devices/backend.hpp",
-                  "apps/tankrig/devices/device_backend.cpp", "apps/tankrig/devices/mock_backend.cpp",
-                  "apps/tankrig/arm/arm_home.cpp", "apps/tankrig/devices/guardian.cpp", "rig/guardian/arm_rest.hpp",
-                  "rig/guardian/arm_rest.cpp", "rig/guardian/guardian.cpp", "session/export/export_candump.hpp"))
-      << "the guard holds the right; the backends make the drivers; homing moves the arm on its own, laser off; "
-         "the guardian sends off and rest; "
-         "the export names the arm's identifiers";
+TEST(GuardedOutputs, AreTheOnlyWayToLightAndToTheArmsWire) {
+  EXPECT_THAT(
+      matching(TANKRIG_SOURCE_DIR, driver_headers()),
+      ::testing::UnorderedElementsAre(
+          "apps/tankrig/devices/device_backend.cpp", "apps/tankrig/devices/mock_backend.cpp",
+          "apps/tankrig/devices/guardian.cpp", "rig/guardian/arm_rest.hpp", "rig/guardian/arm_rest.cpp",
+          "rig/guardian/guardian.cpp", "session/export/export_candump.hpp"))
+      << "the backends make the drivers; the guardian sends off and rest; the export names the arm's identifiers";
 }
 
-/// The drivers themselves let anybody who has one move it: nobody who has one does.
-TEST(GuardedOutputs, AreCalledInsteadOfADriver) {
-  static const std::regex calls(R"((\.|->)\s*(write_velocity|write_ticks)\s*\()");
-  EXPECT_THAT(matching(TANKRIG_SOURCE_DIR, calls), ::testing::IsEmpty());
+/// Whoever defines a friend of the right has it.
+TEST(GuardedOutputs, AndTestsAloneDefineAFriendOfTheRight) {
+  static const std::regex definitions(R"((struct|class)\s+(Arm|GuardedOutputs|BenchRight)\s*(final\s*)?(:[^;]*)?\{)");
+  EXPECT_THAT(matching(TANKRIG_SOURCE_DIR, definitions),
+              ::testing::UnorderedElementsAre("rig/safety/guarded_outputs.hpp"));
 }
 
 }  // namespace

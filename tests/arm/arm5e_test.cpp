@@ -7,9 +7,9 @@
 #include <cmath>
 
 #include "core/input_error.hpp"
-#include "drivers/arm/homing.hpp"
 #include "sim_backends/wire/can_hub.hpp"
 #include "tests/arm/arm_bench.hpp"
+#include "tests/support/bench_right.hpp"
 
 namespace tankrig::sim {
 namespace {
@@ -41,7 +41,7 @@ TEST_P(Arm5eOn, StampsTheMomentItsEncodersWereRead) {
   ASSERT_TRUE(bench.until([&] {
     const auto news = bench.arm->try_read();
     EXPECT_TRUE(news.ok()) << news.error().where;
-    EXPECT_TRUE(bench.arm->write_velocity(elbow(0.2)).ok());
+    EXPECT_TRUE(drive(*bench.arm, elbow(0.2)).ok());
     if (news.ok() && news.value() && news.value()->velocity[kElbow] > 0.15)
       errors.push_back(news.value()->q[kElbow] - bench.emulator->truth_at(news.value()->stamp)[kElbow]);
     return errors.size() >= 60;
@@ -61,7 +61,7 @@ TEST_P(Arm5eOn, FollowsAVelocity) {
   double reached = 0;
   ASSERT_TRUE(bench.until([&] {
     (void)bench.arm->try_read();
-    const auto written = bench.arm->write_velocity(elbow(0.1));
+    const auto written = drive(*bench.arm, elbow(0.1));
     EXPECT_TRUE(written.ok());
     if (written.ok()) applied = written.value();
     reached = bench.emulator->true_velocity_at(bench.clock.now())[kElbow];
@@ -71,50 +71,6 @@ TEST_P(Arm5eOn, FollowsAVelocity) {
   EXPECT_NEAR(reached, applied[kElbow], 5e-3);
   ASSERT_TRUE(bench.arm->stop().ok());
   EXPECT_TRUE(bench.until([&] { return bench.emulator->true_velocity_at(bench.clock.now())[kElbow] == 0; }));
-}
-
-TEST_P(Arm5eOn, FindsItsZerosByHoming) {
-  ArmBench bench(GetParam());
-  bench.parameters.power_up << -1.45, 0.05, 2.05, 0.3, 0.1;  // near the stops: homing is short
-  bench.settings.homing.rest_angle[kJawRotate] = 0.3;
-  bench.settings.homing.rest_angle[kJawOpening] = 0.1;
-  bench.make(false);
-  EXPECT_FALSE(bench.arm->homed());
-  bench.state();
-  const auto refused = bench.arm->write_velocity(elbow(0.1));
-  ASSERT_FALSE(refused.ok());
-  EXPECT_EQ(refused.error().code, ErrorCode::kNotReady);
-  EXPECT_STREQ(refused.error().where, "arm: not homed");
-  const HomingResult homed = home_axes(*bench.arm, bench.clock);
-  ASSERT_TRUE(homed.ok()) << homed.message();
-  const auto truth = bench.emulator->true_zero();
-  for (std::size_t j = 0; j < kJoints; ++j)
-    EXPECT_LE(std::abs(static_cast<std::int16_t>(homed.axes[j]->raw_at_zero - truth[j])), 2) << kJointNames[j];
-  const JointState state = bench.state();
-  EXPECT_NEAR(state.q[kElbow], bench.model.limits[kElbow].upper, 1e-3);
-}
-
-/// Far from zero the track rejects false zeros, near zero homing must not take a single one for the truth.
-TEST_P(Arm5eOn, FindsItsZerosThoughEncodersReadZeroNowAndThen) {
-  ArmBench bench(GetParam());
-  bench.parameters.seed = 5;
-  bench.parameters.power_up << -1.45, 0.05, 2.05, 0.3, 0.1;
-  bench.parameters.power_up_ticks = {20'000, 20'000, 20'000, 20'000, 300};
-  bench.parameters.zero_peak_probability = 0.1;
-  bench.settings.encoder.persists_samples = 8;  // that so many in a row are all false does not happen
-  bench.settings.homing.pause = 0ms;
-  bench.settings.homing.rest_angle[kJawRotate] = 0.3;
-  bench.settings.homing.rest_angle[kJawOpening] = 0.1;
-  bench.make(false);
-  bench.state();
-  const auto truth = bench.emulator->true_zero();
-  for (int time = 0; time < 6; ++time) {
-    const HomingResult homed = home_axes(*bench.arm, bench.clock);
-    ASSERT_TRUE(homed.ok()) << homed.message() << ", seed " << bench.parameters.seed;
-    for (std::size_t j = 0; j < kJoints; ++j)
-      EXPECT_LE(std::abs(static_cast<std::int16_t>(homed.axes[j]->raw_at_zero - truth[j])), 2)
-          << kJointNames[j] << ", time " << time << ", seed " << bench.parameters.seed;
-  }
 }
 
 TEST(OpenArm5e, SaysNothingToAnArmThatAnotherProgramMoves) {

@@ -10,6 +10,7 @@
 
 #include "drivers/arm/arm5e.hpp"
 #include "sim_backends/wire/arm_emulator.hpp"
+#include "tests/support/bench_right.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace tankrig::sim::testing_support {
@@ -44,6 +45,7 @@ struct ArmBench {
     parameters.plant.stall_rise = 0.02;
     parameters.can_paced = true;
     settings.homing.pause = 100ms;
+    settings.homing.back_off_ticks = 100;
     settings.silence_timeout = 1s;  // the machine may be busy
     settings.reply_timeout = 60ms;
     if (wire == Wire::kFastPair) {
@@ -59,6 +61,11 @@ struct ArmBench {
 
   void make(bool homed = true) {
     emulator = std::make_unique<ArmEmulator>(model, parameters, clock);
+    connect();
+    if (homed) arm->set_zero({emulator->true_zero(), "by truth"});
+  }
+  /// A driver for the emulator that is there.
+  void connect() {
     if (wire_ != Wire::kPty) {
       auto [driver, device] = make_can_pair(clock);
       emulator->serve(std::move(device));
@@ -70,7 +77,6 @@ struct ArmBench {
       emulator->serve(folder.path() / "arm");
       arm = open_arm5e(settings, model, clock);
     }
-    if (homed) arm->set_zero({emulator->true_zero(), "by truth"});
   }
 
   /// Calls `each` every 5 ms until it is true; false at the deadline.
@@ -85,7 +91,7 @@ struct ArmBench {
   bool elbow_swings() {
     return until([&] {
       (void)arm->try_read();
-      EXPECT_TRUE(arm->write_velocity(elbow(0.1)).ok());
+      EXPECT_TRUE(drive(*arm, elbow(0.1)).ok());
       return emulator->true_velocity_at(clock.now())[kElbow] > 0.09;
     });
   }
@@ -109,7 +115,7 @@ struct ArmBench {
         [&] {
           const auto news = arm->try_read();
           if (!news.ok()) found = news.error();
-          if (velocity) (void)arm->write_velocity(*velocity);
+          if (velocity) (void)drive(*arm, *velocity);
           return !news.ok();
         },
         deadline);

@@ -8,11 +8,11 @@
 #include <thread>
 #include <utility>
 
-#include "drivers/arm/homing.hpp"
 #include "rig/executive/executive.hpp"
 #include "rig/executive/safe_end.hpp"
 #include "rig/plan/operator_plan.hpp"
 #include "tests/arm/arm_bench.hpp"
+#include "tests/support/bench_right.hpp"
 #include "tests/support/counting_new.hpp"
 #include "tests/support/fakes.hpp"
 #include "tests/support/sanitizers.hpp"
@@ -63,7 +63,7 @@ TEST_P(ArmCycleOn, AllocatesNothing) {
     const auto news = bench.arm->try_read();
     failures += !news.ok();
     states += news.ok() && news.value();
-    failures += !bench.arm->write_velocity(velocity).ok();
+    failures += !drive(*bench.arm, velocity).ok();
     if (states % 10 == 9) failures += !bench.arm->stop().ok();
     bench.clock.sleep_until(bench.clock.now() + 5ms);
   }
@@ -254,7 +254,7 @@ TEST_P(ArmCycleOn, CountsOnAcrossTheEncodersWrap) {
   ASSERT_TRUE(bench.until([&] {
     const auto news = bench.arm->try_read();
     EXPECT_TRUE(news.ok());
-    EXPECT_TRUE(bench.arm->write_velocity(elbow(0.2)).ok());
+    EXPECT_TRUE(drive(*bench.arm, elbow(0.2)).ok());
     if (news.ok() && news.value()) {
       backwards = std::max(backwards, last - news.value()->q[kElbow]);
       last = news.value()->q[kElbow];
@@ -263,71 +263,6 @@ TEST_P(ArmCycleOn, CountsOnAcrossTheEncodersWrap) {
   }));
   EXPECT_LT(backwards, 1e-3);
   EXPECT_EQ(bench.statistic("jumps_rejected"), 0);
-}
-
-TEST(Homing, SaysWhichAxisFoundNoStopAndLeavesTheArmAtRest) {
-  ArmBench bench;
-  bench.settings.homing.longest = 300ms;  // the slew starts far from its stop
-  bench.make(false);
-  const HomingResult homed = home_axes(*bench.arm, bench.clock);
-  ASSERT_FALSE(homed.ok());
-  EXPECT_EQ(homed.message(), "slew: arm: no stop found in its time");
-  EXPECT_EQ(homed.error->code, ErrorCode::kTimeout);
-  EXPECT_FALSE(bench.arm->homed());
-  EXPECT_TRUE(bench.until([&] {
-    (void)bench.arm->try_read();
-    return bench.emulator->true_velocity_at(bench.clock.now())[kSlew] == 0;
-  }));
-}
-
-TEST(Homing, ReplacesAZeroOfAnotherDay) {
-  ArmBench bench;
-  bench.parameters.power_up << -1.45, 0.05, 2.05, 0, 0;
-  bench.make();
-  ArmZero wrong{bench.emulator->true_zero(), "of another day"};
-  wrong.raw[kElbow] = static_cast<std::uint16_t>(wrong.raw[kElbow] + 12'000);
-  bench.arm->set_zero(wrong);
-  EXPECT_STREQ(bench.error().where, "arm: a joint outside its limits, home again");
-  const HomingResult homed = home_axes(*bench.arm, bench.clock);
-  ASSERT_TRUE(homed.ok()) << homed.message();
-  EXPECT_NEAR(bench.state().q[kElbow], bench.model.limits[kElbow].upper, 1e-3);
-  EXPECT_TRUE(bench.arm->write_velocity(elbow(-0.1)).ok());
-}
-
-TEST(Homing, EndsWhenTheArmLosesItsSupply) {
-  ArmBench bench;
-  bench.parameters.power_up_ticks.fill(5000);
-  bench.make(false);
-  bool cut = false;
-  const HomingResult homed = home_axes(*bench.arm, bench.clock, {}, [&](const HomingProgress&) {
-    if (!std::exchange(cut, true)) bench.emulator->power_cycle();
-  });
-  EXPECT_EQ(homed.message(), "slew: arm: an encoder lost its reference, home again");
-}
-
-TEST(Homing, EndsWhenAsked) {
-  ArmBench bench;
-  bench.make(false);
-  std::atomic<bool> stop{false};
-  std::thread operator_who_looks([&] {
-    bench.until([&] { return bench.emulator->first_motion().has_value(); });
-    stop = true;
-  });
-  const HomingResult homed = home_axes(*bench.arm, bench.clock, &stop);
-  operator_who_looks.join();
-  EXPECT_EQ(homed.message(), "slew: arm: homing interrupted");
-  EXPECT_TRUE(bench.until([&] {
-    (void)bench.arm->try_read();
-    return bench.emulator->true_velocity_at(bench.clock.now())[kSlew] == 0;
-  }));
-}
-
-TEST(Homing, EndsWhenTheArmFallsSilent) {
-  ArmBench bench;
-  bench.make(false);
-  const HomingResult homed = home_axes(*bench.arm, bench.clock, {},
-                                       [&](const HomingProgress&) { bench.emulator->set_faults({.silent = true}); });
-  EXPECT_EQ(homed.message(), "slew: arm: silent");
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 
 #include "sim_backends/wire/can_hub.hpp"
 #include "tests/arm/arm_bench.hpp"
+#include "tests/support/bench_right.hpp"
 #include "tests/support/held_thread.hpp"
 
 namespace tankrig::sim {
@@ -62,7 +63,7 @@ TEST_P(ArmFaultsOn, AnAnswerThatNobodyHasLookedForIsNoTimeout) {
   bench.make();
   bench.state();
   bench.clock.sleep_until(bench.clock.now() + 2 * bench.arm->exchange_period());  // the next request is due
-  EXPECT_TRUE(bench.arm->write_velocity(elbow(0.1)).ok());
+  EXPECT_TRUE(drive(*bench.arm, elbow(0.1)).ok());
   const double timeouts = bench.statistic("timeouts");
   EXPECT_TRUE(bench.arm->stop().ok());
   bench.clock.sleep_until(bench.clock.now() + 4 * bench.settings.reply_timeout);  // later than any answer
@@ -160,7 +161,7 @@ TEST_P(ArmFaultsOn, ReadingsThatRepeatWhileItIsDrivenAreATimeout) {
   EXPECT_STREQ(error.where, "arm: repeats old readings though it is driven");
   EXPECT_TRUE(bench.until([&] {
     (void)bench.arm->try_read();
-    (void)bench.arm->write_velocity(elbow(0.1));
+    (void)drive(*bench.arm, elbow(0.1));
     return bench.statistic("stale") >= 3;
   }));
   EXPECT_TRUE(bench.arm->stop().ok());
@@ -196,14 +197,14 @@ TEST_P(ArmFaultsOn, WaterInAHousingStopsTheArmForGood) {
   EXPECT_STREQ(error.where, "arm: water in a joint's housing");
   EXPECT_GE(bench.arm->readings().water[kElbow], 1);
   expect_states(bench);  // it can still be seen coming to rest
-  EXPECT_STREQ(bench.arm->write_velocity(elbow(0.1)).error().where, "arm: water in a joint's housing");
+  EXPECT_STREQ(drive(*bench.arm, elbow(0.1)).error().where, "arm: water in a joint's housing");
   ASSERT_TRUE(bench.until([&] {
     (void)bench.arm->try_read();
     return bench.emulator->true_velocity_at(bench.clock.now())[kElbow] == 0;
   }));
   bench.emulator->set_faults({});
   expect_states(bench);
-  EXPECT_FALSE(bench.arm->write_velocity(elbow(0.1)).ok()) << "for good";
+  EXPECT_FALSE(drive(*bench.arm, elbow(0.1)).ok()) << "for good";
   EXPECT_EQ(bench.statistic("water_alarms"), 1);
 }
 
@@ -221,7 +222,7 @@ TEST_P(ArmFaultsOn, TooMuchCurrentForTooLongStopsTheArmForGood) {
   EXPECT_NEAR(bench.statistic("current_a"), 2.7, 0.3);
   bench.emulator->set_faults({});
   expect_states(bench);
-  EXPECT_FALSE(bench.arm->write_velocity(elbow(0.1)).ok()) << "for good";
+  EXPECT_FALSE(drive(*bench.arm, elbow(0.1)).ok()) << "for good";
 }
 
 TEST_P(ArmFaultsOn, AnArmThatGoesMuteAnswersTheAlteredFrame) {
@@ -271,11 +272,11 @@ TEST_P(ArmFaultsOn, EncodersThatStartAnewEndTheHoming) {
   EXPECT_EQ(error.code, ErrorCode::kNotReady);
   EXPECT_STREQ(error.where, "arm: an encoder lost its reference, home again");
   EXPECT_FALSE(bench.arm->homed());
-  EXPECT_FALSE(bench.arm->write_velocity(elbow(0.1)).ok());
+  EXPECT_FALSE(drive(*bench.arm, elbow(0.1)).ok());
   expect_states(bench, 3 * ExchangeSchedule::kFastRound);  // every encoder has told its new place
   bench.arm->set_zero({bench.emulator->true_zero(), "again"});
   expect_states(bench);
-  EXPECT_TRUE(bench.arm->write_velocity(elbow(0.1)).ok());
+  EXPECT_TRUE(drive(*bench.arm, elbow(0.1)).ok());
 }
 
 TEST_P(ArmFaultsOn, AZeroThatPutsAJointBeyondItsLimitsIsRefused) {
@@ -348,7 +349,7 @@ TEST(ArmFaults, OpeningStopsAnArmThatAKilledProgramLeftMoving) {
     bench.arm = open_arm5e(bench.settings, bench.model, bench.clock);
     while (true) {
       (void)bench.arm->try_read();
-      (void)bench.arm->write_ticks({0, 0, 100, 0, 0});
+      (void)drive_ticks(*bench.arm, {0, 0, 100, 0, 0});
       bench.clock.sleep_until(bench.clock.now() + 5ms);
     }
   }
@@ -375,7 +376,7 @@ TEST_P(ArmFaultsOn, MayBeStoppedFromAnyThreadWhileTheCycleRuns) {
   bench.until(
       [&] {
         refused += !bench.arm->try_read().ok();
-        refused += !bench.arm->write_velocity(elbow(0.1)).ok();
+        refused += !drive(*bench.arm, elbow(0.1)).ok();
         return false;
       },
       400ms);
@@ -398,7 +399,7 @@ TEST(ArmFaults, APulledSerialPlugIsADisconnectionAndItsReturnIsFound) {
   const Error error = bench.error();
   EXPECT_EQ(error.code, ErrorCode::kDisconnected);
   EXPECT_STREQ(error.where, "arm: carrier lost");
-  EXPECT_EQ(bench.arm->write_velocity(elbow(0.1)).error().code, ErrorCode::kDisconnected);
+  EXPECT_EQ(drive(*bench.arm, elbow(0.1)).error().code, ErrorCode::kDisconnected);
   EXPECT_EQ(bench.statistic("disconnects"), 1);
   bench.emulator->plug();
   expect_states(bench);
@@ -441,7 +442,7 @@ TEST(ArmFaults, AnEmptyOrFullWireIsNoErrorOfTheCycle) {
       std::make_unique<CanArmLink>(std::move(driver), bench.settings.can_ids, bench.settings.can.bitrate), bench.clock);
   ASSERT_TRUE(bench.until([&] {
     EXPECT_TRUE(bench.arm->try_read().ok());
-    (void)bench.arm->write_ticks({});
+    (void)drive_ticks(*bench.arm, {});
     return bench.statistic("send_buffer_full") > 0;
   }));
 }

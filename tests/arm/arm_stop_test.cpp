@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/arm/still_arm.hpp"
+#include "tests/support/bench_right.hpp"
 
 namespace tankrig {
 namespace {
@@ -28,7 +29,7 @@ TEST(ArmStop, OfARequestThatTheQueueCutHalfWayIsAtOnceAndNotOkUntilItIsSent) {
   EXPECT_TRUE(bench.arm->stop().ok());
   bench.pass();
   bench.bus->room = bench.bus->sent.size() + kFirstThree;
-  EXPECT_TRUE(bench.arm->write_ticks(kElbowMoves).ok()) << "a full queue is no error of a set-point";
+  EXPECT_TRUE(drive_ticks(*bench.arm, kElbowMoves).ok()) << "a full queue is no error of a set-point";
   ASSERT_FALSE(bench.rests());
   const Status refused = bench.arm->stop();
   ASSERT_FALSE(refused.ok());
@@ -40,7 +41,7 @@ TEST(ArmStop, OfARequestThatTheQueueCutHalfWayIsAtOnceAndNotOkUntilItIsSent) {
 
 TEST(ArmStop, OfTheWatchdogAlsoEndsTheSlowestDemand) {
   StillArm bench;
-  EXPECT_TRUE(bench.arm->write_ticks(kElbowCreeps).ok());
+  EXPECT_TRUE(drive_ticks(*bench.arm, kElbowCreeps).ok());
   ASSERT_FALSE(bench.rests());
   bench.pass(bench.settings.watchdog + 1ms);
   (void)bench.arm->try_read();

@@ -3,6 +3,7 @@
 
 #include "tests/arm/arm_bench.hpp"
 #include "tests/arm/still_arm.hpp"
+#include "tests/support/bench_right.hpp"
 #include "tests/support/sleepy_clock.hpp"
 
 namespace tankrig {
@@ -18,7 +19,7 @@ TEST(ArmOnAMachineThatSleeps, RestsWithoutAnotherSetPointAndRefusesMotionUntilTh
   StillArm bench;
   const auto exchange = [&](const std::array<int, kJoints>& demand) {
     bench.pass(bench.arm->exchange_period());
-    EXPECT_TRUE(bench.arm->write_ticks(demand).ok());
+    EXPECT_TRUE(drive_ticks(*bench.arm, demand).ok());
     bench.acknowledge();
     bench.answer(1234);
     EXPECT_TRUE(bench.arm->try_read().ok());
@@ -35,10 +36,10 @@ TEST(ArmOnAMachineThatSleeps, RestsWithoutAnotherSetPointAndRefusesMotionUntilTh
   ASSERT_FALSE(bench.bus->sent.empty());
   for (const CanFrame& frame : bench.bus->sent) EXPECT_EQ(frame.data[0], 0) << "driven on, id " << frame.id;
 
-  EXPECT_FALSE(bench.arm->write_ticks(kDriven).ok());
+  EXPECT_FALSE(drive_ticks(*bench.arm, kDriven).ok());
   EXPECT_TRUE(bench.rests());
   bench.pass();
-  EXPECT_FALSE(bench.arm->write_ticks(kDriven).ok()) << "for good";
+  EXPECT_FALSE(drive_ticks(*bench.arm, kDriven).ok()) << "for good";
 }
 
 /// Its cycle hangs: nobody reads.
@@ -63,7 +64,7 @@ TEST(ArmOnAMachineThatSleeps, IsStoppedByTheDriversOwnThreadTooBeforeItsWatchdog
   };
   ASSERT_TRUE(until([&] {
     (void)arm.try_read();
-    (void)arm.write_ticks(kDriven);
+    (void)drive_ticks(arm, kDriven);
     return moves();
   }));
   const auto stops = [&] {

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "tests/support/bench_right.hpp"
+
 namespace tankrig {
 namespace {
 
@@ -22,7 +24,9 @@ class PutArm final : public Arm {
                      : std::numeric_limits<double>::quiet_NaN();
     return std::optional<JointState>(s);
   }
-  Result<JointVector> write_velocity(const JointVector& v) noexcept override { return JointVector(2 * v); }
+  Result<JointVector> write_velocity(const OutputRight&, const JointVector& v) noexcept override {
+    return JointVector(2 * v);
+  }
   Status stop() noexcept override { return Error{ErrorCode::kIo, 0, {}, "arm: stop"}; }
   Duration exchange_period() const noexcept override { return Duration{7}; }
   Statistics statistics() const override { return {{"count", 1.0}}; }
@@ -63,7 +67,7 @@ TEST(BacklashArm, ChangesNothingElse) {
   for (const int j : {kSlew, kShoulder, kJawRotate, kJawOpening}) EXPECT_EQ(state.q[j], bare.q[j]);
   EXPECT_NE(state.q[kElbow], bare.q[kElbow]);
   EXPECT_EQ(state.ticks, bare.ticks);
-  EXPECT_EQ(bench.sut.write_velocity(JointVector::Ones()).value(), JointVector(2 * JointVector::Ones()));
+  EXPECT_EQ(drive(bench.sut, JointVector::Ones()).value(), JointVector(2 * JointVector::Ones()));
   EXPECT_EQ(bench.sut.stop().error().code, ErrorCode::kIo);
   EXPECT_EQ(bench.sut.exchange_period(), Duration{7});
   EXPECT_EQ(bench.sut.statistics().size(), 1u);

@@ -11,6 +11,7 @@
 #include "drivers/can/can_timing.hpp"
 #include "sim_backends/wire/can_hub.hpp"
 #include "tests/arm/arm_bench.hpp"
+#include "tests/support/bench_right.hpp"
 #include "tests/support/machine_witness.hpp"
 
 namespace tankrig::sim {
@@ -105,7 +106,7 @@ struct HubBench : ArmBench {
       const auto news = arm->try_read();
       ASSERT_TRUE(news.ok()) << news.error().where;
       states -= news.value().has_value();
-      ASSERT_TRUE(arm->write_velocity(velocity).ok());
+      ASSERT_TRUE(drive(*arm, velocity).ok());
       listen();
     }
     ASSERT_LE(states, 0);
@@ -172,7 +173,7 @@ TEST(FastExchange, MovesTheOtherJointsToo) {
   const tankrig::testing_support::MachineWitness witness;
   ASSERT_TRUE(bench.until([&] {
     const auto news = bench.arm->try_read();
-    (void)bench.arm->write_velocity(velocity);
+    (void)drive(*bench.arm, velocity);
     if (news.ok() && news.value()) state = *news.value();
     return state.q[kShoulder] > begin.q[kShoulder] + 0.05 && state.q[kSlew] > begin.q[kSlew] + 0.05;
   })) << state.q.transpose();

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "tests/arm/still_arm.hpp"
+#include "tests/support/bench_right.hpp"
 
 namespace tankrig {
 namespace {
@@ -30,7 +31,7 @@ class LateAnswers : public ::testing::Test {
 
   void ask() {
     bench.pass(bench.arm->exchange_period());
-    EXPECT_TRUE(bench.arm->write_ticks({}).ok());
+    EXPECT_TRUE(drive_ticks(*bench.arm, {}).ok());
   }
   bool answered() {
     bench.answer(1234);
@@ -72,7 +73,7 @@ TEST_F(LateAnswers, AreWaitedForBeforeTheNextRequest) {
   for (const bool over : {false, true}) {
     bench.pass(over ? bench.arm->exchange_period() : 3 * bench.settings.reply_timeout);
     EXPECT_FALSE(bench.arm->try_read().value());
-    EXPECT_TRUE(bench.arm->write_ticks({}).ok());
+    EXPECT_TRUE(drive_ticks(*bench.arm, {}).ok());
     EXPECT_EQ(bench.bus->sent.size() > asked, over);
   }
   EXPECT_FALSE(answered()) << "it may be to the one before";
@@ -120,7 +121,7 @@ class OddArm {
       const auto news = bench.arm->try_read();
       if (!news.ok()) error = news.error();
       if (news.ok() && news.value()) take();
-      (void)(stops ? bench.arm->stop() : bench.arm->write_ticks({0, 0, 1000, 0, 0}));
+      (void)(stops ? bench.arm->stop() : drive_ticks(*bench.arm, {0, 0, 1000, 0, 0}));
       answer_what_is_due();
     }
   }

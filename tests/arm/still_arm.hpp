@@ -8,6 +8,7 @@
 
 #include "drivers/arm/arm5e.hpp"
 #include "tests/arm/list_bus.hpp"
+#include "tests/support/bench_right.hpp"
 
 namespace tankrig::testing_support {
 
@@ -25,7 +26,7 @@ struct StillArm {
     arm = std::make_unique<Arm5e>(settings, arm5e(),
                                   std::make_unique<CanArmLink>(std::move(list), settings.can_ids, settings.can.bitrate),
                                   clock);
-    EXPECT_TRUE(arm->write_ticks({}).ok());  // the gains
+    EXPECT_TRUE(drive_ticks(*arm, {}).ok());  // the gains
     pass();
   }
   /// At first: until what was asked is given up, and the next request is due.

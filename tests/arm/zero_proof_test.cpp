@@ -8,6 +8,7 @@
 
 #include "core/input_error.hpp"
 #include "tests/arm/still_arm.hpp"
+#include "tests/support/bench_right.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace tankrig {
@@ -48,7 +49,7 @@ struct Program : StillArm {
     std::optional<JointState> state;
     for (int i = 0; i < times; ++i) {
       pass(arm->exchange_period());
-      (void)arm->write_ticks({});
+      (void)drive_ticks(*arm, {});
       answer(raw);
       if (const auto news = arm->try_read(); news.ok() && news.value()) state = news.value();
     }
@@ -134,10 +135,10 @@ TEST(ZeroProof, IsNotOnDiskWhileAProgramMayMoveTheArmSoThatAKillLeavesNone) {
   {
     Program program(file);
     ASSERT_TRUE(program.reads(kLeft));
-    EXPECT_EQ(program.arm->write_ticks({0, 0, 300, 0, 0}).error().code, ErrorCode::kRefused) << "opened to be read";
+    EXPECT_EQ(drive_ticks(*program.arm, {0, 0, 300, 0, 0}).error().code, ErrorCode::kRefused) << "opened to be read";
     EXPECT_TRUE(file.now().exit) << "a program that only reads leaves it";
     program.arm->begin_motion();
-    EXPECT_TRUE(program.arm->write_ticks({0, 0, 300, 0, 0}).ok());
+    EXPECT_TRUE(drive_ticks(*program.arm, {0, 0, 300, 0, 0}).ok());
     EXPECT_FALSE(file.now().exit);
   }  // as by a kill: no end_motion()
   Program next(file);
@@ -159,7 +160,7 @@ TEST(ZeroProof, IsKeptAgainByAProgramThatEndsInAnOrderlyWayWithTheArmAtRest) {
     if (rests) {
       EXPECT_EQ(file.now().exit->raw, there);
     }
-    EXPECT_FALSE(program.arm->write_ticks({0, 0, 300, 0, 0}).ok()) << "it is not driven any more";
+    EXPECT_FALSE(drive_ticks(*program.arm, {0, 0, 300, 0, 0}).ok()) << "it is not driven any more";
   }
 }
 

@@ -20,7 +20,9 @@ class LyingArm final : public Arm {
     if (lies && news.ok() && news.value()) alter_(*news.value());
     return news;
   }
-  Result<JointVector> write_velocity(const JointVector& v) noexcept override { return Arm::write_velocity(arm_, v); }
+  Result<JointVector> write_velocity(const OutputRight& right, const JointVector& v) noexcept override {
+    return arm_.write_velocity(right, v);
+  }
   Status stop() noexcept override { return arm_.stop(); }
   Duration exchange_period() const noexcept override { return arm_.exchange_period(); }
 

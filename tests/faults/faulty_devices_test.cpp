@@ -12,6 +12,7 @@
 #include "sim_backends/mock/mock_arm.hpp"
 #include "sim_backends/mock/mock_camera.hpp"
 #include "sim_backends/mock/mock_lux_meter.hpp"
+#include "tests/support/bench_right.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace tankrig::sim {
@@ -69,7 +70,7 @@ TEST(FaultyArm, IsTheArmItselfWithoutAPlan) {
       ASSERT_EQ(a.value()->q, b.value()->q);
       ASSERT_EQ(a.value()->stamp, b.value()->stamp);
     }
-    ASSERT_EQ(plain.mock_arm.write_velocity(v).value(), wrapped.arm.write_velocity(v).value());
+    ASSERT_EQ(drive(plain.mock_arm, v).value(), drive(wrapped.arm, v).value());
   }
   EXPECT_TRUE(wrapped.arm.stop().ok());
 }
@@ -91,7 +92,7 @@ TEST(FaultyArm, TellsEveryWayNotToBeThere) {
   after("off", [&](Devices& d) { EXPECT_FALSE(d.read()); });
   after("unplugged", [&](Devices& d) {
     EXPECT_EQ(d.arm.try_read().error().code, ErrorCode::kDisconnected);
-    EXPECT_EQ(d.arm.write_velocity(rest).error().code, ErrorCode::kDisconnected);
+    EXPECT_EQ(drive(d.arm, rest).error().code, ErrorCode::kDisconnected);
     EXPECT_EQ(d.arm.stop().error().code, ErrorCode::kDisconnected);
   });
   after("bus_off", [&](Devices& d) {
@@ -99,7 +100,7 @@ TEST(FaultyArm, TellsEveryWayNotToBeThere) {
     EXPECT_STREQ(d.arm.stop().error().where, "arm: bus-off");
   });
   after("enobufs", [&](Devices& d) {
-    EXPECT_TRUE(d.arm.write_velocity(rest).ok()) << "an ordinary outcome: again in the next cycle";
+    EXPECT_TRUE(drive(d.arm, rest).ok()) << "an ordinary outcome: again in the next cycle";
     EXPECT_EQ(d.arm.stop().error().os_errno, ENOBUFS);
   });
   after("write_error", [&](Devices& d) {
@@ -113,7 +114,7 @@ TEST(FaultyArm, FreezesItsAnglesButNotItsStamps) {
   (void)d.read();
   d.wait(1s);
   const JointState first = *d.read();
-  (void)d.arm.write_velocity((JointVector() << 0, 0, 0.1, 0, 0).finished());
+  (void)drive(d.arm, (JointVector() << 0, 0, 0.1, 0, 0).finished());
   d.wait(300ms);
   const JointState second = *d.read();
   EXPECT_EQ(first.q, second.q);

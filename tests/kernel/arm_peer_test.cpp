@@ -8,6 +8,7 @@
 
 #include "drivers/arm/arm5e.hpp"
 #include "tests/kernel/guest.hpp"
+#include "tests/support/bench_right.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace tankrig::test {
@@ -92,7 +93,7 @@ TEST(ArmOnVcanWithCanUtils, CandumpSeesTheGainsAndTheDemandsByteForByte) {
   const auto arm = std::make_unique<Arm5e>(
       settings, arm5e(),
       std::make_unique<CanArmLink>(open_can(settings.can, clock), settings.can_ids, settings.can.bitrate), clock);
-  ASSERT_TRUE(arm->write_ticks({0, 0x0123, -0x010A, 0, 0}).ok());  // the gains go first
+  ASSERT_TRUE(drive_ticks(*arm, {0, 0x0123, -0x010A, 0, 0}).ok());  // the gains go first
   ASSERT_TRUE(becomes_true([&] { return shell("cat " + log).find("215#") != std::string::npos; }));
   const auto acknowledged =
       folder.write("gains.log",
@@ -102,7 +103,7 @@ TEST(ArmOnVcanWithCanUtils, CandumpSeesTheGainsAndTheDemandsByteForByte) {
   shell("canplayer -t -I " + acknowledged.string());
   ASSERT_TRUE(becomes_true([&] {
     (void)arm->try_read();
-    (void)arm->write_ticks({0, 0x0123, -0x010A, 0, 0});
+    (void)drive_ticks(*arm, {0, 0x0123, -0x010A, 0, 0});
     return shell("cat " + log).find("205#") != std::string::npos;
   }));
   ASSERT_EQ(candump.wait(), 0);

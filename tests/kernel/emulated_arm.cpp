@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "tests/kernel/guest.hpp"
+#include "tests/support/bench_right.hpp"
 
 namespace tankrig::test {
 namespace {
@@ -68,7 +69,7 @@ bool EmulatedArm::moves_elbow(double by, Duration limit) {
   return becomes_true(
       [&] {
         const auto read = driver->try_read();
-        (void)driver->write_velocity(elbow_at(std::copysign(kElbowSpeed, by)));
+        (void)drive(*driver, elbow_at(std::copysign(kElbowSpeed, by)));
         if (!read.ok() || !read.value() || std::isnan(read.value()->q[kElbow])) return false;
         const double elbow = read.value()->q[kElbow];
         if (!begin) begin = elbow;
@@ -83,7 +84,7 @@ double EmulatedArm::error_at_rest() {
   std::optional<std::array<std::int32_t, kJoints>> before;
   becomes_true([&] {
     const auto read = driver->try_read();
-    (void)driver->write_velocity(JointVector::Zero());
+    (void)drive(*driver, JointVector::Zero());
     if (!read.ok() || !read.value()) return false;
     still = before == read.value()->ticks ? still + 1 : 0;
     before = read.value()->ticks;
@@ -99,7 +100,7 @@ std::optional<Error> EmulatedArm::next_error(Duration limit) {
       [&] {
         const auto read = driver->try_read();
         if (!read.ok()) error = read.error();
-        (void)driver->write_velocity(elbow_at(kElbowSpeed));
+        (void)drive(*driver, elbow_at(kElbowSpeed));
         return error.has_value();
       },
       limit);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <thread>
 
+#include "tests/support/bench_right.hpp"
 #include "tests/support/sanitizers.hpp"
 
 namespace tankrig::sim {
@@ -32,7 +33,7 @@ JointVector elbow(double velocity) {
 void drive(ArmBench& bench, MockArm& arm, const JointVector& velocity, Duration length) {
   const Stamp end = bench.clock.now() + length;
   while (bench.clock.now() < end) {
-    ASSERT_TRUE(arm.write_velocity(velocity).ok());
+    ASSERT_TRUE(drive(arm, velocity).ok());
     bench.clock.sleep_until(bench.clock.now() + 5ms);
   }
 }
@@ -53,7 +54,7 @@ TEST(MockArm, FollowsASetPointWithFirstOrderLagExactly) {
   bench.parameters.time_constant = 0.05;
   MockArm sut = bench.make();
   const double slope = bench.model.actuators[kElbow].resolution(1.0);
-  ASSERT_TRUE(sut.write_velocity(elbow(0.1)).ok());
+  ASSERT_TRUE(drive(sut, elbow(0.1)).ok());
   const double demand = -std::round(0.1 / slope);  // the elbow's actuator shortens as its angle grows
   bench.clock.sleep_until({400'000'000});
   for (double t : {0.003, 0.05, 0.123456, 0.35}) {
@@ -68,7 +69,7 @@ TEST(MockArm, TellsTruthTheSameHoweverOftenItIsAsked) {
   MockArm coarse = a.make(), fine = b.make();
   drive(a, coarse, elbow(0.1), 300ms);
   for (int i = 0; i < 60; ++i) {
-    ASSERT_TRUE(fine.write_velocity(elbow(0.1)).ok());
+    ASSERT_TRUE(drive(fine, elbow(0.1)).ok());
     for (int k = 0; k < 5; ++k) {
       b.clock.sleep_until(b.clock.now() + 1ms);
       (void)fine.truth_at(b.clock.now());
@@ -81,10 +82,10 @@ TEST(MockArm, TellsTruthTheSameHoweverOftenItIsAsked) {
 TEST(MockArm, RaisesSlowCommandsToItsDeadZoneAndIgnoresCreep) {
   ArmBench bench;
   MockArm sut = bench.make();
-  EXPECT_EQ(sut.write_velocity(elbow(0.009)).value()[kElbow], 0);
-  EXPECT_NEAR(sut.write_velocity(elbow(0.02)).value()[kElbow], 0.06, 2e-4);
-  EXPECT_NEAR(sut.write_velocity(elbow(-0.02)).value()[kElbow], -0.06, 2e-4);
-  EXPECT_NEAR(sut.write_velocity(elbow(0.1)).value()[kElbow], 0.1, 2e-4);
+  EXPECT_EQ(drive(sut, elbow(0.009)).value()[kElbow], 0);
+  EXPECT_NEAR(drive(sut, elbow(0.02)).value()[kElbow], 0.06, 2e-4);
+  EXPECT_NEAR(drive(sut, elbow(-0.02)).value()[kElbow], -0.06, 2e-4);
+  EXPECT_NEAR(drive(sut, elbow(0.1)).value()[kElbow], 0.1, 2e-4);
 }
 
 TEST(MockArm, SlowsAllAxesTogetherAtItsSpeedLimit) {
@@ -93,7 +94,7 @@ TEST(MockArm, SlowsAllAxesTogetherAtItsSpeedLimit) {
   JointVector v = JointVector::Zero();
   v[kShoulder] = 0.4;
   v[kElbow] = 0.2;
-  const JointVector applied = sut.write_velocity(v).value();
+  const JointVector applied = drive(sut, v).value();
   EXPECT_NEAR(applied[kShoulder] / bench.model.actuators[kShoulder].resolution(0.12), 2000, 1);
   EXPECT_NEAR(applied[kElbow] / applied[kShoulder], 0.5, 2e-3);
 }
@@ -108,7 +109,7 @@ TEST(MockArm, StampsTheTrueSamplingTimeWhenItsLatencyIsKnown) {
     double worst = 0, sum = 0;
     int samples = 0;
     for (int i = 0; i < 400; ++i) {
-      ASSERT_TRUE(sut.write_velocity(elbow(omega)).ok());
+      ASSERT_TRUE(drive(sut, elbow(omega)).ok());
       bench.clock.sleep_until(bench.clock.now() + 5ms);
       const auto state = sut.try_read();
       if (!state.value() || i < 100) continue;
@@ -182,7 +183,7 @@ TEST(MockArm, MayBeStoppedFromAnyThread) {
   parameters.exchange_period = 2us * testing_support::kSlowness;
   parameters.feedback_latency = 0s;
   MockArm sut(arm5e(), parameters, (JointVector() << 0, 0.12, 1.0, 0, 0.1).finished(), clock);
-  ASSERT_TRUE(sut.write_velocity(elbow(0.1)).ok());
+  ASSERT_TRUE(drive(sut, elbow(0.1)).ok());
   sut.faults.runs_away = true;  // it keeps moving, so that an exchange made twice or left out is seen
   std::atomic<bool> done{false};
   std::thread other([&] {
@@ -258,8 +259,8 @@ TEST(MockArm, CannotBeAskedForADemandWhoseLowByteIs0A) {
   const double slope = bench.model.actuators[kElbow].resolution(1.0);
   for (const int high : {3, 4}) {
     const double asked = high * 256 + 0x0A;
-    EXPECT_NEAR(sut.write_velocity(elbow(asked * slope)).value()[kElbow], (asked + 1) * slope, 1e-9);
-    EXPECT_NEAR(sut.write_velocity(elbow((asked + 2) * slope)).value()[kElbow], (asked + 2) * slope, 1e-9);
+    EXPECT_NEAR(drive(sut, elbow(asked * slope)).value()[kElbow], (asked + 1) * slope, 1e-9);
+    EXPECT_NEAR(drive(sut, elbow((asked + 2) * slope)).value()[kElbow], (asked + 2) * slope, 1e-9);
   }
 }
 

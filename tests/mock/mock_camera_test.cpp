@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "sim_backends/mock/mock_lux_meter.hpp"
+#include "tests/support/bench_right.hpp"
 
 namespace tankrig::sim {
 namespace {
@@ -32,7 +33,7 @@ struct CameraBench {
     JointVector v = JointVector::Zero();
     v[kElbow] = 0.1;
     while (clock.now() < Stamp{} + end) {
-      EXPECT_TRUE(arm.write_velocity(v).ok());
+      EXPECT_TRUE(drive(arm, v).ok());
       clock.sleep_until(clock.now() + 5ms);
       while (auto frame = camera.try_grab().value()) frames.push_back(std::move(*frame));
     }

@@ -64,22 +64,20 @@ fs::path wire_rig(const fs::path& folder) {
   return rig;
 }
 
-/// A scan on a terminal of its own.
-struct Scan {
-  fs::path folder;
+/// The program on a terminal of its own.
+struct OnTerminal {
   MonotonicClock clock;
-  sim::MockLaser lamp{200ms, clock};
-  sim::RelayEmulator box;
   int terminal = -1;
   pid_t process = -1;
   std::string screen;
   int status = 0;
 
-  /// `where` has the rig.
-  explicit Scan(const fs::path& where)
-      : folder(where), box({.name = where / "laser", .protocol = {.status_query = 3}, .watchdog = 0s}, lamp) {
-    const std::array<std::string, 5> words{"tankrig", "scan", "--rig", folder / "rig.yaml", "--out"};
-    const std::string session = this->session(), source = TANKRIG_SOURCE_DIR;
+  void run(std::vector<std::string> words) {
+    words.insert(words.begin(), "tankrig");
+    std::vector<char*> argv;
+    for (std::string& word : words) argv.push_back(word.data());
+    argv.push_back(nullptr);
+    const std::string source = TANKRIG_SOURCE_DIR;
     terminal = ::posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC);  // nobody else's, so that its closing is a hang-up
     std::array<char, 64> own{};
     EXPECT_TRUE(::grantpt(terminal) == 0 && ::unlockpt(terminal) == 0 &&
@@ -91,22 +89,21 @@ struct Scan {
       ::ioctl(end, TIOCSCTTY, 0);
       for (const int standard : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) ::dup2(end, standard);
       if (::chdir(source.c_str()) != 0) ::_exit(126);
-      ::execl(TANKRIG_PROGRAM, words[0].c_str(), words[1].c_str(), words[2].c_str(), words[3].c_str(), words[4].c_str(),
-              session.c_str(), nullptr);
+      ::execv(TANKRIG_PROGRAM, argv.data());
       ::_exit(127);
     }
   }
-  ~Scan() {
+  OnTerminal() = default;
+  ~OnTerminal() {
     hang_up();
     if (process > 0) {
       ::kill(process, SIGKILL);
       ::waitpid(process, nullptr, 0);
     }
   }
-  Scan(const Scan&) = delete;
-  Scan& operator=(const Scan&) = delete;
+  OnTerminal(const OnTerminal&) = delete;
+  OnTerminal& operator=(const OnTerminal&) = delete;
 
-  fs::path session() const { return folder / "session"; }
   void press(char key) { EXPECT_EQ(::write(terminal, &key, 1), 1); }
   void signal(int number) { EXPECT_EQ(::kill(process, number), 0); }
   void hang_up() {
@@ -127,8 +124,8 @@ struct Scan {
     }
     return false;
   }
-  bool lit() {
-    return until([this] { return box.relay_closed() && screen.find("scan: sweep") != std::string::npos; });
+  bool shows(const std::string& text) {
+    return until([&] { return screen.find(text) != std::string::npos; });
   }
   bool ended() {
     return until([this] { return process < 0; });
@@ -140,6 +137,22 @@ struct Scan {
     if (::poll(&door, 1, 10) <= 0 || !(door.revents & POLLIN)) return;
     char text[4096];
     if (const ssize_t n = ::read(terminal, text, sizeof text); n > 0) screen.append(text, static_cast<std::size_t>(n));
+  }
+};
+
+/// A scan of the rig in `where`.
+struct Scan : OnTerminal {
+  fs::path folder;
+  sim::MockLaser lamp{200ms, clock};
+  sim::RelayEmulator box;
+
+  explicit Scan(const fs::path& where)
+      : folder(where), box({.name = where / "laser", .protocol = {.status_query = 3}, .watchdog = 0s}, lamp) {
+    run({"scan", "--rig", folder / "rig.yaml", "--out", session()});
+  }
+  fs::path session() const { return folder / "session"; }
+  bool lit() {
+    return until([this] { return box.relay_closed() && screen.find("scan: sweep") != std::string::npos; });
   }
 };
 
@@ -163,6 +176,13 @@ struct WayOut {
 std::vector<WayOut> ways_out() {
   const auto by = [](int number) { return [number](Scan& scan) { scan.signal(number); }; };
   return {{"stop key", [](Scan& scan) { scan.press(' '); }},
+          {"held Ctrl-C",
+           [](Scan& scan) {
+             scan.until([&] {
+               scan.press('\x03');
+               return scan.process < 0;
+             });
+           }},
           {"Ctrl-Z", [](Scan& scan) { scan.press('\x1a'); }},
           {"closed terminal", [](Scan& scan) { scan.hang_up(); }},
           {"TERM", by(SIGTERM)},
@@ -258,6 +278,37 @@ TEST(WaysOut, AreOpenAlsoWhileTheEmulatedDevicesStart) {
   EXPECT_TRUE(WIFEXITED(scan.status) && WEXITSTATUS(scan.status) == 3) << scan.status;
   EXPECT_THAT(scan.screen, HasSubstr("tankrig: stopped while the emulated devices started: nothing moved"));
   EXPECT_FALSE(fs::exists(scan.session()));
+}
+
+/// A rig file that does not say that its devices are emulated: to the program they are real.
+fs::path real_to_the_program(const fs::path& folder) {
+  const fs::path rig = patient_wire_rig(folder);
+  const std::string text = read_text(rig);
+  write_text(rig, text.substr(0, text.find("\n# How the emulated devices behave")) + "\n");
+  return rig;
+}
+
+TEST(HeldToRun, AJogOnDevicesAsksWarnsAndMovesWhileAKeyIsHeld) {
+  const fs::path served = patient_wire_rig(scratch_folder() / "served"),
+                 rig = real_to_the_program(scratch_folder() / "real");
+  OnTerminal jog;
+  jog.run({"emulate", "--rig", served, "--device", "arm", "--device", "laser", "--", "tankrig", "arm", "jog", "--rig",
+           rig, "elbow", "80"});
+  ASSERT_TRUE(jog.shows("[y/N]")) << jog.screen;
+  EXPECT_THAT(jog.screen, HasSubstr("its arm will move for 6 s (elbow 51.6 to 80.0 deg)"));
+  jog.press('y');
+  jog.press('\n');
+  ASSERT_TRUE(jog.shows("starts in 1 s")) << jog.screen;
+  ASSERT_TRUE(jog.shows("hold space")) << jog.screen;
+  const auto moving = [&] { return jog.screen.find("arm: move elbow") != std::string::npos; };
+  EXPECT_FALSE(moving());
+  ASSERT_TRUE(jog.until([&] {
+    jog.press(' ');
+    return moving();
+  })) << jog.screen;
+  ASSERT_TRUE(jog.ended()) << jog.screen;
+  EXPECT_TRUE(WIFEXITED(jog.status) && WEXITSTATUS(jog.status) == 3) << jog.status << jog.screen;
+  EXPECT_THAT(jog.screen, HasSubstr("arm stopped: asked for; laser off, arm at rest"));
 }
 
 /// The cycle of a lit sweep hangs.

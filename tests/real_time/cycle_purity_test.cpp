@@ -50,7 +50,9 @@ class WatchedArm final : public Arm {
     ++cycle_;
     return arm_.try_read();
   }
-  Result<JointVector> write_velocity(const JointVector& v) noexcept override { return Arm::write_velocity(arm_, v); }
+  Result<JointVector> write_velocity(const OutputRight& right, const JointVector& v) noexcept override {
+    return arm_.write_velocity(right, v);
+  }
   Status stop() noexcept override { return arm_.stop(); }
   Duration exchange_period() const noexcept override { return arm_.exchange_period(); }
 
@@ -340,7 +342,9 @@ class BadArm final : public Arm {
     }
     return arm_.try_read();
   }
-  Result<JointVector> write_velocity(const JointVector& v) noexcept override { return arm_.write_velocity(v); }
+  Result<JointVector> write_velocity(const OutputRight& right, const JointVector& v) noexcept override {
+    return arm_.write_velocity(right, v);
+  }
   Status stop() noexcept override { return arm_.stop(); }
   Duration exchange_period() const noexcept override { return 2ms; }
   void allow() { allowed_ = true; }

@@ -72,7 +72,9 @@ class SlowArm final : public Arm {
     for (const Stamp end = clock.now() + Duration{busy_ns.load()}; clock.now() < end;) continue;
     return arm_.try_read();
   }
-  Result<JointVector> write_velocity(const JointVector& v) noexcept override { return arm_.write_velocity(v); }
+  Result<JointVector> write_velocity(const OutputRight& right, const JointVector& v) noexcept override {
+    return arm_.write_velocity(right, v);
+  }
   Status stop() noexcept override { return arm_.stop(); }
   Duration exchange_period() const noexcept override { return 1ms; }
 

@@ -48,7 +48,7 @@ class SamplingArm final : public Arm {
     s.q = q_;
     return std::optional<JointState>(s);
   }
-  Result<JointVector> write_velocity(const JointVector& v) noexcept override { return v; }
+  Result<JointVector> write_velocity(const OutputRight&, const JointVector& v) noexcept override { return v; }
   Status stop() noexcept override { return {}; }
   Duration exchange_period() const noexcept override { return period_; }
 

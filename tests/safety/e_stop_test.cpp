@@ -13,6 +13,7 @@
 #include <system_error>
 #include <thread>
 
+#include "core/clock.hpp"
 #include "rig/safety/emergency.hpp"
 #include "rig/safety/guarded_outputs.hpp"
 #include "rig/safety/stop_key.hpp"
@@ -95,6 +96,47 @@ TEST(StopKey, ThatGetsNoThreadLeavesTerminalAndSignalsAsTheyWere) {
   EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == kWell) << status;
 }
 
+constexpr Duration kHeld = 2s;
+
+/// Until the key is let go; no sooner.
+int move_while_a_key_is_held() {
+  std::atomic<bool> stop{false};
+  const StopKey sut(STDIN_FILENO, stop, HeldKey{1s, 1s});
+  if (!sut.active() || sut.held()) return kWrong;
+  if (::write(STDOUT_FILENO, "!", 1) != 1) return kWrong;
+  const Stamp begin = MonotonicClock{}.now();
+  if (!wait_for(stop) || !sut.held()) return kWrong;
+  return MonotonicClock{}.now() - begin >= kHeld ? kWell : kWrong;
+}
+
+TEST(StopKey, HeldToRunStopsOnceItIsLetGoAndNoSooner) {
+  const int status = on_a_terminal(move_while_a_key_is_held, [](int terminal) {
+    press(terminal, " ");
+    MonotonicClock clock;
+    for (const Stamp end = clock.now() + kHeld; clock.now() < end;) {
+      EXPECT_EQ(::write(terminal, " ", 1), 1);
+      clock.sleep_until(clock.now() + 40ms);
+    }
+  });
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == kWell) << status;
+}
+
+/// The key is held for good.
+int stop_by_q_though_held() {
+  std::atomic<bool> stop{false};
+  const StopKey sut(STDIN_FILENO, stop, HeldKey{1h, 1h});
+  if (!sut.active() || ::write(STDOUT_FILENO, "!", 1) != 1) return kWrong;
+  return wait_for(stop) ? kWell : kWrong;
+}
+
+TEST(StopKey, HeldToRunStopsAtQ) {
+  const int status = on_a_terminal(stop_by_q_though_held, [](int terminal) {
+    press(terminal, " ");
+    EXPECT_EQ(::write(terminal, "q", 1), 1);
+  });
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == kWell) << status;
+}
+
 int stop_when_the_terminal_goes() {
   ::signal(SIGHUP, SIG_IGN);
   std::atomic<bool> stop{false};
@@ -139,7 +181,7 @@ class LoudLaser final : public Laser {
 class LoudArm final : public Arm {
  public:
   Result<std::optional<JointState>> try_read() noexcept override { return std::optional<JointState>{}; }
-  Result<JointVector> write_velocity(const JointVector& v) noexcept override { return v; }
+  Result<JointVector> write_velocity(const OutputRight&, const JointVector& v) noexcept override { return v; }
   Status stop() noexcept override {
     if (hangs)
       while (true) ::pause();
@@ -191,7 +233,7 @@ class CycleInDeath final : public Arm {
  public:
   explicit CycleInDeath(Laser& laser) : laser_(laser) {}
   Result<std::optional<JointState>> try_read() noexcept override { return std::optional<JointState>{}; }
-  Result<JointVector> write_velocity(const JointVector& v) noexcept override { return v; }
+  Result<JointVector> write_velocity(const OutputRight&, const JointVector& v) noexcept override { return v; }
   Status stop() noexcept override { return {}; }
   Duration exchange_period() const noexcept override { return 5ms; }
   void last_resort() noexcept override { turn(); }

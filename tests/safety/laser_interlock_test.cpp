@@ -22,7 +22,8 @@ struct Case {
 
 bool fault(const InterlockInputs& in) { return in.device_fault || in.beam != BeamVerdict::kNone; }
 bool trouble(const InterlockInputs& in) { return in.slept || fault(in); }
-bool lines(const InterlockInputs& in) { return in.interlock_closed && in.heartbeat_fresh; }
+bool lines(const InterlockInputs& in) { return in.interlock_closed && in.heartbeat_fresh && in.enabled; }
+bool cut(const Case& c) { return !c.in.enabled && (c.state.last_enabled || c.state.armed || c.in.homing); }
 
 /// Calls `check` for every state and every input: all booleans, every verdict, and of every timer a value on either
 /// side of its limit and on it.
@@ -32,9 +33,9 @@ void for_every_case(Check check) {
       lit_for{20s, 20s + 1ns, 0s};
   const std::array<Duration, 2> dark_for{1s - 1ns, 1s};
   Case c;
-  for (unsigned s = 0; s < 64; ++s)
+  for (unsigned s = 0; s < 128; ++s)
     for (unsigned timers = 0; timers < 3 * 3 * 3 * 2; ++timers)
-      for (unsigned i = 0; i < 512; ++i)
+      for (unsigned i = 0; i < 2048; ++i)
         for (const BeamVerdict beam : {BeamVerdict::kNone, BeamVerdict::kMissing, BeamVerdict::kStray}) {
           const auto bit = [](unsigned bits, int n) { return ((bits >> n) & 1) != 0; };
           c.state = {bit(s, 0),
@@ -43,12 +44,13 @@ void for_every_case(Check check) {
                      bit(s, 3),
                      bit(s, 4),
                      bit(s, 5),
+                     bit(s, 6),
                      kNow - armed_for[timers % 3],
                      kNow - held_for[timers / 3 % 3],
                      kNow - lit_for[timers / 9 % 3],
                      kNow - dark_for[timers / 27]};
-          c.in = {kNow,      bit(i, 0), bit(i, 1), bit(i, 2), bit(i, 3), bit(i, 4),
-                  bit(i, 5), bit(i, 6), bit(i, 7), bit(i, 8), beam};
+          c.in = {kNow,      bit(i, 0), bit(i, 1), bit(i, 2), bit(i, 3),  bit(i, 4), bit(i, 5),
+                  bit(i, 6), bit(i, 7), bit(i, 8), bit(i, 9), bit(i, 10), beam};
           check(c, step(c.state, c.in, kLimits));
         }
 }
@@ -64,11 +66,12 @@ struct Law {
 std::string shown(const Case& c) {
   const auto& s = c.state;
   const auto& i = c.in;
-  std::string text = "state armed latched holding last_arm last_hold stretch:";
-  for (const bool b : {s.armed, s.latched, s.holding, s.last_arm, s.last_hold, s.stretch}) text += b ? " 1" : " 0";
-  text += "; input arm hold interlock heartbeat rest sweeping fault slept request:";
+  std::string text = "state armed latched holding last_arm last_hold last_enabled stretch:";
+  for (const bool b : {s.armed, s.latched, s.holding, s.last_arm, s.last_hold, s.last_enabled, s.stretch})
+    text += b ? " 1" : " 0";
+  text += "; input arm hold interlock heartbeat rest sweeping fault slept request enabled homing:";
   for (const bool b : {i.arm, i.hold, i.interlock_closed, i.heartbeat_fresh, i.at_rest, i.sweeping, i.device_fault,
-                       i.slept, i.laser_request})
+                       i.slept, i.laser_request, i.enabled, i.homing})
     text += b ? " 1" : " 0";
   return text + "; beam " + std::to_string(static_cast<int>(i.beam));
 }
@@ -83,20 +86,20 @@ void expect_laws(std::vector<Law> laws) {
   for (const Law& law : laws)
     EXPECT_EQ(law.broken, 0u) << law.name << ": broken in " << law.broken << " of " << cases << " cases, first "
                               << law.first;
-  EXPECT_EQ(cases, 64u * 54 * 512 * 3);
+  EXPECT_EQ(cases, 128u * 54 * 2048 * 3);
 }
 
 TEST(LaserInterlock, DoesInEveryCaseWhatTheTableAboveItSays) {
   const TruthTable table = TruthTable::in_file(TANKRIG_SOURCE_DIR "/rig/safety/laser_interlock.hpp");
-  ASSERT_EQ(table.rows(), 13u);
+  ASSERT_EQ(table.rows(), 15u);
   std::vector<std::uint64_t> used(table.rows());
   std::uint64_t wrong = 0;
   std::string first;
   const std::size_t latched = table.input("latched"), armed = table.input("armed"), holding = table.input("holding"),
-                    arm = table.input("arm"), hold = table.input("hold"), slept = table.input("slept"),
-                    fault_column = table.input("fault"), lines_column = table.input("lines"),
-                    over = table.input("over"), rest = table.input("rest"), sweeping = table.input("sweeping"),
-                    time = table.input("time");
+                    arm = table.input("arm"), hold = table.input("hold"), homing = table.input("homing"),
+                    cut_column = table.input("cut"), slept = table.input("slept"), fault_column = table.input("fault"),
+                    lines_column = table.input("lines"), over = table.input("over"), rest = table.input("rest"),
+                    sweeping = table.input("sweeping"), time = table.input("time");
   std::vector<TruthTable::Value> values(table.inputs());
   for_every_case([&](const Case& c, const InterlockStep& out) {
     const bool stretch = c.state.stretch && c.in.now - c.state.last_lit < kLimits.indicator_delay;
@@ -106,6 +109,8 @@ TEST(LaserInterlock, DoesInEveryCaseWhatTheTableAboveItSays) {
     values[holding] = {c.state.holding, false};
     values[arm] = {c.in.arm, c.in.arm && !c.state.last_arm};
     values[hold] = {c.in.hold, c.in.hold && !c.state.last_hold};
+    values[homing] = {c.in.homing, false};
+    values[cut_column] = {cut(c), false};
     values[slept] = {c.in.slept, false};
     values[fault_column] = {fault(c.in), false};
     values[lines_column] = {lines(c.in), false};
@@ -156,13 +161,19 @@ TEST(LaserInterlock, KeepsItsLawsInEveryCase) {
          return c.in.hold && !c.state.last_hold && c.state.armed && c.in.at_rest && !c.in.sweeping &&
                 out.state.held_at == kNow;
        }},
-      {"no motion in a hold, none while latched, motion otherwise",
-       [](const Case&, const InterlockStep& out) {
-         return out.outputs.motion == (!out.state.latched && !out.state.holding);
+      {"no motion in a hold, none while latched, none without the box, motion otherwise",
+       [](const Case& c, const InterlockStep& out) {
+         return out.outputs.motion == (!out.state.latched && !out.state.holding && c.in.enabled);
        }},
+      {"homing only where asked for, in the dark, with every line good, and where motion is allowed",
+       [](const Case& c, const InterlockStep& out) {
+         return out.outputs.homing == (out.outputs.motion && c.in.homing && !out.state.armed && lines(c.in));
+       }},
+      {"neither homing nor light where the other may be",
+       [](const Case&, const InterlockStep& out) { return !out.outputs.homing || !out.outputs.laser; }},
       {"every fault latches",
        [](const Case& c, const InterlockStep& out) {
-         return c.state.latched || !trouble(c.in) || (out.state.latched && out.outputs.trip != Trip::kNone);
+         return c.state.latched || !(trouble(c.in) || cut(c)) || (out.state.latched && out.outputs.trip != Trip::kNone);
        }},
       {"latched for good",
        [](const Case& c, const InterlockStep& out) { return !c.state.latched || out.state.latched; }},
@@ -185,9 +196,11 @@ TEST(LaserInterlock, KeepsItsLawsInEveryCase) {
            case Trip::kBeam:
              return c.in.beam != BeamVerdict::kNone;
            case Trip::kHeartbeat:
-             return c.state.armed && !c.in.heartbeat_fresh;
+             return (c.state.armed || c.in.homing) && !c.in.heartbeat_fresh;
            case Trip::kInterlock:
-             return c.state.armed && !c.in.interlock_closed;
+             return (c.state.armed || c.in.homing) && !c.in.interlock_closed;
+           case Trip::kDisabled:
+             return cut(c);
            case Trip::kMaximumOn:
              return c.state.armed && c.in.now - c.state.lit_at > kLimits.maximum_on;
            case Trip::kMotion:
@@ -203,7 +216,8 @@ TEST(LaserInterlock, KeepsItsLawsInEveryCase) {
        }},
       {"remembers the switches for the next edge",
        [](const Case& c, const InterlockStep& out) {
-         return out.state.last_arm == c.in.arm && out.state.last_hold == c.in.hold;
+         return out.state.last_arm == c.in.arm && out.state.last_hold == c.in.hold &&
+                out.state.last_enabled == c.in.enabled;
        }},
   });
 }

@@ -19,6 +19,7 @@
 #include "rig/safety/guarded_outputs.hpp"
 #include "sim_backends/wire/can_hub.hpp"
 #include "sim_backends/wire/relay_emulator.hpp"
+#include "tests/support/bench_right.hpp"
 #include "tests/support/machine_witness.hpp"
 #include "tests/support/named_thread.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -136,7 +137,7 @@ SerialFrame driving_frame() {
       if (turn < 10) (void)outputs.switch_laser();
       (void)outputs.read_laser();
       (void)arm.try_read();
-      (void)arm.write_ticks(kDrive);
+      (void)drive_ticks(arm, kDrive);
       clock.sleep_until(clock.now() + 5ms);
     }
   }).join();

@@ -33,7 +33,9 @@ class LyingArm final : public Arm {
     }
     return news;
   }
-  Result<JointVector> write_velocity(const JointVector& v) noexcept override { return arm_.write_velocity(v); }
+  Result<JointVector> write_velocity(const OutputRight& right, const JointVector& v) noexcept override {
+    return arm_.write_velocity(right, v);
+  }
   Status stop() noexcept override { return arm_.stop(); }
   Duration exchange_period() const noexcept override { return arm_.exchange_period(); }
 
@@ -156,8 +158,10 @@ const std::map<Fault, Injection>& injections() {
   return all;
 }
 
-/// Faults that need another plan or other settings; each has a test of its own below.
-constexpr Fault kElsewhere[] = {Fault::kNone, Fault::kMaximumOn, Fault::kMovedInHold, Fault::kHoldRefused};
+/// Faults that need another plan or other settings; each has a test of its own below. That of the watchdog box needs a
+/// box (tests/watchdog).
+constexpr Fault kElsewhere[] = {Fault::kNone, Fault::kMaximumOn, Fault::kMovedInHold, Fault::kHoldRefused,
+                                Fault::kDisabled};
 
 void expect_safe(ReactionBench& bench, Fault fault) {
   EXPECT_EQ(bench.last.state, ExecutiveState::kFault);

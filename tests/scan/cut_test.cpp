@@ -98,7 +98,9 @@ class DisconnectedArm final : public Arm {
     if (lost) return Error{ErrorCode::kDisconnected, 0, {}, "arm: carrier lost"};
     return arm_.try_read();
   }
-  Result<JointVector> write_velocity(const JointVector& v) noexcept override { return Arm::write_velocity(arm_, v); }
+  Result<JointVector> write_velocity(const OutputRight& right, const JointVector& v) noexcept override {
+    return arm_.write_velocity(right, v);
+  }
   Status stop() noexcept override {
     if (lost) return Error{ErrorCode::kDisconnected, 0, {}, "arm: carrier lost"};
     return arm_.stop();

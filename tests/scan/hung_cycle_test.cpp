@@ -42,9 +42,9 @@ class GatedArm final : public Arm {
     gate_.pass();
     return arm_.try_read();
   }
-  Result<JointVector> write_velocity(const JointVector& v) noexcept override {
+  Result<JointVector> write_velocity(const OutputRight& right, const JointVector& v) noexcept override {
     if (order_.arm_stop > 0 && !v.isZero()) ++order_.forgotten;
-    return Arm::write_velocity(arm_, v);
+    return arm_.write_velocity(right, v);
   }
   Status stop() noexcept override {
     if (gate_.closed || other_.closed) order_.note(order_.arm_stop);

@@ -300,7 +300,9 @@ class UnreferencedArm final : public Arm {
     }
     return news;
   }
-  Result<JointVector> write_velocity(const JointVector& v) noexcept override { return Arm::write_velocity(arm_, v); }
+  Result<JointVector> write_velocity(const OutputRight& right, const JointVector& v) noexcept override {
+    return arm_.write_velocity(right, v);
+  }
   Status stop() noexcept override { return arm_.stop(); }
   void last_resort() noexcept override { arm_.last_resort(); }
   Duration exchange_period() const noexcept override { return arm_.exchange_period(); }

@@ -47,8 +47,8 @@ class TapedArm final : public Arm {
  public:
   TapedArm(Arm& arm, CallTape& tape) : arm_(arm), tape_(tape) {}
   Result<std::optional<JointState>> try_read() noexcept override { return taped(Call::kRead, arm_.try_read()); }
-  Result<JointVector> write_velocity(const JointVector& v) noexcept override {
-    return taped(Call::kWrite, Arm::write_velocity(arm_, v));
+  Result<JointVector> write_velocity(const OutputRight& right, const JointVector& v) noexcept override {
+    return taped(Call::kWrite, arm_.write_velocity(right, v));
   }
   Status stop() noexcept override { return taped(Call::kStop, arm_.stop()); }
   Duration exchange_period() const noexcept override { return arm_.exchange_period(); }

@@ -40,7 +40,7 @@ class FakeArm final : public Arm {
     s.velocity = velocity_;
     return std::optional<JointState>(s);
   }
-  Result<JointVector> write_velocity(const JointVector& v) noexcept override {
+  Result<JointVector> write_velocity(const OutputRight&, const JointVector& v) noexcept override {
     log_.add("velocity");
     if (fail_write) return Error{ErrorCode::kIo, 5, now, "arm: write set-points"};
     velocity_ = v;

@@ -27,6 +27,7 @@ void add_motion_options(const ArmCommand& c) {
                    "Velocity of the fastest joint [deg/s] (default: scan.move.velocity_rad_s of the rig file)")
       ->check(CLI::PositiveNumber);
   c.app->add_flag("--dry-run", c.options.dry_run, "Check limits, speeds and clearance, but move nothing");
+  c.app->add_flag("--yes", c.options.yes, "With devices: do not ask before anything moves");
 }
 
 }  // namespace
@@ -45,7 +46,8 @@ void add_arm(CLI::App& app, ChosenCommand& chosen) {
       arm, chosen, "stop", "Switch the laser off, bring the arm to rest, and say whether both are confirmed", arm_stop);
   stop.app->footer("Example: tankrig arm stop --rig tank-sim");
 
-  const ArmCommand jog = add_one(arm, chosen, "jog", "Move one joint to an angle, or by an angle", arm_jog);
+  const ArmCommand jog = add_one(
+      arm, chosen, "jog", "Move one joint to an angle, or by an angle; with devices, while a key is held", arm_jog);
   jog.app->footer("Example: tankrig arm jog --rig tank-sim elbow -5 --relative");
   jog.app->add_option("joint", jog.options.joint, "Joint to move")
       ->required()
@@ -62,7 +64,7 @@ void add_arm(CLI::App& app, ChosenCommand& chosen) {
   const ArmCommand home = add_one(
       arm, chosen, "home", "Find the encoders' zeros: drive the joints into their stops, one after another", arm_home);
   home.app->footer("Example: tankrig arm home --rig tank-sim --yes");
-  home.app->add_flag("--yes", home.options.yes, "Do not ask whether the way to the stops is clear");
+  home.app->add_flag("--yes", home.options.yes, "With devices: do not ask whether the way to the stops is clear");
 }
 
 }  // namespace tankrig::app

@@ -1,4 +1,5 @@
 // `tankrig arm home`: the zero of relative encoders, found in the joints' stops.
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -9,15 +10,15 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/tankrig/arm/arm_motion.hpp"
-#include "apps/tankrig/command_line/confirm.hpp"
 #include "apps/tankrig/command_line/output.hpp"
 #include "apps/tankrig/command_line/progress.hpp"
 #include "apps/tankrig/command_line/rig_files.hpp"
+#include "apps/tankrig/command_line/start_warning.hpp"
 #include "apps/tankrig/command_line/stop.hpp"
 #include "apps/tankrig/commands.hpp"
 #include "core/angles.hpp"
 #include "core/input_error.hpp"
-#include "drivers/arm/homing.hpp"
+#include "rig/executive/homing.hpp"
 
 namespace tankrig::app {
 namespace {
@@ -25,21 +26,31 @@ namespace {
 /// Homing has no cycle: its guardian waits for as long as the arm's driver waits for one that hangs, or longer.
 constexpr Duration kGuarded = std::chrono::milliseconds{250};
 
-HomingResult home(Backend& backend, Arm5e& arm, const SafetySettings& safety, Progress& progress) {
-  StepWatch* const watch = backend.step_watch();
-  if (watch) watch->begin(std::max(kGuarded, from_seconds(safety.guardian_timeout)));
-  const auto show = [&](const HomingProgress& p) {
-    const bool done = p.phase == HomingProgress::Phase::kDone;
-    progress.update(std::string("arm: home ") + kJointNames[p.joint],
-                    (static_cast<int>(p.joint) + (done ? 1.0 : 0.5)) / kJoints);
-  };
-  const auto stepped = [&](Stamp now) -> Status {
-    const char* const objection = watch ? watch->objection(now) : nullptr;
-    if (objection) return Error{ErrorCode::kRefused, 0, now, objection};
-    if (watch) watch->completed();
-    return {};
-  };
-  return home_axes(arm, backend.clock(), &StopOnSignal::requested(), show, stepped);
+HomingResult home(Arm5e& arm, Backend& backend, const ScanSettings& settings, Progress& progress) {
+  if (StepWatch* const watch = backend.step_watch())
+    watch->begin(std::max(kGuarded, from_seconds(settings.safety.guardian_timeout)));
+  return home_axes({arm, backend.laser(), backend.clock(), settings, StopOnSignal::requested(),
+                    [&] { return backend.interlock_closed(); },
+                    [&](const HomingProgress& p) {
+                      if (p.phase == HomingProgress::Phase::kWaitingForBox) {
+                        progress.update("waiting for the watchdog box: press its button", 0);
+                        return;
+                      }
+                      const bool done = p.phase == HomingProgress::Phase::kDone;
+                      progress.update(std::string("arm: home ") + kJointNames[p.joint],
+                                      (static_cast<int>(p.joint) + (done ? 1.0 : 0.5)) / kJoints);
+                    },
+                    backend.box(), backend.step_watch()});
+}
+
+/// A zero that is not where the arm was left: no fault, for an arm without supply may be moved by hand.
+void tell_moved(const HomingResult& result, int agreement_ticks, Progress& progress) {
+  for (std::size_t j = 0; j < kJoints; ++j)
+    if (result.axes[j] && std::abs(result.axes[j]->from_expected_ticks.value_or(0)) > agreement_ticks)
+      progress.warn(
+          fmt::format("arm: {} is {} ticks from where the last program left it: moved without supply, or its "
+                      "stop is not where it was",
+                      kJointNames[j], *result.axes[j]->from_expected_ticks));
 }
 
 nlohmann::ordered_json json_of(const HomingResult& result, const EndState& left) {
@@ -48,11 +59,15 @@ nlohmann::ordered_json json_of(const HomingResult& result, const EndState& left)
   for (std::size_t j = 0; j < kJoints; ++j) {
     if (!result.axes[j]) continue;
     const HomedAxis& axis = *result.axes[j];
-    out["joints"].push_back({{"name", kJointNames[j]},
-                             {"angle_at_stop_deg", to_degrees(axis.angle_at_stop)},
-                             {"raw_at_stop", axis.raw_at_stop},
-                             {"raw_at_zero", axis.raw_at_zero},
-                             {"current_a", axis.current_a}});
+    out["joints"].push_back(
+        {{"name", kJointNames[j]},
+         {"angle_at_stop_deg", to_degrees(axis.angle_at_stop)},
+         {"raw_at_stop", axis.raw_at_stop},
+         {"raw_at_zero", axis.raw_at_zero},
+         {"fast_stop_ticks", axis.fast_stop_ticks},
+         {"from_expected_ticks",
+          axis.from_expected_ticks ? nlohmann::ordered_json(*axis.from_expected_ticks) : nlohmann::ordered_json()},
+         {"current_a", axis.current_a}});
   }
   out["laser_dark"] = left.laser_dark;
   out["arm_at_rest"] = left.arm_at_rest;
@@ -104,12 +119,14 @@ int arm_home(const ArmCommandOptions& options) {
       !zero_file.empty() && ::access(folder.c_str(), W_OK) != 0)
     throw InputError(zero_file,
                      "cannot be written: " + std::string(std::strerror(errno)) + ", expected a folder for it");
-  confirm("The arm of " + rig.name + " will move every joint into its stop, unchecked. Is its way free?", options.yes);
+  const StartWarning warning(rig, *backend,
+                             "its arm will move every joint into its stop, without a check for obstacles", options.yes,
+                             progress);
   const RigStops stops(*backend, progress);
   make_laser_dark(*backend, rig.scan);
   Motion motion(*backend, rig.scan.safety, progress);
 
-  const HomingResult result = home(*backend, *arm, rig.scan.safety, progress);
+  const HomingResult result = home(*arm, *backend, rig.scan, progress);
   const auto laser = backend->laser().state();
   const EndState left = motion.look(laser.ok() && laser.value().dark());
   progress.finish_line();
@@ -121,6 +138,7 @@ int arm_home(const ArmCommandOptions& options) {
     progress.warn("arm not homed: " + result.message() + "; " + to_string(left));
     return StopOnSignal::requested() && left.safe() ? kPartial : kFailure;
   }
+  tell_moved(result, arm->settings().homing.agreement_ticks, progress);
   keep(zero_file, result.zero(), left, progress);
   motion.end();
   if (left.safe()) return kOk;

@@ -11,6 +11,7 @@
 #include "apps/tankrig/command_line/output.hpp"
 #include "apps/tankrig/command_line/rig_files.hpp"
 #include "apps/tankrig/command_line/service.hpp"
+#include "apps/tankrig/command_line/start_warning.hpp"
 #include "apps/tankrig/command_line/stop.hpp"
 #include "apps/tankrig/command_line/waiting.hpp"
 #include "apps/tankrig/commands.hpp"
@@ -19,6 +20,7 @@
 #include "core/input_error.hpp"
 #include "rig/executive/cycle.hpp"
 #include "rig/plan/operator_plan.hpp"
+#include "rig/safety/still_watch.hpp"
 #include "rig/scan/before_start.hpp"
 #include "rig/scan/scan_log.hpp"
 #include "session/recording/event_kinds.hpp"
@@ -27,9 +29,6 @@ namespace tankrig::app {
 namespace {
 
 using namespace std::chrono_literals;
-
-constexpr Duration kRest = 200ms;        // encoders that long without news are an arm at rest
-constexpr std::int32_t kStillTicks = 1;  // an encoder at rest may waver by so much
 
 /// Keeps the newest joints; faults are told at once.
 class MotionSink final : public ScanSink {
@@ -95,7 +94,7 @@ bool came_to_rest(Backend& backend, Duration timeout, const std::function<void(b
   Arm& arm = backend.arm();
   Clock& clock = backend.clock();
   StepWatch* const watch = backend.step_watch();
-  std::optional<JointState> first;
+  StillWatch still;
   Stamp heard = clock.now();
   const auto over = [&](bool at_rest) { return tell(at_rest), at_rest; };
   for (const Stamp end = heard + timeout; clock.now() < end;) {
@@ -105,15 +104,9 @@ bool came_to_rest(Backend& backend, Duration timeout, const std::function<void(b
     clock.sleep_until(clock.now() + arm.exchange_period());
     const auto news = arm.try_read();
     if (!news.ok() || !news.value()) continue;
-    const JointState& state = *news.value();
-    heard = state.stamp;
-    bool still = first.has_value();
-    for (std::size_t j = 0; still && j < kJoints; ++j)
-      still = std::abs(state.ticks[j] - first->ticks[j]) <= kStillTicks;
-    if (!still)
-      first = state;
-    else if (state.stamp - first->stamp >= kRest)
-      return over(true);
+    heard = news.value()->stamp;
+    still.add(*news.value());
+    if (still.at_rest()) return over(true);
   }
   return over(false);
 }
@@ -208,7 +201,7 @@ void Motion::end() noexcept {
   }
 }
 
-int move_arm(const ArmCommandOptions& options, const TargetFrom& target_from) {
+int move_arm(const ArmCommandOptions& options, const TargetFrom& target_from, bool hold_to_run) {
   Progress progress;
   const RigConfig rig = load_rig(find_rig(options.rig));
   const StopOnSignal stop_on_signal;  // before the devices: it outlives them
@@ -223,7 +216,9 @@ int move_arm(const ArmCommandOptions& options, const TargetFrom& target_from) {
   Outcome outcome{now, target.q, now, make_move_plan(settings, now, target.q, target.name), {}, {}};
   outcome.check = check_plan(rig, outcome.plan);
   if (!options.dry_run) {
-    const RigStops stops(*backend, progress);
+    const StartWarning warning(rig, *backend, what_will_happen(outcome.plan), options.yes, progress);
+    const RigStops stops(*backend, progress, hold_to_run && !backend->world() && !options.yes);
+    if (!stops.key_is_held(backend->clock())) throw StoppedEarly("stopped before anything moved");
     MotionSink sink(now, progress);
     ScanJob job{outcome.plan,
                 settings,
@@ -235,7 +230,8 @@ int move_arm(const ArmCommandOptions& options, const TargetFrom& target_from) {
                 StopOnSignal::requested(),
                 [] { return false; },
                 [&](const ScanProgress& p) { progress.update("arm: " + p.segment, p.fraction); },
-                [&](const std::string& what) { progress.cut(what); }};
+                [&](const std::string& what) { progress.cut(what); },
+                backend->box()};
     Motion(*backend, settings.safety, progress).run(job);
     outcome.result = job.result;
     outcome.reached = sink.q();
@@ -251,29 +247,35 @@ int move_arm(const ArmCommandOptions& options, const TargetFrom& target_from) {
 }
 
 int arm_jog(const ArmCommandOptions& o) {
-  return move_arm(o, [&o](const RigConfig& rig, const JointVector& now) {
-    int joint = 0;
-    while (o.joint != kJointNames[joint]) ++joint;
-    if (!std::isfinite(o.angle_deg)) throw InputError("angle_deg: found no number, expected one");
-    // Slower than the dead zone a joint sticks; the default must move every one of them.
-    const double slowest = rig.scan.control.dead_zone[joint];
-    const double velocity =
-        o.velocity_deg_s ? from_degrees(*o.velocity_deg_s) : std::max(rig.scan.move.velocity, slowest);
-    if (velocity < slowest)
-      throw InputError(
-          fmt::format("--velocity: found {:g} deg/s, expected at least {:.2f}, where the dead zone of {} ends",
-                      *o.velocity_deg_s, to_degrees(slowest), kJointNames[joint]));
-    ArmTarget target{"move " + o.joint, now, velocity};
-    target.q[joint] = (o.relative ? now[joint] : 0) + from_degrees(o.angle_deg);
-    return target;
-  });
+  return move_arm(
+      o,
+      [&o](const RigConfig& rig, const JointVector& now) {
+        int joint = 0;
+        while (o.joint != kJointNames[joint]) ++joint;
+        if (!std::isfinite(o.angle_deg)) throw InputError("angle_deg: found no number, expected one");
+        // Slower than the dead zone a joint sticks; the default must move every one of them.
+        const double slowest = rig.scan.control.dead_zone[joint];
+        const double velocity =
+            o.velocity_deg_s ? from_degrees(*o.velocity_deg_s) : std::max(rig.scan.move.velocity, slowest);
+        if (velocity < slowest)
+          throw InputError(
+              fmt::format("--velocity: found {:g} deg/s, expected at least {:.2f}, where the dead zone of {} ends",
+                          *o.velocity_deg_s, to_degrees(slowest), kJointNames[joint]));
+        ArmTarget target{"move " + o.joint, now, velocity};
+        target.q[joint] = (o.relative ? now[joint] : 0) + from_degrees(o.angle_deg);
+        return target;
+      },
+      true);
 }
 
 int arm_park(const ArmCommandOptions& o) {
-  return move_arm(o, [&o](const RigConfig& rig, const JointVector&) {
-    return ArmTarget{"move to park", rig.scan.park,
-                     o.velocity_deg_s ? from_degrees(*o.velocity_deg_s) : rig.scan.move.velocity};
-  });
+  return move_arm(
+      o,
+      [&o](const RigConfig& rig, const JointVector&) {
+        return ArmTarget{"move to park", rig.scan.park,
+                         o.velocity_deg_s ? from_degrees(*o.velocity_deg_s) : rig.scan.move.velocity};
+      },
+      false);
 }
 
 }  // namespace tankrig::app

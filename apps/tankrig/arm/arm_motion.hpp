@@ -63,7 +63,8 @@ using TargetFrom = std::function<ArmTarget(const RigConfig& rig, const JointVect
 
 /// Checks the motion against limits, speeds and obstacles, moves, and prints where the arm came to rest. Returns kOk;
 /// kPartial if it was stopped by a signal; kFailure after a fault, or if rest or darkness is not confirmed.
-/// Errors: InputError before anything moves.
-int move_arm(const ArmCommandOptions& options, const TargetFrom& target_from);
+/// `hold_to_run`: an operator on a terminal, asked beforehand, holds a key; let go, it is stopped.
+/// Errors: InputError or StoppedEarly before anything moves.
+int move_arm(const ArmCommandOptions& options, const TargetFrom& target_from, bool hold_to_run);
 
 }  // namespace tankrig::app

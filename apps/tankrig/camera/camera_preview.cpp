@@ -8,10 +8,12 @@
 
 #include "apps/tankrig/arm/arm_motion.hpp"
 #include "apps/tankrig/camera/camera_preview_output.hpp"
+#include "apps/tankrig/camera/preview_drawer.hpp"
 #include "apps/tankrig/command_line/confirm.hpp"
 #include "apps/tankrig/command_line/output.hpp"
 #include "apps/tankrig/command_line/progress.hpp"
 #include "apps/tankrig/command_line/rig_files.hpp"
+#include "apps/tankrig/command_line/start_warning.hpp"
 #include "apps/tankrig/command_line/stop.hpp"
 #include "apps/tankrig/command_line/waiting.hpp"
 #include "apps/tankrig/commands.hpp"
@@ -42,8 +44,7 @@ inline constexpr double kLongestLitPreview = 120;
 using namespace std::chrono_literals;
 
 constexpr double kVirtualSeconds = 2, kLitSeconds = 30;
-constexpr int kDarkFrames = 5;           // for the stripe's background
-constexpr double kLongestDrawing = 1.0;  // of a large picture, which holds the supervisor's round up [s]
+constexpr int kDarkFrames = 5;  // for the stripe's background
 constexpr int kFramesPerRound = 4;
 constexpr Duration kRetry = 1s, kSilence = 2s, kLongestSleep = 20ms, kFirstFrame = 5s;
 
@@ -137,24 +138,24 @@ class FreePreview {
 /// Frames of a lit hold, as the executive's loop hands them on.
 class LitSink final : public ScanSink {
  public:
-  LitSink(Camera& camera, PreviewOutput& output, Progress& progress)
-      : camera_(camera), output_(output), progress_(progress) {}
+  LitSink(Camera& camera, PreviewDrawer& drawer, Progress& progress)
+      : camera_(camera), drawer_(drawer), progress_(progress) {}
   void joints(const JointState&) override {}
   void frame(const FrameRecord& record, const cv::Mat& image) override {
     if (record.phase == Phase::kSweep)
-      output_.add(image, record.stamp, record.laser_on, camera_.counters());
+      drawer_.add(image, record.stamp, record.laser_on, camera_.counters());
     else
-      output_.add_background(image);
+      drawer_.add_background(image);
   }
   void event(Stamp, std::string_view kind, const std::string& text) override {
     if (kind != event_kind::kFault && kind != event_kind::kRealTime) return;
-    output_.finish_line();
+    drawer_.finish_line();
     progress_.warn((kind == event_kind::kFault ? "preview: " : "real time ") + text);
   }
 
  private:
   Camera& camera_;
-  PreviewOutput& output_;
+  PreviewDrawer& drawer_;
   Progress& progress_;
 };
 
@@ -184,19 +185,20 @@ void require_frames(Camera& camera, Clock& clock) {
 ScanResult lit_preview(const CameraPreviewOptions& options, const RigConfig& rig, Backend& backend,
                        const CameraChoice& camera, PreviewOutput& output, Progress& progress) {
   if (!backend.interlock_closed()) throw InputError("laser interlock: found open, expected closed");
+  const StartWarning warning(rig, backend, "its laser will shine, with its arm at rest", true, progress);
   const RigStops stops(backend, progress);
   make_laser_dark(backend, rig.scan);
   require_frames(*camera.device, backend.clock());
   ScanSettings settings = rig.scan;
   settings.capture.laser_pairs = false;
   settings.capture.dark_frames = kDarkFrames;
-  settings.control.heartbeat_timeout = std::max(settings.control.heartbeat_timeout, kLongestDrawing);
   settings.capture.frame_period = 1 / camera.rig->rate_hz;
   settings.capture.laser_warm_up = std::max(settings.capture.laser_warm_up, seconds(backend.laser().warm_up()));
   const JointVector posture = homed_posture(backend, options.rig);
   const ScanPlan plan = make_lit_hold_plan(settings, posture, options.seconds.value_or(kLitSeconds));
   check_light(plan, settings.safety);
-  LitSink sink(*camera.device, output, progress);
+  PreviewDrawer drawer(output, backend.clock().real_time());
+  LitSink sink(*camera.device, drawer, progress);
   ScanJob job{plan,
               settings,
               backend.clock(),
@@ -208,11 +210,13 @@ ScanResult lit_preview(const CameraPreviewOptions& options, const RigConfig& rig
               [&] { return backend.interlock_closed(); },
               {},
               [&](const std::string& what) {
-                output.finish_line();
+                drawer.finish_line();
                 progress.cut(what);
-              }};
+              },
+              backend.box()};
   try {
     Motion(backend, settings.safety, progress).run(job);
+    drawer.end();
     return job.result;
   } catch (const InputError& e) {
     if (job.result.status.empty()) throw;  // nothing was touched

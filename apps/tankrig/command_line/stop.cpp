@@ -3,6 +3,9 @@
 #include <unistd.h>
 
 #include <csignal>
+#include <limits>
+
+#include "core/clock.hpp"
 
 namespace tankrig::app {
 namespace {
@@ -14,9 +17,22 @@ static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<int>::is_alw
 /// Asked twice in a row is asked once: the end takes its time.
 constexpr int kImpatient = 3;
 
-extern "C" void request_stop(int signal) {
+/// A key that is held repeats, after a second at most: signals of a terminal that are no farther apart are one.
+constexpr Duration kHeldKey = std::chrono::seconds{1};
+std::atomic<std::int64_t> last_key_ns{std::numeric_limits<std::int64_t>::min() / 2};
+std::atomic<int> last_key{0};
+
+bool repeats(int signal) noexcept {
+  const std::int64_t now = MonotonicClock::one().now().ns;
+  const bool soon = now - last_key_ns.exchange(now) <= kHeldKey.count();
+  const bool same = last_key.exchange(signal) == signal;
+  return soon && same;
+}
+
+extern "C" void request_stop(int signal, siginfo_t* from, void*) {
   stop_requested.store(true);
   if (signal == SIGTTIN || signal == SIGTTOU || emergency_declared()) return;
+  if (from->si_code == SI_KERNEL && repeats(signal)) return;
   if (times_asked.fetch_add(1) + 1 >= kImpatient) end_safely(signal);
 }
 
@@ -24,17 +40,24 @@ extern "C" void request_stop(int signal) {
 constexpr int kSignals[] = {SIGHUP,  SIGINT, SIGQUIT,   SIGTERM, SIGALRM, SIGUSR1, SIGUSR2, SIGPOLL,
                             SIGPROF, SIGPWR, SIGVTALRM, SIGXCPU, SIGTSTP, SIGTTIN, SIGTTOU, SIGSTKFLT};
 
-void for_every_signal(void (*handler)(int)) {
-  struct sigaction action {};
-  action.sa_handler = handler;
+void for_every_signal(const struct sigaction& action) {
   for (const int signal : kSignals) sigaction(signal, &action, nullptr);
   for (int signal = SIGRTMIN; signal <= SIGRTMAX; ++signal) sigaction(signal, &action, nullptr);
 }
 
 }  // namespace
 
-StopOnSignal::StopOnSignal() { for_every_signal(request_stop); }
-StopOnSignal::~StopOnSignal() { for_every_signal(SIG_DFL); }
+StopOnSignal::StopOnSignal() {
+  struct sigaction action {};
+  action.sa_sigaction = request_stop;
+  action.sa_flags = SA_SIGINFO;
+  for_every_signal(action);
+}
+StopOnSignal::~StopOnSignal() {
+  struct sigaction action {};
+  action.sa_handler = SIG_DFL;
+  for_every_signal(action);
+}
 
 const std::atomic<bool>& StopOnSignal::requested() { return stop_requested; }
 
@@ -44,14 +67,23 @@ std::function<bool()> StopOnSignal::from_now_on() {
   };
 }
 
-RigStops::RigStops(Backend& backend, Progress& progress)
-    : emergency_(backend.laser(), backend.arm()), key_(STDIN_FILENO, stop_requested) {
-  if (key_.active()) progress.note("space, Enter or q stops: laser off, arm at rest");
+RigStops::RigStops(Backend& backend, Progress& progress, bool hold_to_run)
+    : emergency_(backend.laser(), backend.arm()),
+      key_(STDIN_FILENO, stop_requested, hold_to_run ? std::optional(HeldKey{}) : std::nullopt) {
+  if (key_.active())
+    progress.note(hold_to_run ? "hold space: the arm moves while it is held, and q stops"
+                              : "space, Enter or q stops: laser off, arm at rest");
   if (!backend.clock().real_time()) return;
   inhibitor_.emplace();
   if (!inhibitor_->missing().empty())
     progress.note("this machine is not kept from being suspended, which would end the scan (" + inhibitor_->missing() +
                   ")");
+}
+
+bool RigStops::key_is_held(Clock& clock) const {
+  while (key_.active() && !key_.held() && !stop_requested)
+    clock.sleep_until(clock.now() + std::chrono::milliseconds{10});
+  return !stop_requested;
 }
 
 }  // namespace tankrig::app

@@ -22,8 +22,8 @@ class StoppedEarly : public std::runtime_error {
 /// While it lives, every signal that would end or suspend the program sets requested(). Left are: those of a crash
 /// (EmergencyStop), SIGPIPE and SIGXFSZ (ignored: the write fails), and those nobody can catch: SIGKILL, SIGSTOP, and
 /// 32 and 33, which the C library keeps to itself. The third signal, of whatever kind, ends the program at once: laser
-/// off and arm at rest by EmergencyStop where devices are in use, then death of that signal. SIGTTIN and SIGTTOU do not
-/// count: a terminal sends them by itself.  One at a time.
+/// off and arm at rest by EmergencyStop where devices are in use, then death of that signal. A key that is held on the
+/// terminal counts once. SIGTTIN and SIGTTOU do not count: a terminal sends them by itself.  One at a time.
 class StopOnSignal {
  public:
   StopOnSignal();
@@ -41,7 +41,10 @@ class StopOnSignal {
 /// One at a time.
 class RigStops {
  public:
-  RigStops(Backend& backend, Progress& progress);
+  /// `hold_to_run`: a key must be held for anything to move.
+  RigStops(Backend& backend, Progress& progress, bool hold_to_run = false);
+  /// Hold to run: waits until a key is held; false if a stop is asked for first. At once where there is no terminal.
+  bool key_is_held(Clock& clock) const;
 
  private:
   EmergencyStop emergency_;

@@ -12,6 +12,7 @@
 #include "drivers/camera/camera.hpp"
 #include "drivers/laser/laser.hpp"
 #include "drivers/lux/lux_meter.hpp"
+#include "drivers/watchdog/watchdog_box.hpp"
 #include "rig/config/rig_config.hpp"
 #include "rig/safety/step_watch.hpp"
 #include "sim_backends/faults/fault_script.hpp"
@@ -33,6 +34,10 @@ class Backend {
   virtual StepWatch* step_watch() { return nullptr; }
   /// Why the laser could not be switched off, where it is not needed and its line cannot be opened; else empty.
   virtual std::string laser_unknown() const { return {}; }
+  /// The watchdog box beside the rig; null if there is none, or nothing is to move or shine.
+  virtual WatchdogBox* box() { return nullptr; }
+  /// The lamp or sounder that warns before a start; null if there is none, or nothing is to move or shine.
+  virtual WarningLine* warning() { return nullptr; }
   virtual std::vector<Camera*> cameras() = 0;
   virtual LuxMeter& lux_meter() = 0;
   /// Level of the laser's interlock - lid, key, door - at this moment. What cannot be read is open.

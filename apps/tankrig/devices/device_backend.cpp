@@ -57,8 +57,8 @@ class Emulation {
     if (rig.scene.empty()) throw InputError(rig.file, "scene: found nothing, expected the scene to emulate");
     world_.emplace(load_world(rig, options.world));
     if (!runtime_.empty()) return;
-    (void)sim::emulated_tank_settings_from(devices_of(rig), rig.section("emulation"), *world_,
-                                           "/");  // errors told here
+    (void)sim::emulated_tank_settings_from(devices_of(rig), rig.section("emulation"), *world_, "/",
+                                           rig.scan.safety.heartbeat_output);  // errors told here
     process_.emplace(rig, options);
     runtime_ = process_->runtime();
   }
@@ -152,6 +152,16 @@ class DeviceBackend final : public Backend {
       const Waiting told("the guardian");
       guardian_->wait_until_ready();
     }
+    const SafetySettings& safety = rig.scan.safety;
+    const bool watched =
+        safety.heartbeat_output.kind != HeartbeatKind::kNone || safety.enable_input.kind != EnableKind::kNone;
+    if (need.arm && need.laser) try {
+        const Waiting told("the watchdog box to answer");
+        if (watched) box_.emplace(WatchdogSettings{safety.heartbeat_output, safety.enable_input}, runtime, clock_);
+        warning_ = open_warning_line(safety.warning_output, runtime);
+      } catch (const InputError& e) {
+        throw InputError(rig.file, std::string("scan: ") + e.what());
+      }
     if (need.cameras) {
       const ConfigNode cameras = devices_.child("cameras");
       for (const RigCamera& camera : rig.cameras)
@@ -171,6 +181,8 @@ class DeviceBackend final : public Backend {
   Arm& arm() override { return links_.value(); }
   Arm5e* homed_arm() override { return arm_.get(); }
   StepWatch* step_watch() override { return guardian_ ? &*guardian_ : nullptr; }
+  WarningLine* warning() override { return warning_.get(); }
+  WatchdogBox* box() override { return box_ ? &*box_ : nullptr; }
   Laser& laser() override {
     if (!laser_) throw std::logic_error("the laser was not asked for");
     return *laser_;
@@ -207,6 +219,7 @@ class DeviceBackend final : public Backend {
     };
     if (arm_) add("arm", arm_->statistics());
     if (laser_) add("laser", laser_->statistics());
+    if (box_) add("watchdog_box", box_->statistics());
     for (const auto& camera : cameras_) add(camera->info().name, camera->statistics());
     if (lux_meter_) add("lux_meter", lux_meter_->statistics());
     if (can_recorder_) {
@@ -255,6 +268,8 @@ class DeviceBackend final : public Backend {
   bool wired_interlock_ = false;
   Arm5eSettings arm_settings_;
   std::optional<GuardianProcess> guardian_;  // before the drivers: it is told of lines that they open again
+  std::optional<WatchdogBox> box_;
+  std::unique_ptr<WarningLine> warning_;
   std::unique_ptr<RelayLaser> laser_;
   std::unique_ptr<Arm5e> arm_;
   std::optional<BacklashArm> links_;

@@ -29,7 +29,7 @@ namespace {
 
 struct EmulateOptions {
   std::string rig = "tank-wire";
-  std::vector<std::string> devices;  ///< of arm, cameras, laser, lux; empty: all
+  std::vector<std::string> devices;  ///< of arm, cameras, laser, lux, box; empty: all
   std::filesystem::path runtime;     ///< folder of buses and serial lines; empty: a fresh one
   sim::WorldOptions world;
   std::filesystem::path faults;      ///< fault plan; empty: none
@@ -44,7 +44,8 @@ sim::EmulatedTankSettings settings_of(const RigConfig& rig, const EmulateOptions
                                       const std::filesystem::path& runtime, const sim::TankWorld& world) {
   const auto devices = rig.section("devices"), emulation = rig.section("emulation");
   if (!devices) throw InputError(rig.file, "devices: found nothing, expected the devices to emulate");
-  sim::EmulatedTankSettings settings = sim::emulated_tank_settings_from(*devices, emulation, world, runtime);
+  sim::EmulatedTankSettings settings =
+      sim::emulated_tank_settings_from(*devices, emulation, world, runtime, rig.scan.safety.heartbeat_output);
   for (const RigCamera& camera : rig.cameras) scene_camera(rig, camera, world);
   settings.truth = options.truth;
   if (!options.faults.empty())
@@ -60,6 +61,7 @@ sim::EmulatedTankSettings settings_of(const RigConfig& rig, const EmulateOptions
   }
   if (!wanted("laser")) settings.laser.reset();
   if (!wanted("lux")) settings.lux.reset();
+  if (!wanted("box")) settings.box.reset();
   return settings;
 }
 
@@ -150,7 +152,7 @@ void add_emulate(CLI::App& app, ChosenCommand& chosen) {
   add_rig_option(c, o.rig);
   c->add_option("--device", o.devices, "Emulate only this device; repeat the option for more")
       ->allow_extra_args(false)
-      ->check(CLI::IsMember({"arm", "cameras", "laser", "lux"}));
+      ->check(CLI::IsMember({"arm", "cameras", "laser", "lux", "box"}));
   c->add_option("--runtime", o.runtime, "Folder for the buses and serial lines (default: a new one)");
   add_world_options(c, o.world);
   c->add_option("--faults", o.faults, "Fault plan to play on the emulated devices (docs/reference/faults.md)")

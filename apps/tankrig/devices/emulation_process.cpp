@@ -45,7 +45,7 @@ std::vector<std::string> arguments(const RigConfig& rig, const BackendOptions& o
                                "--seed",     std::to_string(world.seed)};
   const auto add = [&](const char* name, const std::string& value) { out.insert(out.end(), {name, value}); };
   if (!options.need.cameras)
-    for (const char* device : {"arm", "laser"}) add("--device", device);
+    for (const char* device : {"arm", "laser", "box"}) add("--device", device);
   if (!options.faults.empty()) add("--faults", std::filesystem::absolute(options.faults));
   if (world.light) add("--light", exact_text(*world.light));
   if (world.noise) add("--noise", exact_text(*world.noise));

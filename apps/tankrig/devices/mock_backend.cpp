@@ -97,6 +97,12 @@ class MockBackend final : public Backend {
 }  // namespace
 
 std::unique_ptr<Backend> make_mock_backend(const RigConfig& rig, const BackendOptions& options) {
+  const SafetySettings& safety = rig.scan.safety;
+  if (safety.heartbeat_output.kind != HeartbeatKind::kNone || safety.enable_input.kind != EnableKind::kNone ||
+      safety.warning_output.kind != WarningKind::kNone)
+    throw InputError(rig.file,
+                     "scan: safety: heartbeat_output, enable_input, warning_output: found on a simulated rig, "
+                     "expected kind none: it has no lines");
   return std::make_unique<MockBackend>(rig, options);
 }
 

@@ -29,7 +29,7 @@ struct ScanOptions {
   std::filesystem::path faults;  ///< fault plan for simulated or emulated devices; empty: none
   std::filesystem::path out;     ///< session directory; empty: sessions/<rig>-<UTC>
   std::string coverage_mm;       ///< thresholds of the scores; empty: the rig file's
-  bool json = false, dry_run = false;
+  bool json = false, dry_run = false, yes = false;
 };
 
 /// Errors: InputError unless --lux is "auto" or a number of at least 0.

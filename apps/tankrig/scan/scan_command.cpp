@@ -11,6 +11,7 @@
 #include "apps/tankrig/command_line/output.hpp"
 #include "apps/tankrig/command_line/progress.hpp"
 #include "apps/tankrig/command_line/rig_files.hpp"
+#include "apps/tankrig/command_line/start_warning.hpp"
 #include "apps/tankrig/command_line/stop.hpp"
 #include "apps/tankrig/command_line/waiting.hpp"
 #include "apps/tankrig/commands.hpp"
@@ -198,6 +199,7 @@ int scan(const ScanOptions& options) {
   if (fs::exists(path)) throw InputError(path, "exists already, expected a new session directory");
   check_room(rig, plan, path);
   check_laser_ready(rig.scan, backend->laser(), backend->interlock_closed());
+  std::optional<StartWarning> warning(std::in_place, rig, *backend, what_will_happen(plan), options.yes, progress);
   auto stops = std::make_unique<RigStops>(*backend, progress);
   if (backend->clock().real_time()) check_real_time(rig.scan.real_time);  // refused before there is a session
   if (StopOnSignal::requested()) {
@@ -209,6 +211,7 @@ int scan(const ScanOptions& options) {
   try {
     recording = record_session(options, rig, parameters, plan, *backend, path, progress, motion);
     stops.reset();
+    warning.reset();
   } catch (const NotOnDisk& e) {
     return told_stopped(path, std::string("stopped: ") + e.what(), motion.left(), false, progress);
   } catch (const std::exception& e) {
@@ -280,6 +283,7 @@ void add_scan(CLI::App& app, ChosenCommand& chosen) {
   c->add_option("--out", o.out, "Session folder to make (default: sessions/RIG-DATE)");
   c->add_flag("--dry-run", o.dry_run,
               "Print path from the park posture, clearance, duration, disk need and view; use no device");
+  c->add_flag("--yes", o.yes, "With devices: do not ask before anything moves or shines");
   add_coverage_option(c, o.coverage_mm);
   add_json_flag(c, o.json);
 }
