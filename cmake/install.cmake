@@ -1,7 +1,7 @@
 # What `cmake --install` puts where, in two components: the program with all that a user of it needs, and the libraries from a
 # session to its report for other people's programs.
 set(CMAKE_INSTALL_DEFAULT_COMPONENT_NAME development)
-install(DIRECTORY etc/rigs etc/scenes etc/objects DESTINATION ${CMAKE_INSTALL_DATADIR}/tankrig COMPONENT program)
+install(DIRECTORY etc/rigs etc/scenes etc/objects etc/benchmarks DESTINATION ${CMAKE_INSTALL_DATADIR}/tankrig COMPONENT program)
 install(FILES etc/limits.d/tankrig.conf DESTINATION ${CMAKE_INSTALL_DATADIR}/tankrig/limits.d COMPONENT program)
 install(DIRECTORY etc/systemd/ DESTINATION lib/systemd/system COMPONENT program)
 install(DIRECTORY etc/udev/ DESTINATION lib/udev/rules.d COMPONENT program)
@@ -23,7 +23,7 @@ foreach(library ${libraries})
   set_target_properties(tankrig_${library} PROPERTIES EXPORT_NAME ${library})
 endforeach()
 install(DIRECTORY core session calibration reconstruction bench pipeline DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/tankrig
-  FILES_MATCHING PATTERN "*.hpp" PATTERN export EXCLUDE PATTERN visp EXCLUDE
+  FILES_MATCHING PATTERN "*.hpp" PATTERN export EXCLUDE PATTERN visp EXCLUDE PATTERN benchmark EXCLUDE PATTERN sweep EXCLUDE
   PATTERN boards EXCLUDE PATTERN estimate EXCLUDE PATTERN marker EXCLUDE PATTERN hand_eye EXCLUDE)
 
 set(package ${CMAKE_INSTALL_LIBDIR}/cmake/tankrig)

@@ -26,23 +26,6 @@ std::vector<LaserPass> laser_passes(const Session& session, const CalibratedCame
   return passes;
 }
 
-Ceiling ceiling_of(const Session& session, const ObjectSurface& object, const std::string& method,
-                   const MetricThresholds& thresholds) {
-  const Transform oMb = session.info.object->bMo.inverse();
-  CeilingViews views;
-  views.max_incidence = thresholds.max_incidence;
-  if (by_laser(method)) {
-    const CalibratedCamera& camera = session.camera(CameraRole::kMono);
-    views.cameras.push_back({camera.model, oMb * camera.bMc});
-    views.laser = laser_passes(session, camera, oMb);
-    if (views.laser.empty()) views.laser.emplace_back();  // no light at all: nothing is reachable
-  } else {
-    for (CameraRole role : {CameraRole::kLeft, CameraRole::kRight})
-      views.cameras.push_back({session.camera(role).model, oMb * session.camera(role).bMc});
-  }
-  return surface_ceiling(object.mesh(), object.samples(), views);
-}
-
 }  // namespace
 
 bool has_cameras(const Session& session, const std::string& method) {
@@ -59,10 +42,33 @@ PointCloud cloud_in_object(const Session& session, const Reconstruction& reconst
   return transformed(session.info.object->bMo.inverse(), reconstruction.cloud, "o");
 }
 
+Ceiling session_ceiling(const Session& session, const ObjectSurface& object, const std::string& method,
+                        const MetricThresholds& thresholds) {
+  const Transform oMb = session.info.object->bMo.inverse();
+  CeilingViews views;
+  views.max_incidence = thresholds.max_incidence;
+  if (by_laser(method)) {
+    const CalibratedCamera& camera = session.camera(CameraRole::kMono);
+    views.cameras.push_back({camera.model, oMb * camera.bMc});
+    views.laser = laser_passes(session, camera, oMb);
+    if (views.laser.empty()) views.laser.emplace_back();  // no light at all: nothing is reachable
+  } else {
+    for (CameraRole role : {CameraRole::kLeft, CameraRole::kRight})
+      views.cameras.push_back({session.camera(role).model, oMb * session.camera(role).bMc});
+  }
+  return surface_ceiling(object.mesh(), object.samples(), views);
+}
+
 Score score_reconstruction(const Session& session, const MetricThresholds& thresholds, const ObjectSurface& object,
                            Reconstruction reconstruction) {
+  Ceiling ceiling = session_ceiling(session, object, reconstruction.method, thresholds);
+  return score_reconstruction(session, thresholds, object, std::move(reconstruction), std::move(ceiling));
+}
+
+Score score_reconstruction(const Session& session, const MetricThresholds& thresholds, const ObjectSurface& object,
+                           Reconstruction reconstruction, Ceiling ceiling) {
   Score score;
-  score.ceiling = ceiling_of(session, object, reconstruction.method, thresholds);
+  score.ceiling = std::move(ceiling);
   score.metrics = tankrig::evaluate(cloud_in_object(session, reconstruction), object, thresholds, &score.ceiling);
   score.json = to_json(score.metrics);
   score.json["reconstruction_rejected"] = reconstruction.rejected;

@@ -29,10 +29,18 @@ ObjectSurface object_of(const Session& session, const MetricThresholds& threshol
 /// The reconstruction's cloud in the object's frame o.
 PointCloud cloud_in_object(const Session& session, const Reconstruction& reconstruction);
 
+/// What `method` could have seen of the object in this session: the same for every light and noise.
+/// Errors: InputError if the session has no calibration to compute it from.
+Ceiling session_ceiling(const Session& session, const ObjectSurface& object, const std::string& method,
+                        const MetricThresholds& thresholds);
+
 /// One method's figures; writes nothing.
 /// Errors: InputError if the session has no calibration to compute the coverage ceiling.
 Score score_reconstruction(const Session& session, const MetricThresholds& thresholds, const ObjectSurface& object,
                            Reconstruction reconstruction);
+/// The same with session_ceiling(), made before.
+Score score_reconstruction(const Session& session, const MetricThresholds& thresholds, const ObjectSurface& object,
+                           Reconstruction reconstruction, Ceiling ceiling);
 
 /// All methods the session has cameras for: writes clouds and results/METHOD.json, scores against `object`. Returns
 /// early, with the methods done, if `stop` is set. `ready`: scores of this session that need not be made again.

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 
 #include "bench/metrics/coverage.hpp"
@@ -100,6 +101,7 @@ Metrics evaluate(const PointCloud& cloud, const ObjectSurface& object, const Met
   m.samples = object.samples().size();
   m.points = cloud.points.size() + cloud.invalid;
   m.verdicts.assign(cloud.points.size(), PointVerdict::kRejected);
+  m.distances.assign(cloud.points.size(), std::numeric_limits<double>::quiet_NaN());
 
   std::vector<Vector3d> finite;
   std::vector<std::size_t> origin;
@@ -116,6 +118,7 @@ Metrics evaluate(const PointCloud& cloud, const ObjectSurface& object, const Met
   for (std::size_t i = 0; i < finite.size(); ++i) {
     const PointVerdict verdict = judge(finite[i], found[i].distance, m.thresholds);
     m.verdicts[origin[i]] = verdict;
+    m.distances[origin[i]] = found[i].distance;
     m.ground_points += verdict == PointVerdict::kGround;
     m.outlier_count += verdict == PointVerdict::kOutlier;
     if (verdict != PointVerdict::kObject) continue;

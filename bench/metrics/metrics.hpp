@@ -89,6 +89,7 @@ struct Metrics {
   std::size_t samples = 0;             ///< patches coverage was counted on
   MetricThresholds thresholds;         ///< as used, `ground` filled in
   std::vector<PointVerdict> verdicts;  ///< one per point present in the cloud
+  std::vector<double> distances;       ///< likewise, to the surface [m]; NaN for a point that is not finite
 
   const Coverage& headline() const;
 };

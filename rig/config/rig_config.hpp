@@ -42,8 +42,8 @@ struct RigObject {
 };
 
 /// The sections that other folders read themselves.
-inline constexpr std::array kForeignSections{"reconstruction", "evaluation", "mock",     "truth",
-                                             "workspace",      "devices",    "emulation"};
+inline constexpr std::array kForeignSections{"reconstruction", "evaluation", "mock",      "truth",
+                                             "workspace",      "devices",    "emulation", "benchmark"};
 
 /// A rig file, read and checked. `scan` is complete: it includes the laser and camera facts it needs.
 struct RigConfig {

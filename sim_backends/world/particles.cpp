@@ -56,8 +56,8 @@ Vector3f ParticleField::position(std::size_t i, Stamp when) const {
 }
 
 ParticleLayer::ParticleLayer(const ParticleField& field, Stamp when, const CameraView& view,
-                             const Radiometry& radiometry, float light, const LaserSheet& sheet,
-                             const ExposedSheet& exposed, const Rgb& laser_colour, const RenderGeometry& geometry)
+                             const Radiometry& radiometry, const LaserSheet& sheet, const ExposedSheet& exposed,
+                             const Rgb& laser_colour, const RenderGeometry& geometry)
     : view_(&view) {
   const CameraSpec& spec = view.spec();
   const Eigen::Isometry3f cMw = spec.wMc.inverse().cast<float>();
@@ -83,24 +83,33 @@ ParticleLayer::ParticleLayer(const ParticleField& field, Stamp when, const Camer
     const float area = r >= s ? pi * (r * r + s * s / 3) : pi * (r + s) * (r + s) * (r + s) / (6 * s);
     disc.cover = std::min(1.0f, pi * size_px * size_px / area);
 
-    Rgb exitance =
-        kAlbedo * light * (radiometry.facing_lamps(p) + radiometry.open_water(p)) * radiometry.transmission(range) +
-        light * radiometry.veil(range);
+    Unlit particle{disc, radiometry.facing_lamps(p) + radiometry.open_water(p), radiometry.transmission(range),
+                   radiometry.veil(range), Rgb::Zero()};
     const Vector3f way = p - pose.exit;
     const float forward = pose.forward.dot(way), reach = way.norm(), x = pose.distance(p);
     if (power > 0 && forward > kExitClearance && std::abs(x) < 3 * sheet.sigma(reach) &&
         laser_reaches(pose, p, Vector3f::Zero(), geometry, exposed.blockers))
-      exitance += kAlbedo * power * sheet.illuminance(reach, pose.across.dot(way) / forward, x, 0) *
-                  std::exp(-sheet.attenuation() * range) * laser_colour;
-    if (exitance.maxCoeff() * view.scale() * disc.cover < kFaintest) continue;
-    disc.value = view.response(exitance * view.scale());
-    discs_.push_back(disc);
+      particle.laser = kAlbedo * power * sheet.illuminance(reach, pose.across.dot(way) / forward, x, 0) *
+                       std::exp(-sheet.attenuation() * range) * laser_colour;
+    particles_.push_back(particle);
   }
 }
 
-void ParticleLayer::blend(int first, int count, float* rows) const {
+std::vector<ParticleLayer::Disc> ParticleLayer::lit(float light) const {
+  std::vector<Disc> discs;
+  for (const Unlit& particle : particles_) {
+    const Rgb exitance =
+        kAlbedo * light * particle.lamps * particle.transmission + light * particle.veil + particle.laser;
+    if (exitance.maxCoeff() * view_->scale() * particle.disc.cover < kFaintest) continue;
+    discs.push_back(particle.disc);
+    discs.back().value = view_->response(exitance * view_->scale());
+  }
+  return discs;
+}
+
+void ParticleLayer::blend(const std::vector<Disc>& discs, int first, int count, float* rows) const {
   const int width = view_->width(), channels = view_->channels();
-  for (const Disc& disc : discs_) {
+  for (const Disc& disc : discs) {
     const float outer = disc.radius + disc.edge;
     const int top = std::max(first, static_cast<int>(std::ceil(disc.v - outer)));
     const int bottom = std::min(first + count - 1, static_cast<int>(std::floor(disc.v + outer)));

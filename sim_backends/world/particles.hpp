@@ -29,23 +29,32 @@ class ParticleField {
   Vector3d low_, size_;
 };
 
-/// Particles as discs in one frame, blurred by focus and optics, hidden behind nearer surfaces.
+/// Particles as discs in one frame, blurred by focus and optics, hidden behind nearer surfaces. The ambient light comes
+/// when they are drawn.
 class ParticleLayer {
  public:
   ParticleLayer(const ParticleField& field, Stamp when, const CameraView& view, const Radiometry& radiometry,
-                float light, const LaserSheet& sheet, const ExposedSheet& exposed, const Rgb& laser_colour,
+                const LaserSheet& sheet, const ExposedSheet& exposed, const Rgb& laser_colour,
                 const RenderGeometry& geometry);
 
-  /// Blends the discs into rows [first, first + count) of the image, `rows` starting at row `first`.
-  void blend(int first, int count, float* rows) const;
-
- private:
   struct Disc {
     float u, v, radius, edge, cover;
     std::array<float, 3> value;
   };
+  /// Those bright enough to be seen at this ambient light.
+  std::vector<Disc> lit(float light) const;
+
+  /// Blends discs into rows [first, first + count) of the image, `rows` starting at row `first`.
+  void blend(const std::vector<Disc>& discs, int first, int count, float* rows) const;
+
+ private:
+  struct Unlit {
+    Disc disc;
+    Rgb lamps, transmission, veil;  ///< at light 1
+    Rgb laser;
+  };
   const CameraView* view_;
-  std::vector<Disc> discs_;
+  std::vector<Unlit> particles_;
 };
 
 }  // namespace tankrig::sim

@@ -6,13 +6,14 @@
 
 #include "core/angles.hpp"
 #include "core/input_error.hpp"
+#include "core/regular_file.hpp"
+#include "core/xml_element.hpp"
 #include "sim_backends/world/scene.hpp"
-#include "sim_backends/world/scene_element.hpp"
 
 namespace tankrig::sim {
 namespace {
 
-Material read_material(const SceneElement& element, Material material) {
+Material read_material(const XmlElement& element, Material material) {
   element.expect({"albedo", "texture", "contrast", "scale"});
   material.albedo = element.rgb_or("albedo", material.albedo, kFraction);
   if (const auto texture = element.optional("texture")) {
@@ -31,14 +32,14 @@ Material read_material(const SceneElement& element, Material material) {
   return material;
 }
 
-void read_ocean(const SceneElement& element, Water& water) {
+void read_ocean(const XmlElement& element, Water& water) {
   element.expect({"attenuation"}, {},
                  {"windx", "windy", "windSpeed", "depth", "reflectionDamping", "waveScale", "isNotChoppy",
                   "choppyFactor", "crestFoamHeight", "oceanSurfaceHeight", "fog", "color"});
   water.attenuation = element.rgb_or("attenuation", water.attenuation, {0, 10});
 }
 
-void read_water(const SceneElement& element, Scene& scene) {
+void read_water(const XmlElement& element, Scene& scene) {
   element.expect({"depth", "backscatter", "veil", "laserScattering", "particles"});
   Water& water = scene.water;
   scene.tank.water_depth = element.number_or("depth", scene.tank.water_depth, {0.1, 100});
@@ -53,7 +54,7 @@ void read_water(const SceneElement& element, Scene& scene) {
   }
 }
 
-void read_simulation(const SceneElement& element, Scene& scene) {
+void read_simulation(const XmlElement& element, Scene& scene) {
   element.expect({"lightRate", "ambientIlluminance"}, {},
                  {"disableShaders", "eye_in_hand", "resw", "resh", "offsetp", "offsetr", "gravity", "enablePhysics",
                   "physics", "showTrajectory", "lockVehicleCamera", "frustrum"});
@@ -61,21 +62,21 @@ void read_simulation(const SceneElement& element, Scene& scene) {
   scene.ambient_lux = element.number_or("ambientIlluminance", scene.ambient_lux, {0, 200000});
 }
 
-void read_tank(const SceneElement& element, TankWalls& tank) {
+void read_tank(const XmlElement& element, TankWalls& tank) {
   element.expect({"size", "floor", "walls"});
   tank.size = element.xyz_or("size", tank.size, {0.1, 100});
   if (const auto floor = element.optional("floor")) tank.floor = read_material(*floor, tank.floor);
   if (const auto walls = element.optional("walls")) tank.walls = read_material(*walls, tank.walls);
 }
 
-Vector3d read_direction(const SceneElement& element, const char* name) {
+Vector3d read_direction(const XmlElement& element, const char* name) {
   const Vector3d direction = element.xyz(name);
   if (direction.norm() < 1e-6)
     element.child(name).fail(std::string("<") + name + ">: found 0 0 0, expected a direction");
   return direction.normalized();
 }
 
-Lamp read_lamp(const SceneElement& element) {
+Lamp read_lamp(const XmlElement& element) {
   element.expect({"name", "position", "direction", "intensity", "halfAngle", "color"});
   Lamp lamp;
   lamp.name = element.text("name");
@@ -87,12 +88,12 @@ Lamp read_lamp(const SceneElement& element) {
   return lamp;
 }
 
-SceneObject read_object(const SceneElement& element) {
+SceneObject read_object(const XmlElement& element) {
   element.expect({"name", "file", "position", "orientation", "quaternion", "scaleFactor", "material", "target"}, {},
                  {"physics"});
   SceneObject object;
   object.name = element.text("name");
-  const SceneElement file = element.child("file");
+  const XmlElement file = element.child("file");
   object.mesh = std::filesystem::absolute(element.file().parent_path() / file.text()).lexically_normal();
   if (!std::filesystem::is_regular_file(object.mesh))
     file.fail("<file>: found no file " + object.mesh.string() + ", expected a triangle mesh");
@@ -104,7 +105,7 @@ SceneObject read_object(const SceneElement& element) {
   return object;
 }
 
-Sensor read_sensor(const SceneElement& element, Sensor sensor) {
+Sensor read_sensor(const XmlElement& element, Sensor sensor) {
   element.expect({"model", "electronsPerLuxSecond", "fullWell", "readNoise", "prnu", "darkElectrons"});
   if (const auto model = element.optional("model")) {
     const std::string name = model->text();
@@ -120,7 +121,7 @@ Sensor read_sensor(const SceneElement& element, Sensor sensor) {
   return sensor;
 }
 
-CameraModel read_model(const SceneElement& element) {
+CameraModel read_model(const XmlElement& element) {
   CameraModel model;
   model.width = element.has("resw") ? element.integer("resw", {8, 8192}) : 160;
   model.height = element.has("resh") ? element.integer("resh", {8, 8192}) : 120;
@@ -148,8 +149,8 @@ CameraModel read_model(const SceneElement& element) {
   return model;
 }
 
-Transform read_camera_pose(const SceneElement& element, const Scene& scene) {
-  const SceneElement reference = element.child("relativeTo");
+Transform read_camera_pose(const XmlElement& element, const Scene& scene) {
+  const XmlElement reference = element.child("relativeTo");
   const std::string name = reference.text();
   const bool posed = element.has("position") || element.has("orientation") || element.has("quaternion");
   const auto baseline = element.optional("baseline");
@@ -164,7 +165,7 @@ Transform read_camera_pose(const SceneElement& element, const Scene& scene) {
   reference.fail("<relativeTo>: found '" + name + "', expected world, tank, kinematic_base or an earlier camera");
 }
 
-CameraSpec read_camera(const SceneElement& element, const Scene& scene) {
+CameraSpec read_camera(const XmlElement& element, const Scene& scene) {
   element.expect({"name", "relativeTo", "resw", "resh", "position", "orientation", "quaternion", "baseline", "fovy",
                   "parameters", "grayscale", "std", "distortion", "rate", "exposure", "psf", "sensor"},
                  {}, {"frameId", "showpath"});
@@ -184,13 +185,13 @@ CameraSpec read_camera(const SceneElement& element, const Scene& scene) {
   return camera;
 }
 
-LaserLine read_laser(const SceneElement& element) {
+LaserLine read_laser(const XmlElement& element) {
   element.expect({"name", "relativeTo", "fov", "laser", "position", "orientation", "quaternion", "luminousFlux",
                   "halfWidth", "divergence", "speckleContrast", "color"},
                  {}, {"image_name"});
   LaserLine laser;
   laser.name = element.text("name");
-  const SceneElement reference = element.child("relativeTo");
+  const XmlElement reference = element.child("relativeTo");
   if (reference.text() != "end_effector")
     reference.fail("<relativeTo>: found '" + reference.text() + "', expected end_effector");
   if (!element.flag_or("laser", true))
@@ -205,7 +206,7 @@ LaserLine read_laser(const SceneElement& element) {
   return laser;
 }
 
-void read_arm(const SceneElement& element, ArmSpec& arm) {
+void read_arm(const XmlElement& element, ArmSpec& arm) {
   arm.name = element.text("name");
   arm.wMb = element.pose();
   if (const auto parameters = element.optional("armParameters")) {
@@ -231,7 +232,7 @@ void read_arm(const SceneElement& element, ArmSpec& arm) {
   arm.link_radius = element.number_or("linkRadius", arm.link_radius, {0.001, 0.5});
 }
 
-void read_vehicle(const SceneElement& element, Scene& scene) {
+void read_vehicle(const XmlElement& element, Scene& scene) {
   element.expect({"name", "jointValues", "position", "orientation", "quaternion", "structuredLightProjector",
                   "armParameters", "albedo", "linkRadius"},
                  {"virtualCamera"},
@@ -240,7 +241,7 @@ void read_vehicle(const SceneElement& element, Scene& scene) {
                   "LedArray", "simulatedDynamics", "acousticCommsDevice", "customCommsDevice"});
   read_arm(element, scene.arm);
   scene.laser = read_laser(element.child("structuredLightProjector"));
-  for (const SceneElement& camera : element.children("virtualCamera")) {
+  for (const XmlElement& camera : element.children("virtualCamera")) {
     const CameraSpec spec = read_camera(camera, scene);
     for (const CameraSpec& other : scene.cameras)
       if (other.name == spec.name)
@@ -250,9 +251,9 @@ void read_vehicle(const SceneElement& element, Scene& scene) {
 }
 
 template <class Item, class Read>
-std::vector<Item> read_named(const SceneElement& root, const char* kind, Read read) {
+std::vector<Item> read_named(const XmlElement& root, const char* kind, Read read) {
   std::vector<Item> items;
-  for (const SceneElement& element : root.children(kind)) {
+  for (const XmlElement& element : root.children(kind)) {
     items.push_back(read(element));
     for (std::size_t i = 0; i + 1 < items.size(); ++i)
       if (items[i].name == items.back().name)
@@ -262,7 +263,7 @@ std::vector<Item> read_named(const SceneElement& root, const char* kind, Read re
   return items;
 }
 
-BoardPattern read_pattern(const SceneElement& element) {
+BoardPattern read_pattern(const XmlElement& element) {
   BoardPattern pattern;
   const auto& kinds = kNames<BoardKind>;
   const std::string kind = element.text("pattern");
@@ -286,7 +287,7 @@ BoardPattern read_pattern(const SceneElement& element) {
   return pattern;
 }
 
-BoardShow read_show(const SceneElement& element, const Scene& scene) {
+BoardShow read_show(const XmlElement& element, const Scene& scene) {
   element.expect({"camera", "count", "nearest", "farthest", "tilt", "seed"});
   BoardShow show;
   show.camera = element.text("camera");
@@ -301,14 +302,14 @@ BoardShow read_show(const SceneElement& element, const Scene& scene) {
   return show;
 }
 
-BoardSpec read_board(const SceneElement& element, const Scene& scene) {
+BoardSpec read_board(const XmlElement& element, const Scene& scene) {
   element.expect({"name", "pattern", "columns", "rows", "pitch", "marker", "margin", "dictionary", "firstId",
                   "relativeTo", "position", "orientation", "quaternion", "hold"},
                  {"shown"});
   BoardSpec board;
   board.name = element.text("name");
   board.pattern = read_pattern(element);
-  for (const SceneElement& shown : element.children("shown")) board.shows.push_back(read_show(shown, scene));
+  for (const XmlElement& shown : element.children("shown")) board.shows.push_back(read_show(shown, scene));
   board.hold = from_seconds(element.number_or("hold", seconds(board.hold), {0.01, 1000}));
   if (!board.shows.empty()) {
     if (const auto place = element.optional("relativeTo"))
@@ -316,7 +317,7 @@ BoardSpec read_board(const SceneElement& element, const Scene& scene) {
     board.place = BoardSpec::Place::kShown;
     return board;
   }
-  const SceneElement reference = element.child("relativeTo");
+  const XmlElement reference = element.child("relativeTo");
   const std::string name = reference.text();
   board.pose = element.pose();
   if (name == "kinematic_base") {
@@ -329,7 +330,7 @@ BoardSpec read_board(const SceneElement& element, const Scene& scene) {
   return board;
 }
 
-void choose_target(const SceneElement& root, std::vector<SceneObject>& objects) {
+void choose_target(const XmlElement& root, std::vector<SceneObject>& objects) {
   if (objects.size() == 1) objects.front().target = true;
   const auto count = std::count_if(objects.begin(), objects.end(), [](const SceneObject& o) { return o.target; });
   if (!objects.empty() && count != 1)
@@ -339,7 +340,7 @@ void choose_target(const SceneElement& root, std::vector<SceneObject>& objects) 
 }  // namespace
 
 Scene read_scene(const std::filesystem::path& file) {
-  const SceneElement root = SceneElement::load(file, "UWSimScene");
+  const XmlElement root = XmlElement::load(file, "UWSimScene", {"scene", kMostSceneBytes});
   root.expect({"oceanState", "simParams", "tank", "water", "luxMeter", "vehicle"}, {"lamp", "object", "board"},
               {"camera", "nedOrigin", "netTracingScript", "CustomCommsChannel", "AcousticCommsChannel",
                "customCommsChannel", "acousticCommsChannel", "rosInterfaces"});
@@ -354,12 +355,12 @@ Scene read_scene(const std::filesystem::path& file) {
   scene.lamps = read_named<Lamp>(root, "lamp", read_lamp);
   scene.objects = read_named<SceneObject>(root, "object", read_object);
   choose_target(root, scene.objects);
-  const SceneElement meter = root.child("luxMeter");
+  const XmlElement meter = root.child("luxMeter");
   meter.expect({"position", "normal"});
   scene.lux_meter.position = meter.xyz("position");
   if (meter.has("normal")) scene.lux_meter.normal = read_direction(meter, "normal");
   read_vehicle(root.child("vehicle"), scene);
-  scene.boards = read_named<BoardSpec>(root, "board", [&](const SceneElement& e) { return read_board(e, scene); });
+  scene.boards = read_named<BoardSpec>(root, "board", [&](const XmlElement& e) { return read_board(e, scene); });
   scene.warnings = root.warnings();
   return scene;
 }

@@ -30,19 +30,19 @@ SensorNoise::SensorNoise(const CameraSpec& spec, std::uint64_t seed)
     gain_[i] = 1 + static_cast<float>(sensor_.prnu) * gaussian(mix(key, i));
 }
 
-void SensorNoise::digitise(std::uint64_t frame, int v, const float* in, std::uint8_t* out) const {
+void SensorNoise::digitise(std::uint64_t frame, int v, double gaussian_sd, const float* in, std::uint8_t* out) const {
   const int n = width_ * channels_;
   const bool emva = sensor_.model == Sensor::Model::kEmva1288;
-  if (!emva && sensor_.gaussian_sd <= 0) {
+  if (!emva && gaussian_sd <= 0) {
     for (int i = 0; i < n; ++i) out[i] = round_and_clip(in[i]);
     return;
   }
   const GaussianTable& gaussian = GaussianTable::instance();
   const std::uint64_t row = mix(mix(key_, frame), static_cast<std::uint64_t>(v));
-  const auto sd = static_cast<float>(255 * sensor_.gaussian_sd);
+  const auto sd = static_cast<float>(255 * gaussian_sd);
   const auto full_well = static_cast<float>(sensor_.full_well_e), dark = static_cast<float>(sensor_.dark_e);
-  const auto read = static_cast<float>(sensor_.read_noise_e * sensor_.read_noise_e +
-                                       std::pow(sensor_.gaussian_sd * sensor_.full_well_e, 2));
+  const auto read =
+      static_cast<float>(sensor_.read_noise_e * sensor_.read_noise_e + std::pow(gaussian_sd * sensor_.full_well_e, 2));
   const float to_dn = 255 / full_well, to_e = full_well / 255;
   const float* gain = emva ? gain_.data() + static_cast<std::size_t>(v) * n : nullptr;
   for (int u = 0; u < width_; ++u) {

@@ -21,7 +21,11 @@ class SensorNoise {
   SensorNoise(const CameraSpec& spec, std::uint64_t seed);
 
   /// Row `v` of frame `frame`: `in` digital numbers without noise, `out` 8 bit; width * channels of each.
-  void digitise(std::uint64_t frame, int v, const float* in, std::uint8_t* out) const;
+  void digitise(std::uint64_t frame, int v, const float* in, std::uint8_t* out) const {
+    digitise(frame, v, sensor_.gaussian_sd, in, out);
+  }
+  /// With `gaussian_sd` in place of the sensor's.
+  void digitise(std::uint64_t frame, int v, double gaussian_sd, const float* in, std::uint8_t* out) const;
 
  private:
   Sensor sensor_;

@@ -53,6 +53,12 @@ Scene apply(Scene scene, const WorldOptions& options) {
   if (options.light) scene.light = in_range("light", *options.light, 1);
   if (options.particles_per_m3)
     scene.water.particles_per_m3 = in_range("particles_per_m3", *options.particles_per_m3, 1e6);
+  if (options.particle_drift) scene.water.particle_drift = *options.particle_drift;
+  if (options.turbidity) {
+    const auto more = static_cast<float>(in_range("turbidity", *options.turbidity, 10));
+    scene.water.attenuation += more;
+    scene.water.backscatter += more;
+  }
   for (CameraSpec& camera : scene.cameras) {
     if (options.noise) camera.sensor.gaussian_sd = in_range("noise", *options.noise, 1);
     if (!options.sensor) continue;
@@ -82,6 +88,15 @@ struct MovingBoard {
   BoardSpec spec;
   std::shared_ptr<const BoardPrint> print;
   std::vector<Transform> places;  ///< of one that is shown
+};
+
+struct FrameLayers {
+  const CameraStation* station;
+  std::uint64_t index;
+  ParticleLayer floating;
+  ArmLayer arm;
+  BoardLayer boards;
+  LaserLayer laser;
 };
 
 struct TankWorld::Impl {
@@ -157,20 +172,26 @@ struct TankWorld::Impl {
     return sheet_now;
   }
 
-  cv::Mat render(const CameraStation& s, const Exposure& exposure) const {
+  FrameLayers layers(const CameraStation& s, const Exposure& exposure) const {
     const CameraView& v = view(s);
-    const int width = v.width(), height = v.height(), channels = v.channels();
-    const auto light = static_cast<float>(scene.light);
     const auto bodies = arm_bodies(scene.arm, scene.laser, exposure.q[Exposure::kSamples / 2]);
     const ExposedSheet sheet_now = exposed_sheet(exposure, bodies);
-    const ParticleLayer floating(particles, exposure.mid, v, radiometry, light, sheet, sheet_now, scene.laser.colour,
-                                 geometry);
-    const ArmLayer arm(bodies, v);
-    const BoardLayer boards(boards_at(exposure), v, radiometry);
-    const LaserLayer laser(v, sheet, sheet_now, geometry, scene.water.laser_scattering);
+    return {&s,
+            exposure.index,
+            ParticleLayer(particles, exposure.mid, v, radiometry, sheet, sheet_now, scene.laser.colour, geometry),
+            ArmLayer(bodies, v),
+            BoardLayer(boards_at(exposure), v, radiometry),
+            LaserLayer(v, sheet, sheet_now, geometry, scene.water.laser_scattering)};
+  }
+
+  cv::Mat expose(const FrameLayers& frame, float light, double noise) const {
+    const CameraStation& s = *frame.station;
+    const CameraView& v = view(s);
+    const int width = v.width(), height = v.height(), channels = v.channels();
+    const auto discs = frame.floating.lit(light);
     const auto colour = v.response(scene.laser.colour);
     const auto contrast = static_cast<float>(scene.laser.speckle_contrast);
-    const std::uint64_t speckle_key = mix(s.speckle_key, exposure.index);
+    const std::uint64_t speckle_key = mix(s.speckle_key, frame.index);
 
     cv::Mat image(height, width, channels == 1 ? CV_8UC1 : CV_8UC3);
     constexpr int kRows = LaserLayer::kTile;
@@ -181,13 +202,13 @@ struct TankWorld::Impl {
       rows.resize(row_size * kRows);
       const float* unlit = v.radiance_row(first);
       for (std::size_t i = 0; i < row_size * count; ++i) rows[i] = light * unlit[i];
-      laser.add_glow(strip, rows.data(), colour);
-      laser.add_stripe(strip, rows.data(), colour, contrast, speckle_key);
-      floating.blend(first, count, rows.data());
-      boards.cover(first, count, rows.data(), light);
-      if (arm.in_view()) arm.cover(first, count, rows.data(), radiometry, light, boards);
+      frame.laser.add_glow(strip, rows.data(), colour);
+      frame.laser.add_stripe(strip, rows.data(), colour, contrast, speckle_key);
+      frame.floating.blend(discs, first, count, rows.data());
+      frame.boards.cover(first, count, rows.data(), light);
+      if (frame.arm.in_view()) frame.arm.cover(first, count, rows.data(), radiometry, light, frame.boards);
       for (int r = 0; r < count; ++r)
-        s.noise.digitise(exposure.index, first + r, rows.data() + r * row_size, image.ptr(first + r));
+        s.noise.digitise(frame.index, first + r, noise, rows.data() + r * row_size, image.ptr(first + r));
     });
     return image;
   }
@@ -245,7 +266,16 @@ std::string TankWorld::noise_description() const {
 }
 
 cv::Mat TankWorld::render(const std::string& name, const Exposure& exposure) const {
-  return impl_->render(impl_->station(name), exposure);
+  return expose(impl_->layers(impl_->station(name), exposure), impl_->scene.light);
+}
+
+std::shared_ptr<const FrameLayers> TankWorld::layers(const std::string& name, const Exposure& exposure) const {
+  return std::make_shared<const FrameLayers>(impl_->layers(impl_->station(name), exposure));
+}
+
+cv::Mat TankWorld::expose(const FrameLayers& frame, double light, std::optional<double> noise) const {
+  return impl_->expose(frame, static_cast<float>(in_range("light", light, 1)),
+                       noise ? in_range("noise", *noise, 1) : frame.station->spec.sensor.gaussian_sd);
 }
 
 cv::Mat TankWorld::render_external(const JointVector& q, bool laser_on, int width, int height) const {

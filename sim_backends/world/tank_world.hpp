@@ -19,11 +19,17 @@ struct WorldOptions {
   std::optional<double> noise;        ///< additive Gaussian sd, 0 .. 0.10 of full scale, every camera
   std::optional<std::string> sensor;  ///< "gaussian" | "emva1288"
   std::optional<double> particles_per_m3;
+  std::optional<Vector3d> particle_drift;  ///< of the water, w [m/s]
+  std::optional<double> turbidity;         ///< added to attenuation and backscatter of every channel [1/m]
   std::vector<std::string> boards;          ///< of the scene's, by name; the others are not there
   std::optional<TrueRig> truth;             ///< how the rig differs from the scene file
   std::optional<std::uint64_t> truth_seed;  ///< instead of the rig file's
   std::uint64_t seed = 1;
 };
+
+/// What one frame shows, before ambient light and noise: the costly part of its rendering. Belongs to the world that
+/// made it.
+struct FrameLayers;
 
 /// A scene file ready to render. Everything is const after load: one world serves many threads.
 /// Frames: w, b, e, c, l, o of core/frames.hpp. Bit-reproducible for a seed on one instruction set, whatever the thread
@@ -56,6 +62,11 @@ class TankWorld {
   /// 8-bit image, 1 or 3 (BGR) channels, of the camera called `name`.
   /// Errors: InputError if there is none.
   cv::Mat render(const std::string& name, const Exposure& exposure) const;
+
+  /// The same in two steps. expose() of the layers, with the light and the noise of another world that differs in
+  /// nothing else, gives that world's render() to the bit: ambient light and laser are layers that add up.
+  std::shared_ptr<const FrameLayers> layers(const std::string& name, const Exposure& exposure) const;
+  cv::Mat expose(const FrameLayers& layers, double light, std::optional<double> noise = {}) const;
 
   /// Picture of the whole rig from outside (the paper's Figure 3), BGR, without noise and with the water thinned.
   cv::Mat render_external(const JointVector& q, bool laser_on, int width, int height) const;

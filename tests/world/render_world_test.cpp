@@ -56,6 +56,27 @@ TEST(RenderWorld, DrawsOtherNoiseForAnotherSeedOrFrame) {
   EXPECT_FALSE(same(first, TankWorld::from_scene(scene, options).render("mono", still(scene, 1))));
 }
 
+TEST(RenderWorld, LayersExposedAtAnotherLightAndNoiseAreThatWorldsFrameToTheBit) {
+  Scene scene = small_scene();
+  scene.water.particles_per_m3 = 3000;  // some show at full light alone
+  for (const char* sensor : {"gaussian", "emva1288"}) {
+    WorldOptions options;
+    options.sensor = sensor;
+    const TankWorld sut = TankWorld::from_scene(scene, options);
+    for (const double laser : {0.0, 1.0}) {
+      const Exposure exposure = still(scene, laser);
+      const auto layers = sut.layers("mono", exposure);
+      for (const auto& [light, noise] : {std::pair{0.0, 0.0}, {0.35, 0.0}, {0.35, 0.06}, {1.0, 0.1}}) {
+        options.light = light;
+        options.noise = noise;
+        EXPECT_TRUE(
+            same(sut.expose(*layers, light, noise), TankWorld::from_scene(scene, options).render("mono", exposure)))
+            << sensor << " laser " << laser << " light " << light << " noise " << noise;
+      }
+    }
+  }
+}
+
 TEST(RenderWorld, AddsNothingButTheLasersLightWhenItSwitchesOn) {
   Scene scene = small_scene();
   scene.water.particles_per_m3 = 0;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -74,6 +75,8 @@ struct BackendOptions {
   std::filesystem::path faults = {};  ///< plan for what is simulated or emulated; empty: none
   Need need = {};
   std::string command = {};  ///< what the user runs, for the guardian's messages
+  /// In place of TankWorld::render(), of a rig in this process.
+  std::function<cv::Mat(const sim::TankWorld&, const std::string& camera, const sim::Exposure&)> render = {};
 };
 
 /// In the order of RigConfig::cameras.

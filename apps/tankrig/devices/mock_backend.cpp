@@ -26,6 +26,7 @@ class MockBackend final : public Backend {
  public:
   MockBackend(const RigConfig& rig, const BackendOptions& options)
       : world_(load_world(rig, options.world)),
+        render_(options.render),
         script_(read_plan(options.faults, rig)),
         parameters_(read_parameters(rig)),
         arm_(world_.arm(), parameters_.arm, rig.scan.park, clock_),
@@ -74,11 +75,13 @@ class MockBackend final : public Backend {
     parameters.triggered = camera.trigger.mode != TriggerMode::kFree;
     return std::make_unique<sim::MockCamera>(
         CameraInfo{camera.name, camera.model.width, camera.model.height, seen.channels, camera.rate_hz}, parameters,
-        clock_, arm_, laser_,
-        [this](const std::string& name, const sim::Exposure& exposure) { return world_.render(name, exposure); });
+        clock_, arm_, laser_, [this](const std::string& name, const sim::Exposure& exposure) {
+          return render_ ? render_(world_, name, exposure) : world_.render(name, exposure);
+        });
   }
 
   sim::TankWorld world_;
+  decltype(BackendOptions::render) render_;
   sim::FaultScript script_;
   VirtualClock clock_;
   sim::MockParameters parameters_;

@@ -16,13 +16,17 @@ constexpr std::uint64_t kBesideFrames = 64 << 20;
 
 }  // namespace
 
-MotionCheck check_plan(const RigConfig& rig, const ScanPlan& plan) {
+Obstacles obstacles_of(const RigConfig& rig) {
   Obstacles obstacles = rig.obstacles;
   for (const RigCamera& camera : rig.cameras) obstacles.cameras.push_back({camera.name, camera.housing()});
   TriangleMesh mesh = read_mesh(rig.object.mesh);
   for (Vector3d& vertex : mesh.vertices) vertex = rig.object.bMo * vertex;
   obstacles.object = {std::move(mesh.vertices), std::move(mesh.triangles)};
-  return check_motion(plan, rig.arm, obstacles, rig.motion_limits);
+  return obstacles;
+}
+
+MotionCheck check_plan(const RigConfig& rig, const ScanPlan& plan) {
+  return check_motion(plan, rig.arm, obstacles_of(rig), rig.motion_limits);
 }
 
 int expected_frames(const RigConfig& rig, const RigCamera& camera, const ScanPlan& plan) {

@@ -10,6 +10,10 @@
 
 namespace tankrig::app {
 
+/// What the arm must keep away from: the rig's obstacles, cameras and object.
+/// Errors: InputError of the mesh.
+Obstacles obstacles_of(const RigConfig& rig);
+
 /// The plan against the rig file's limits, object, floor, walls, cameras and frame, and the arm against itself.
 /// Errors: InputError if it is not safe.
 MotionCheck check_plan(const RigConfig& rig, const ScanPlan& plan);

@@ -1,9 +1,9 @@
-// One element of a scene file: strict reading, every error with its line.
+// One element of an XML file: strict reading, every error with its line.
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
-#include <initializer_list>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -14,7 +14,7 @@
 
 #include "core/frames.hpp"
 
-namespace tankrig::sim {
+namespace tankrig {
 
 /// Bounds of a number, both included.
 struct Bounds {
@@ -26,26 +26,36 @@ inline constexpr Bounds kNotNegative{0, 1e9};
 inline constexpr Bounds kFraction{0, 1};
 inline constexpr Bounds kPositive{1e-9, 1e9};
 
+/// What a kind of file may be.
+struct XmlFileKind {
+  std::string name;          ///< "scene"
+  std::uint64_t most_bytes;  ///< of core/regular_file.hpp
+  bool doctype = false;      ///< one that names a DTD may stand before the root; it is not read
+};
+
 /// Values are the text of child elements, as in UWSim: <position><x>0</x><y>0</y><z>1</z></position>.
 /// Errors: every member throws InputError "FILE:LINE: element: found ..., expected ...".
-class SceneElement {
+class XmlElement {
  public:
-  /// Root element of the file, which must be called `root_name`.
-  static SceneElement load(const std::filesystem::path& file, std::string_view root_name);
+  /// Root element of the file, which must be called `root_name`. Entities are never expanded and nothing is fetched.
+  static XmlElement load(const std::filesystem::path& file, std::string_view root_name, const XmlFileKind& kind);
 
   std::string name() const { return node_.name(); }
   int line() const;
   const std::filesystem::path& file() const;
 
-  /// Refuses every child that is in neither list, every attribute, text between elements, and a child of `once` given
-  /// twice. A child of `not_simulated` adds a warning with its line.
-  void expect(std::initializer_list<const char*> once, std::initializer_list<const char*> repeated = {},
-              std::initializer_list<const char*> not_simulated = {}) const;
+  using Names = std::vector<const char*>;
+
+  /// Refuses every child that is in neither list, every other attribute, text between elements, and a child of `once`
+  /// given twice. A child of `not_simulated` adds a warning with its line.
+  void expect(const Names& once, const Names& repeated = {}, const Names& not_simulated = {},
+              const Names& attributes = {}) const;
 
   bool has(const char* child) const { return !node_.child(child).empty(); }
-  std::optional<SceneElement> optional(const char* child) const;
-  SceneElement child(const char* name) const;
-  std::vector<SceneElement> children(const char* name) const;
+  std::optional<XmlElement> optional(const char* child) const;
+  XmlElement child(const char* name) const;
+  std::vector<XmlElement> children(const char* name) const;
+  std::vector<XmlElement> children() const;
 
   double number(const char* child, Bounds bounds = {}) const;
   double number_or(const char* child, double fallback, Bounds bounds = {}) const;
@@ -55,7 +65,11 @@ class SceneElement {
   std::string text(const char* child) const;
   /// This element's own number or text.
   double number(Bounds bounds = {}) const;
-  std::string text() const;
+  std::string text(const Names& attributes = {}) const;
+
+  std::optional<std::string> attribute(const char* name) const;
+  /// One of `allowed`, the first of them if the attribute is absent.
+  std::string attribute_choice(const char* name, const std::vector<std::string>& allowed) const;
 
   /// <x> <y> <z>
   Vector3d xyz(const char* child, Bounds bounds = {}) const;
@@ -71,11 +85,12 @@ class SceneElement {
 
  private:
   struct Document;
-  SceneElement(std::shared_ptr<Document> document, pugi::xml_node node) : document_(std::move(document)), node_(node) {}
+  XmlElement(std::shared_ptr<Document> document, pugi::xml_node node) : document_(std::move(document)), node_(node) {}
+  void refuse_attributes_but(const Names& known) const;
   Vector3d triple(const char* child, const char* const (&parts)[3], Bounds bounds) const;
 
   std::shared_ptr<Document> document_;
   pugi::xml_node node_;
 };
 
-}  // namespace tankrig::sim
+}  // namespace tankrig

@@ -1,5 +1,5 @@
 // Strict XML: what nobody knows is an error, what UWSim knows and we do not simulate is a warning.
-#include "sim_backends/world/scene_element.hpp"
+#include "core/xml_element.hpp"
 
 #include <fmt/format.h>
 
@@ -12,7 +12,7 @@
 #include "core/regular_file.hpp"
 #include "core/shown_text.hpp"
 
-namespace tankrig::sim {
+namespace tankrig {
 namespace {
 
 std::string trimmed(std::string_view text) {
@@ -40,13 +40,24 @@ int edit_distance(std::string_view a, std::string_view b) {
   return row.back();
 }
 
-bool holds(std::initializer_list<const char*> names, std::string_view name) {
+bool holds(const XmlElement::Names& names, std::string_view name) {
   return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+std::string joined(const auto& words) {
+  std::string list;
+  for (const auto& word : words) list += (list.empty() ? "" : ", ") + std::string(word);
+  return list;
+}
+
+/// A DTD is named, not defined here: a definition could be a bomb, and nothing would read it.
+bool only_names_a_dtd(const pugi::xml_node& node) {
+  return node.type() == pugi::node_doctype && std::string_view(node.value()).find('[') == std::string_view::npos;
 }
 
 }  // namespace
 
-struct SceneElement::Document {
+struct XmlElement::Document {
   std::filesystem::path file;
   std::string text;
   pugi::xml_document xml;
@@ -58,10 +69,10 @@ struct SceneElement::Document {
   }
 };
 
-SceneElement SceneElement::load(const std::filesystem::path& file, std::string_view root_name) {
+XmlElement XmlElement::load(const std::filesystem::path& file, std::string_view root_name, const XmlFileKind& kind) {
   auto document = std::make_shared<Document>();
   document->file = file;
-  document->text = read_regular_file(file, kMostSceneBytes, "a " + std::string(root_name));
+  document->text = read_regular_file(file, kind.most_bytes, "a " + std::string(root_name));
   if (trimmed(document->text).empty()) throw InputError(file, "is empty, expected a " + std::string(root_name));
   if (const auto zero = document->text.find('\0'); zero != std::string::npos)
     throw InputError(file, document->line(static_cast<std::ptrdiff_t>(zero)), "found a byte 0, expected text");
@@ -69,41 +80,48 @@ SceneElement SceneElement::load(const std::filesystem::path& file, std::string_v
       document->xml.load_buffer(document->text.data(), document->text.size(),
                                 pugi::parse_default | pugi::parse_doctype | pugi::parse_fragment, pugi::encoding_utf8);
   if (!parsed)
-    throw InputError(file, document->line(parsed.offset),
-                     std::string("found XML that does not parse (") + parsed.description() + "), expected a scene");
+    throw InputError(
+        file, document->line(parsed.offset),
+        std::string("found XML that does not parse (") + parsed.description() + "), expected a " + kind.name);
   const pugi::xml_node first = document->xml.document_element();
   for (const pugi::xml_node node : document->xml.children()) {
-    if (node == first) continue;
+    if (node == first || (kind.doctype && only_names_a_dtd(node))) continue;
     const auto begin = document->text.find_first_not_of(" \t\r\n", static_cast<std::size_t>(node.offset_debug()));
-    const std::string found = node.type() == pugi::node_doctype ? "a DOCTYPE"
-                              : node.type() == pugi::node_element
-                                  ? "a second root element <" + shown_text(node.name()) + ">"
-                                  : "text '" + shown_text(trimmed(node.value())) + "'";
+    const std::string found =
+        node.type() == pugi::node_doctype   ? (kind.doctype ? "a DOCTYPE with definitions" : "a DOCTYPE")
+        : node.type() == pugi::node_element ? "a second root element <" + shown_text(node.name()) + ">"
+                                            : "text '" + shown_text(trimmed(node.value())) + "'";
     throw InputError(file, document->line(static_cast<std::ptrdiff_t>(begin)),
                      "found " + found + ", expected one <" + std::string(root_name) + "> and nothing beside it");
   }
-  const SceneElement root(document, first);
+  const XmlElement root(document, first);
   if (root.name() != root_name)
     root.fail("found root element <" + root.name() + ">, expected <" + std::string(root_name) + ">");
   return root;
 }
 
-int SceneElement::line() const { return document_->line(node_.offset_debug()); }
-const std::filesystem::path& SceneElement::file() const { return document_->file; }
-const std::vector<std::string>& SceneElement::warnings() const { return document_->warnings; }
+int XmlElement::line() const { return document_->line(node_.offset_debug()); }
+const std::filesystem::path& XmlElement::file() const { return document_->file; }
+const std::vector<std::string>& XmlElement::warnings() const { return document_->warnings; }
 
-void SceneElement::warn(const std::string& message) const {
+void XmlElement::warn(const std::string& message) const {
   document_->warnings.push_back(fmt::format("{}:{}: {}", file().string(), line(), message));
 }
 
-void SceneElement::fail(const std::string& message) const { throw InputError(file(), line(), message); }
+void XmlElement::fail(const std::string& message) const { throw InputError(file(), line(), message); }
 
-void SceneElement::expect(std::initializer_list<const char*> once, std::initializer_list<const char*> repeated,
-                          std::initializer_list<const char*> not_simulated) const {
-  if (const auto attribute = node_.first_attribute())
-    fail("<" + name() + ">: found attribute '" + attribute.name() + "', expected none");
+void XmlElement::refuse_attributes_but(const Names& known) const {
+  for (const pugi::xml_attribute attribute : node_.attributes())
+    if (!holds(known, attribute.name()))
+      fail("<" + name() + ">: found attribute '" + shown_text(attribute.name()) + "', expected " +
+           (known.empty() ? "none" : "none but " + joined(known)));
+}
+
+void XmlElement::expect(const Names& once, const Names& repeated, const Names& not_simulated,
+                        const Names& attributes) const {
+  refuse_attributes_but(attributes);
   for (const pugi::xml_node node : node_.children()) {
-    const SceneElement element(document_, node);
+    const XmlElement element(document_, node);
     if (node.type() != pugi::node_element)
       element.fail("<" + name() + ">: found text '" + shown_text(trimmed(node.value())) + "', expected elements");
     if (holds(not_simulated, node.name())) {
@@ -118,34 +136,55 @@ void SceneElement::expect(std::initializer_list<const char*> once, std::initiali
     if (holds(repeated, node.name())) continue;
     std::string nearest;
     int best = std::numeric_limits<int>::max();
-    for (const auto& names : {once, repeated, not_simulated})
-      for (const char* known : names)
+    for (const Names* names : {&once, &repeated, &not_simulated})
+      for (const char* known : *names)
         if (const int distance = edit_distance(node.name(), known); distance < best) best = distance, nearest = known;
     element.fail("found unknown element <" + element.name() + "> in <" + name() + ">, expected one this element knows" +
                  (nearest.empty() ? "" : " (nearest: <" + nearest + ">)"));
   }
 }
 
-std::optional<SceneElement> SceneElement::optional(const char* child_name) const {
+std::optional<XmlElement> XmlElement::optional(const char* child_name) const {
   const auto node = node_.child(child_name);
   if (!node) return std::nullopt;
-  return SceneElement(document_, node);
+  return XmlElement(document_, node);
 }
 
-SceneElement SceneElement::child(const char* child_name) const {
+XmlElement XmlElement::child(const char* child_name) const {
   if (auto element = optional(child_name)) return *element;
   fail("<" + name() + ">: found no <" + child_name + ">, expected one");
 }
 
-std::vector<SceneElement> SceneElement::children(const char* child_name) const {
-  std::vector<SceneElement> found;
-  for (const pugi::xml_node node : node_.children(child_name)) found.push_back(SceneElement(document_, node));
+std::vector<XmlElement> XmlElement::children(const char* child_name) const {
+  std::vector<XmlElement> found;
+  for (const pugi::xml_node node : node_.children(child_name)) found.push_back(XmlElement(document_, node));
   return found;
 }
 
-std::string SceneElement::text() const {
-  if (const auto attribute = node_.first_attribute())
-    fail("<" + name() + ">: found attribute '" + attribute.name() + "', expected none");
+std::vector<XmlElement> XmlElement::children() const {
+  std::vector<XmlElement> found;
+  for (const pugi::xml_node node : node_.children())
+    if (node.type() == pugi::node_element) found.push_back(XmlElement(document_, node));
+  return found;
+}
+
+std::optional<std::string> XmlElement::attribute(const char* attribute_name) const {
+  const pugi::xml_attribute found = node_.attribute(attribute_name);
+  if (!found) return std::nullopt;
+  return found.value();
+}
+
+std::string XmlElement::attribute_choice(const char* attribute_name, const std::vector<std::string>& allowed) const {
+  const std::optional<std::string> found = attribute(attribute_name);
+  if (!found) return allowed.front();
+  if (std::find(allowed.begin(), allowed.end(), *found) == allowed.end())
+    fail("<" + name() + ">: " + attribute_name + ": found '" + shown_text(*found) +
+         "', expected one of: " + joined(allowed));
+  return *found;
+}
+
+std::string XmlElement::text(const Names& attributes) const {
+  refuse_attributes_but(attributes);
   for (const pugi::xml_node node : node_.children())
     if (node.type() == pugi::node_element || node != node_.first_child())
       fail("<" + name() + ">: found more than one piece of text, expected a single value");
@@ -154,7 +193,7 @@ std::string SceneElement::text() const {
   return value;
 }
 
-double SceneElement::number(Bounds bounds) const {
+double XmlElement::number(Bounds bounds) const {
   const std::string value = text();
   double number = 0;
   const auto [end, error] = std::from_chars(value.data(), value.data() + value.size(), number);
@@ -164,22 +203,22 @@ double SceneElement::number(Bounds bounds) const {
   return number;
 }
 
-double SceneElement::number(const char* child_name, Bounds bounds) const { return child(child_name).number(bounds); }
+double XmlElement::number(const char* child_name, Bounds bounds) const { return child(child_name).number(bounds); }
 
-double SceneElement::number_or(const char* child_name, double fallback, Bounds bounds) const {
+double XmlElement::number_or(const char* child_name, double fallback, Bounds bounds) const {
   const auto element = optional(child_name);
   return element ? element->number(bounds) : fallback;
 }
 
-int SceneElement::integer(const char* child_name, Bounds bounds) const {
-  const SceneElement element = child(child_name);
+int XmlElement::integer(const char* child_name, Bounds bounds) const {
+  const XmlElement element = child(child_name);
   const double value = element.number(bounds);
   if (value != std::floor(value))
     element.fail("<" + element.name() + ">: found '" + element.text() + "', expected a whole number");
   return static_cast<int>(value);
 }
 
-bool SceneElement::flag_or(const char* child_name, bool fallback) const {
+bool XmlElement::flag_or(const char* child_name, bool fallback) const {
   const auto element = optional(child_name);
   if (!element) return fallback;
   const std::string value = element->text();
@@ -187,28 +226,28 @@ bool SceneElement::flag_or(const char* child_name, bool fallback) const {
   return value == "1";
 }
 
-std::string SceneElement::text(const char* child_name) const { return child(child_name).text(); }
+std::string XmlElement::text(const char* child_name) const { return child(child_name).text(); }
 
-Vector3d SceneElement::triple(const char* child_name, const char* const (&parts)[3], Bounds bounds) const {
-  const SceneElement element = child(child_name);
+Vector3d XmlElement::triple(const char* child_name, const char* const (&parts)[3], Bounds bounds) const {
+  const XmlElement element = child(child_name);
   element.expect({parts[0], parts[1], parts[2]});
   return {element.number(parts[0], bounds), element.number(parts[1], bounds), element.number(parts[2], bounds)};
 }
 
-Vector3d SceneElement::xyz(const char* child_name, Bounds bounds) const {
+Vector3d XmlElement::xyz(const char* child_name, Bounds bounds) const {
   return triple(child_name, {"x", "y", "z"}, bounds);
 }
 
-Vector3d SceneElement::xyz_or(const char* child_name, const Vector3d& fallback, Bounds bounds) const {
+Vector3d XmlElement::xyz_or(const char* child_name, const Vector3d& fallback, Bounds bounds) const {
   return has(child_name) ? xyz(child_name, bounds) : fallback;
 }
 
-Eigen::Array3f SceneElement::rgb_or(const char* child_name, const Eigen::Array3f& fallback, Bounds bounds) const {
+Eigen::Array3f XmlElement::rgb_or(const char* child_name, const Eigen::Array3f& fallback, Bounds bounds) const {
   if (!has(child_name)) return fallback;
   return triple(child_name, {"r", "g", "b"}, bounds).cast<float>().array();
 }
 
-Transform SceneElement::pose() const {
+Transform XmlElement::pose() const {
   const Vector3d position = xyz_or("position", Vector3d::Zero());
   const auto quaternion = optional("quaternion");
   if (!quaternion)
@@ -223,4 +262,4 @@ Transform SceneElement::pose() const {
   return make_transform(position, xyzw.normalized());
 }
 
-}  // namespace tankrig::sim
+}  // namespace tankrig

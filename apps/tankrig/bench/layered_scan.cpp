@@ -1,0 +1,212 @@
+#include "apps/tankrig/bench/layered_scan.hpp"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdlib>
+
+#include "apps/tankrig/arm/arm_motion.hpp"
+#include "apps/tankrig/command_line/stop.hpp"
+#include "apps/tankrig/scan/plan_check.hpp"
+#include "bench/metrics/triangle_mesh.hpp"
+#include "core/input_error.hpp"
+#include "rig/capture/beam_view.hpp"
+#include "rig/plan/light_check.hpp"
+#include "rig/scan/session_rig.hpp"
+#include "session/reading/session_tables.hpp"
+#include "session/reading/session_yaml.hpp"
+#include "session/recording/event_kinds.hpp"
+
+namespace fs = std::filesystem;
+
+namespace tankrig::app {
+namespace {
+
+constexpr double kTraceStep = 0.02;  ///< between the samples that measures look at [s]
+
+class MemorySink final : public ScanSink {
+ public:
+  void joints(const JointState& state) override { states.push_back(state); }
+  void frame(const FrameRecord& record, const cv::Mat&) override {
+    frames.push_back(record);
+    if (frames.back().file.empty())
+      frames.back().file = "frames/" + record.camera + "/" + std::to_string(record.index) + ".png";
+  }
+  void event(Stamp when, std::string_view kind, const std::string& text) override {
+    if (kind == event_kind::kPlan) plan_begin = when;
+    if (kind == event_kind::kFault) faults.push_back(text);
+  }
+
+  std::vector<JointState> states;
+  std::vector<FrameRecord> frames;
+  std::vector<std::string> faults;
+  std::optional<Stamp> plan_begin;
+};
+
+/// Through the text of its files and back, as a session that is opened: the same bits.
+Session as_opened(SessionInfo info, const std::vector<FrameRecord>& frames) {
+  std::string name = (fs::temp_directory_path() / "tankrig-bench-XXXXXX").string();
+  if (!::mkdtemp(name.data())) throw CannotWrite(fs::path(name), errno);
+  const fs::path folder = name;
+  Session session;
+  try {
+    write_whole_file(folder / "session.yaml", session_yaml(info));
+    std::string table = frames_header();
+    for (const FrameRecord& frame : frames) table += frames_line(frame);
+    write_whole_file(folder / "frames.csv", table);
+    session.info = read_session_yaml(folder / "session.yaml");
+    session.frames = read_frames_csv(folder / "frames.csv").records;
+  } catch (...) {
+    fs::remove_all(folder);
+    throw;
+  }
+  fs::remove_all(folder);
+  session.path = "scan in memory";
+  return session;
+}
+
+/// Clearance of the arm from object, floor and walls.
+class NearestSolid {
+ public:
+  explicit NearestSolid(const RigConfig& rig) : clearance_(rig.arm, obstacles_of(rig)) {
+    for (std::size_t pair = 0; pair < clearance_.pairs(); ++pair)
+      if (clearance_.kind(pair) == PairKind::kObject || clearance_.kind(pair) == PairKind::kTank)
+        pairs_.push_back(pair);
+  }
+  double at(const JointVector& q) const {
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const std::size_t pair : pairs_) nearest = std::min(nearest, clearance_.at(pair, q));
+    return nearest;
+  }
+
+ private:
+  Clearance clearance_;
+  std::vector<std::size_t> pairs_;
+};
+
+RunTrace trace_of(const RigConfig& rig, const ScanPlan& plan, const MemorySink& sink, const Session& session,
+                  double lux) {
+  RunTrace trace;
+  const NearestSolid solids(rig);
+  const Stamp begin = sink.states.front().stamp, plan_begin = sink.plan_begin.value_or(begin);
+  for (const JointState& state : sink.states) {
+    const double t = seconds(state.stamp - begin);
+    if (!trace.samples.empty() && t < trace.samples.back().t_s + kTraceStep) continue;
+    const double in_plan = seconds(state.stamp - plan_begin);
+    const MotionPoint planned = plan.at(in_plan);
+    const std::size_t segment = plan.segment_at(in_plan);
+    trace.samples.push_back({t, state.q, state.velocity, planned.q, planned.velocity, static_cast<int>(segment),
+                             plan.segments()[segment].phase, state.current_a, solids.at(state.q)});
+  }
+  for (const FrameRecord& frame : session.frames)
+    trace.frames.push_back({seconds(frame.stamp - begin), seconds(frame.sync_residual), frame.sync_on_target});
+  for (const auto& [camera, account] : session.info.account) {
+    for (const auto& [reason, count] : frame_reasons(session.info.counts, camera))
+      if (reason != "not_recorded") trace.frames_lost += count;
+    trace.frames_lost += static_cast<std::uint64_t>(std::max<std::int64_t>(0, account.unaccounted));
+  }
+  const Transform wMb = rig.obstacles.wMb;
+  const auto fixed = [](const Transform& pose) { return [pose](const JointVector&) { return pose; }; };
+  trace.bodies["tank"] = fixed(Transform::Identity());
+  trace.bodies["base"] = fixed(wMb);
+  trace.bodies["object"] = fixed(wMb * rig.object.bMo);
+  trace.bodies["end_effector"] = [wMb, arm = rig.arm](const JointVector& q) -> Transform { return wMb * arm.bMe(q); };
+  for (const CalibratedCamera& camera : session.info.cameras) {
+    trace.bodies[camera.name] = fixed(wMb * camera.bMc);
+    trace.cameras[camera.name] = {camera.model, wMb * camera.bMc};
+  }
+  trace.corners["object"] = read_mesh(rig.object.mesh).vertices;
+  trace.numbers["joints"] = [](const TraceSample& sample) {
+    return std::vector<double>(sample.q.data(), sample.q.data() + sample.q.size());
+  };
+  trace.numbers["end_effector"] = [body = trace.bodies["end_effector"]](const TraceSample& sample) {
+    const Vector3d p = body(sample.q).translation();
+    return std::vector<double>{p.x(), p.y(), p.z()};
+  };
+  trace.lux = lux;
+  return trace;
+}
+
+}  // namespace
+
+LayeredScan::LayeredScan(const RigConfig& rig, const sim::WorldOptions& world, Progress& progress) {
+  if (rig.backend != "mock")
+    throw InputError(rig.file,
+                     "backend: found '" + rig.backend + "', expected mock: a benchmark runs on a simulated rig");
+  BackendOptions options;
+  options.world = world;
+  options.render = [this](const sim::TankWorld& tank, const std::string& camera, const sim::Exposure& exposure) {
+    const auto layers = tank.layers(camera, exposure);
+    layers_[{camera, exposure.index}] = layers;
+    return tank.expose(*layers, tank.light());
+  };
+  backend_ = make_backend(rig, options);
+  const ScanPlan plan = make_scan_plan(rig.scan, homed_posture(*backend_, rig.name));
+  check_light(plan, rig.scan.safety);
+  check_plan(rig, plan);
+
+  MemorySink sink;
+  std::vector<ScanCamera> cameras;
+  const std::vector<Camera*> devices = backend_->cameras();
+  for (std::size_t i = 0; i < devices.size(); ++i)
+    cameras.push_back({devices[i], rig.cameras[i].record, stripe_in_view(rig, rig.cameras[i]), rig.cameras[i].trigger,
+                       rig.cameras[i].time_offset});
+  ScanJob job{plan,
+              rig.scan,
+              backend_->clock(),
+              backend_->arm(),
+              backend_->laser(),
+              cameras,
+              sink,
+              StopOnSignal::requested(),
+              [this] { return backend_->interlock_closed(); },
+              [&](const ScanProgress& p) { progress.update("bench: scan", p.fraction); }};
+  const ScanResult result = run_scan(job);
+  if (!result.complete())
+    throw InputError(rig.file, "scan " + result.status + (sink.faults.empty() ? "" : ": " + sink.faults.front()));
+
+  SessionInfo info;
+  info.name = rig.name;
+  info.kind = "scan";
+  info.status = result.status;
+  info.software = TANKRIG_VERSION;
+  info.noise = backend_->noise();
+  info.seed = world.seed;
+  info.light = backend_->world()->light();
+  info.simulated_s = result.simulated_s;
+  info.counts.insert(result.counts.begin(), result.counts.end());
+  info.account = result.account;
+  describe(rig, info);
+  for (CalibratedCamera& camera : info.cameras) camera.bMc = as_stored(camera.bMc);
+  info.object->bMo = as_stored(info.object->bMo);
+  session_ = as_opened(std::move(info), sink.frames);
+  std::map<FrameKey, std::shared_ptr<const sim::FrameLayers>> kept;
+  for (const FrameRecord& frame : session_.frames) {
+    const FrameKey key{frame.camera, frame.sequence};
+    kept[key] = layers_.at(key);
+  }
+  layers_ = std::move(kept);
+  trace_ = trace_of(rig, plan, sink, session_, backend_->world()->lux());
+}
+
+cv::Mat LayeredScan::picture(const FrameRecord& frame, const PictureConditions& conditions) const {
+  const sim::TankWorld& tank = *backend_->world();
+  return tank.expose(*layers_.at({frame.camera, frame.sequence}), conditions.light.value_or(tank.light()),
+                     conditions.noise);
+}
+
+Session LayeredScan::session(const PictureConditions& conditions, bool laser, bool stereo) const {
+  Session out = session_;
+  const CalibratedCamera* mono = out.find_camera(CameraRole::kMono);
+  std::vector<cv::Mat> pictures(out.frames.size());
+  tbb::parallel_for(std::size_t{0}, out.frames.size(), [&](std::size_t i) {
+    const bool of_mono = mono && out.frames[i].camera == mono->name;
+    if (of_mono ? laser : stereo) pictures[i] = picture(out.frames[i], conditions);
+  });
+  for (std::size_t i = 0; i < pictures.size(); ++i)
+    if (!pictures[i].empty()) out.unwritten[out.frames[i].file] = pictures[i];
+  return out;
+}
+
+}  // namespace tankrig::app

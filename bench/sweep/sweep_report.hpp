@@ -1,0 +1,28 @@
+// What a sweep found, for people: curves over light for every noise in the form of the paper's Figures 8 and 9, tables over
+// the grid, and the paper's own words beside them.
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "bench/benchmark/point_store.hpp"
+#include "bench/sweep/chart.hpp"
+
+namespace tankrig {
+
+/// A panel for each reconstruction3D measure that has `detail`: its values over the light (else the innermost loop), a
+/// curve for every noise (else the next loop), averaged over all other loops. Bars: with three values or more, the 95 %
+/// interval of their mean by Student's t; else the interval of the one value. Shares in per cent, metres in millimetres.
+Chart sweep_chart(const Benchmark& benchmark, const PointRows& rows, const std::string& detail);
+
+/// The whole page as Markdown. `figures`: files in figures/ that it shows.
+std::string sweep_page(const Benchmark& benchmark, const nlohmann::ordered_json& run, const PointRows& rows,
+                       const std::vector<std::string>& figures);
+
+/// figures/DETAIL.svg and .png of coverage, outliers, mean error and standard deviation, where there are such measures.
+/// Returns their names.
+std::vector<std::string> write_sweep_figures(const std::filesystem::path& folder, const Benchmark& benchmark,
+                                             const PointRows& rows);
+
+}  // namespace tankrig

@@ -1,0 +1,101 @@
+// Curves and tables of a sweep whose values are known.
+#include "bench/sweep/sweep_report.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "bench/sweep/strip.hpp"
+
+namespace tankrig {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::SizeIs;
+
+/// Two seeds of light 0, 0.5, 1 by noise 0, 0.1: coverage is light - noise + seed / 100.
+struct Grid {
+  Benchmark benchmark;
+  PointRows rows;
+
+  Grid() {
+    const auto loop = [&](UpdaterKind kind, double last, double step) {
+      Updater updater;
+      updater.kind = kind;
+      updater.last = last;
+      updater.step = step;
+      benchmark.updaters.push_back(updater);
+    };
+    loop(UpdaterKind::kRepeat, 1, 1);
+    loop(UpdaterKind::kNoise, 0.1, 0.1);
+    loop(UpdaterKind::kLight, 1, 0.5);
+    benchmark.file = "grid.xml";
+    Measure laser;
+    laser.kind = MeasureKind::kReconstruction3D;
+    laser.name = laser.topic = "laser";
+    benchmark.measures.push_back(laser);
+    for (std::size_t point = 0; point < benchmark.points(); ++point) {
+      const auto v = benchmark.values(point);
+      rows[point] = {{"values", v},
+                     {"measures", {{"laser", {{"coverage", v[2] - v[1] + v[0] / 100}, {"mean_error", 0.001}}}}}};
+    }
+  }
+};
+
+TEST(SweepChart, HasACurveForEveryNoiseAveragedOverSeeds) {
+  const Grid grid;
+  const Chart chart = sweep_chart(grid.benchmark, grid.rows, "coverage");
+  ASSERT_THAT(chart.panels, SizeIs(1));
+  ASSERT_THAT(chart.panels[0].curves, SizeIs(2));
+  const ChartCurve& noisy = chart.panels[0].curves[1];
+  EXPECT_EQ(noisy.name, "Noise 0.1");
+  ASSERT_THAT(noisy.points, SizeIs(3));
+  EXPECT_DOUBLE_EQ(noisy.points[1].x, 0.5);
+  EXPECT_NEAR(noisy.points[1].y, 40.5, 1e-9);
+}
+
+TEST(SweepChart, LeavesOutWhatHasNoValue) {
+  Grid grid;
+  for (auto& [point, row] : grid.rows)
+    if (row["values"][2] == 0.5) row["measures"]["laser"]["coverage"] = nullptr;
+  EXPECT_THAT(sweep_chart(grid.benchmark, grid.rows, "coverage").panels[0].curves[0].points, SizeIs(2));
+}
+
+TEST(SweepChart, IsDrawnWithItsAxesCurvesAndUnits) {
+  const Grid grid;
+  const Chart chart = sweep_chart(grid.benchmark, grid.rows, "coverage");
+  const std::string svg = chart_svg(chart);
+  EXPECT_THAT(svg, HasSubstr("coverage of the surface [%]"));
+  EXPECT_THAT(svg, HasSubstr("ambient light [share of the reference]"));
+  EXPECT_THAT(svg, HasSubstr("Noise 0.1"));
+  const cv::Mat picture = chart_picture(chart);
+  int coloured = 0;
+  for (int y = 0; y < picture.rows; ++y)
+    for (int x = 0; x < picture.cols; ++x) {
+      const cv::Vec3b c = picture.at<cv::Vec3b>(y, x);
+      coloured += std::abs(c[0] - c[2]) > 60;
+    }
+  EXPECT_GT(coloured, 500);
+}
+
+TEST(SweepPage, AveragesWhatItsWordsName) {
+  const Grid grid;
+  const std::string page =
+      sweep_page(grid.benchmark, {{"software", "x"}, {"rig", "r"}, {"sensor", "s"}, {"seed", 1}}, grid.rows, {});
+  EXPECT_THAT(page, HasSubstr("12 configurations of 12, 0 failed"));
+  EXPECT_THAT(
+      page,
+      HasSubstr("| laser: coverage [%], everywhere | about 50 in almost every situation | 45.5 (-10.0 to 101.0) |"));
+  EXPECT_THAT(page, HasSubstr("| 0.1 | 40.5 (-10.0 to 91.0) |"));
+  EXPECT_THAT(page, HasSubstr("| laser: mean error [mm], everywhere | 4 | 1.000 (1.000 to 1.000) |"));
+}
+
+TEST(ViewStrip, PutsViewsSideBySide) {
+  const cv::Mat view(120, 160, CV_8UC1, cv::Scalar(100));
+  const cv::Mat strip = view_strip({{"a", view}, {"b", view}, {"c", view}}, 2, 80);
+  EXPECT_EQ(strip.size(), cv::Size(2 * 84 + 4, 2 * 64 + 4));
+  EXPECT_EQ(strip.at<cv::Vec3b>(20, 40), cv::Vec3b(100, 100, 100));
+  EXPECT_EQ(strip.at<cv::Vec3b>(100, 130), cv::Vec3b(255, 255, 255));
+}
+
+}  // namespace
+}  // namespace tankrig

@@ -1,0 +1,162 @@
+// `tankrig bench` as a user runs it: the same bits as a scan, resumed, in shards, and what it says of a bad file.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "tests/program/program.hpp"
+
+namespace fs = std::filesystem;
+
+namespace tankrig::test {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+const char* const kCloud =
+    "<reconstruction3D detailedResultsToGlobals=\"true\"><name>NAME</name><target>object</target><topic>NAME</topic>"
+    "<from>base</from><startOn><type>onInit</type></startOn><stopOn><type>never</type></stopOn></reconstruction3D>";
+const char* const kAlways = "<startOn><type>onInit</type></startOn><stopOn><type>never</type></stopOn>";
+
+std::string loop(const std::string& name, double first, double last, double step, const std::string& inner = "") {
+  return "<sceneUpdater><" + name + "><initialValue>" + std::to_string(first) + "</initialValue><finalValue>" +
+         std::to_string(last) + "</finalValue><step>" + std::to_string(step) + "</step><interval>1</interval>" + inner +
+         "</" + name + "></sceneUpdater>";
+}
+
+std::string cloud(const std::string& name) {
+  std::string text = kCloud;
+  for (auto at = text.find("NAME"); at != std::string::npos; at = text.find("NAME")) text.replace(at, 4, name);
+  return text;
+}
+
+fs::path benchmark(const std::string& measures, const std::string& updater, const std::string& function) {
+  const fs::path file = scratch_folder() / "benchmark.xml";
+  write_text(file, "<benchmark><measures>" + measures + "</measures>" + kAlways + "<function>" + function +
+                       "</function>" + updater + "</benchmark>\n");
+  return file;
+}
+
+nlohmann::json points_of(const fs::path& folder) {
+  return nlohmann::json::parse(read_text(folder / "results.json"))["points"];
+}
+
+TEST(Bench, APointOfTheGridIsTheScanOfThatPointToTheBit) {
+  const fs::path rig = small_rig(scratch_folder() / "rig");
+  const fs::path file =
+      benchmark(cloud("laser") + cloud("laser_paper") + cloud("stereo") + cloud("stereo_paper"),
+                loop("sceneLightUpdater", 0.3, 1, 0.7, loop("cameraNoiseUpdater", 0, 0.04, 0.04)), "laser.coverage");
+  const fs::path out = scratch_folder() / "out";
+  const ProgramRun run = run_tankrig({"bench", file, "--rig", rig, "--out", out, "--jobs", "2", "--seed", "3"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const nlohmann::json points = points_of(out);
+  ASSERT_EQ(points.size(), 4u);
+  for (const std::size_t point : {std::size_t{1}, std::size_t{2}}) {
+    const auto values = points[point]["values"];
+    const fs::path session = scratch_folder() / ("scan" + std::to_string(point));
+    const ProgramRun scan = run_tankrig({"scan", "--rig", rig, "--out", session, "--seed", "3", "--light",
+                                         values[0].dump(), "--noise", values[1].dump(), "--json"});
+    ASSERT_EQ(scan.exit_code, 0) << scan.err;
+    for (const char* method : {"laser", "laser_paper", "stereo", "stereo_paper"}) {
+      const nlohmann::json measured = points[point]["measures"][method], scanned = scan.json()[method];
+      EXPECT_GT(scanned["points"], 100) << method;
+      for (const auto& [key, value] : measured["metrics"].items())
+        EXPECT_EQ(value, scanned[key]) << method << " " << key;
+    }
+  }
+}
+
+TEST(Bench, GivesTheSameTablesForAnyJobsShardsAndInterruptions) {
+  const fs::path rig = small_rig(scratch_folder() / "rig");
+  const fs::path file = benchmark(cloud("laser"), loop("sceneLightUpdater", 0, 1, 0.25), "laser.coverage * 100");
+  const auto folder = [](const char* name) { return scratch_folder() / name; };
+  const auto bench = [&](const fs::path& out, const std::vector<std::string>& more) {
+    std::vector<std::string> arguments{"bench", file, "--rig", rig, "--out", out};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return run_tankrig(arguments);
+  };
+  ASSERT_EQ(bench(folder("one"), {"--jobs", "1"}).exit_code, 0);
+  const std::string table = read_text(folder("one") / "results.csv");
+  ASSERT_EQ(bench(folder("three"), {"--jobs", "3"}).exit_code, 0);
+  EXPECT_EQ(read_text(folder("three") / "results.csv"), table);
+
+  // Cut in the middle of a line: that configuration is done again, the others are reused.
+  const std::string lines = read_text(folder("one") / "points.jsonl");
+  fs::create_directories(folder("cut"));
+  write_text(folder("cut") / "points.jsonl", lines.substr(0, lines.size() - 20));
+  const ProgramRun resumed = bench(folder("cut"), {"--json"});
+  ASSERT_EQ(resumed.exit_code, 0) << resumed.err;
+  EXPECT_EQ(resumed.json()["reused"], 4);
+  EXPECT_EQ(read_text(folder("cut") / "results.csv"), table);
+
+  ASSERT_EQ(bench(folder("a"), {"--shard", "1/2"}).exit_code, 0);
+  const ProgramRun half = run_tankrig({"bench", "merge", file, folder("a"), "--out", folder("half")});
+  EXPECT_EQ(half.exit_code, 3);
+  EXPECT_THAT(half.err, HasSubstr("3 configurations are missing, the first is 2"));
+  ASSERT_EQ(bench(folder("b"), {"--shard", "2/2"}).exit_code, 0);
+  ASSERT_EQ(run_tankrig({"bench", "merge", file, folder("a"), folder("b"), "--out", folder("both")}).exit_code, 0);
+  EXPECT_EQ(read_text(folder("both") / "results.csv"), table);
+
+  const ProgramRun other = bench(folder("one"), {"--seed", "2"});
+  EXPECT_EQ(other.exit_code, 1);
+  EXPECT_THAT(other.err, HasSubstr("holds results of another run: seed is 1, expected 2"));
+}
+
+TEST(Bench, MeasuresTheRunAndNamesWhatTheRigCannotMean) {
+  const fs::path rig = small_rig(scratch_folder() / "rig");
+  const std::string gripper = "<target>end_effector</target>";
+  const fs::path file = benchmark(
+      "<time><name>t</name><startOn><type>scanPhase</type><target>sweep</target></startOn>"
+      "<stopOn><type>scanPhase</type><target>dark_after</target></stopOn></time>"
+      "<collision><name>hits</name>" +
+          gripper + kAlways +
+          "</collision>"
+          "<distance><name>way</name>" +
+          gripper + "<log>0.5</log>" + kAlways +
+          "</distance>"
+          "<distance><name>vehicle</name><target>girona500</target>" +
+          kAlways +
+          "</distance>"
+          "<framesLost><name>lost</name>" +
+          kAlways + "</framesLost>",
+      loop("sweepSpeedUpdater", 0.08, 0.1, 0.02), "way / t");
+  const fs::path out = scratch_folder() / "out";
+  const ProgramRun run = run_tankrig({"bench", file, "--rig", rig, "--out", out});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("<distance> vehicle: this rig has no body 'girona500' (no free vehicle)"));
+  const nlohmann::json points = points_of(out);
+  ASSERT_EQ(points.size(), 2u);
+  for (const nlohmann::json& point : points) {
+    const nlohmann::json& m = point["measures"];
+    EXPECT_EQ(m["hits"]["score"], 1);
+    EXPECT_GT(m["hits"]["clearance"], 0.02);
+    EXPECT_EQ(m["lost"]["lost"], 0);
+    EXPECT_TRUE(m["vehicle"]["left_out"]);
+    EXPECT_NEAR(point["functions"]["TOTAL"], m["way"]["distance"].get<double>() / m["t"]["time"].get<double>(), 1e-12);
+  }
+  const double slow = points[0]["measures"]["t"]["time"], fast = points[1]["measures"]["t"]["time"];
+  EXPECT_NEAR(slow - fast, 0.08 / 0.08 - 0.08 / 0.1, 0.1);  // the sweep is 0.08 rad long
+  EXPECT_THAT(read_text(out / "logs" / "way.csv"), HasSubstr("point,SweepSpeed,time [s],distance [m]\n0,0.08,0.5"));
+}
+
+TEST(Bench, SaysTheCostAndWhatIsWrong) {
+  const fs::path rig = small_rig(scratch_folder() / "rig");
+  const fs::path file = benchmark(cloud("laser"), loop("sceneLightUpdater", 0, 1, 0.25), "laser");
+  const ProgramRun dry = run_tankrig({"bench", file, "--rig", rig, "--dry-run", "--json"});
+  ASSERT_EQ(dry.exit_code, 0) << dry.err;
+  EXPECT_EQ(dry.json()["points"], 5);
+  EXPECT_EQ(dry.json()["scans"], 1);
+  EXPECT_GT(dry.json()["expected_s"], 0);
+  const ProgramRun shard = run_tankrig({"bench", file, "--rig", rig, "--shard", "3/2"});
+  EXPECT_EQ(shard.exit_code, 1);
+  EXPECT_THAT(shard.err, HasSubstr("--shard: found '3/2', expected i/n"));
+  EXPECT_EQ(run_tankrig({"bench"}).exit_code, 2);
+  write_text(file, "<benchmark><measure/></benchmark>");
+  const ProgramRun bad = run_tankrig({"bench", file});
+  EXPECT_EQ(bad.exit_code, 1);
+  EXPECT_THAT(bad.err, HasSubstr("benchmark.xml:1: found unknown element <measure>"));
+}
+
+}  // namespace
+}  // namespace tankrig::test
