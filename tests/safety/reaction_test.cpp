@@ -61,6 +61,14 @@ ScanSettings settings() {
   return s;
 }
 
+struct FakeStepWatch final : StepWatch {
+  const char* says = nullptr;
+  void begin(Duration) noexcept override {}
+  const char* objection(Stamp) noexcept override { return says; }
+  void completed() noexcept override {}
+  void release() noexcept override {}
+};
+
 struct ReactionBench {
   ScanSettings s;
   ScanPlan plan;
@@ -68,6 +76,7 @@ struct ReactionBench {
   FakeArm fake;
   LyingArm arm;
   FakeLaser laser;
+  FakeStepWatch watch;
   std::unique_ptr<Executive> sut;
   Stamp now{};
   Duration asleep{};
@@ -81,6 +90,7 @@ struct ReactionBench {
         arm(fake),
         laser(log),
         sut(std::make_unique<Executive>(plan, s, arm, laser)) {
+    sut->set_step_watch(&watch);
     sut->set_interlock(true);
     cycle();
   }
@@ -154,6 +164,7 @@ const std::map<Fault, Injection>& injections() {
         [](ReactionBench& b) { b.sut->set_beam(BeamVerdict::kNone); }}},
       {Fault::kSuspended, {[](ReactionBench& b) { b.asleep += 8h; }}},
       {Fault::kThread, {[](ReactionBench& b) { b.sut->thread_died(); }}},
+      {Fault::kGuardian, {[](ReactionBench& b) { b.watch.says = "guardian: it has taken over"; }}},
   };
   return all;
 }
