@@ -158,6 +158,7 @@ void Motion::run(ScanJob& job) {
     if (left_) job.result.left = *left_;
   };
   job.step_watch = backend_.step_watch();
+  job.box = backend_.box();
   Clock& clock = backend_.clock();
   ServiceNotice service(clock.now());
   // The supervisor reads the interlock in every round.
@@ -230,8 +231,7 @@ int move_arm(const ArmCommandOptions& options, const TargetFrom& target_from, bo
                 StopOnSignal::requested(),
                 [] { return false; },
                 [&](const ScanProgress& p) { progress.update("arm: " + p.segment, p.fraction); },
-                [&](const std::string& what) { progress.cut(what); },
-                backend->box()};
+                [&](const std::string& what) { progress.cut(what); }};
     Motion(*backend, settings.safety, progress).run(job);
     outcome.result = job.result;
     outcome.reached = sink.q();

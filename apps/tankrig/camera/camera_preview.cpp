@@ -212,8 +212,7 @@ ScanResult lit_preview(const CameraPreviewOptions& options, const RigConfig& rig
               [&](const std::string& what) {
                 drawer.finish_line();
                 progress.cut(what);
-              },
-              backend.box()};
+              }};
   try {
     Motion(backend, settings.safety, progress).run(job);
     drawer.end();
