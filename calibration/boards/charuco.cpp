@@ -1,3 +1,5 @@
+// A ChArUco board found in a picture.
+
 #include <fmt/core.h>
 
 #include <algorithm>

@@ -1,3 +1,5 @@
+// A checkerboard found in a picture.
+
 #include <fmt/core.h>
 
 #include <algorithm>

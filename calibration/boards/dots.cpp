@@ -1,3 +1,5 @@
+// A grid of dots found in a picture.
+
 #include <fmt/core.h>
 
 #include <algorithm>

@@ -19,8 +19,8 @@ struct WorldOptions {
   std::optional<double> noise;        ///< additive Gaussian sd, 0 .. 0.10 of full scale, every camera
   std::optional<std::string> sensor;  ///< "gaussian" | "emva1288"
   std::optional<double> particles_per_m3;
-  std::optional<Vector3d> particle_drift;  ///< of the water, w [m/s]
-  std::optional<double> turbidity;         ///< added to attenuation and backscatter of every channel [1/m]
+  std::optional<Vector3d> particle_drift;   ///< of the water, w [m/s]
+  std::optional<double> turbidity;          ///< added to attenuation and backscatter of every channel [1/m]
   std::vector<std::string> boards;          ///< of the scene's, by name; the others are not there
   std::optional<TrueRig> truth;             ///< how the rig differs from the scene file
   std::optional<std::uint64_t> truth_seed;  ///< instead of the rig file's

@@ -70,12 +70,11 @@ const std::regex& driver_headers() {
 }
 
 TEST(GuardedOutputs, AreTheOnlyWayToLightAndToTheArmsWire) {
-  EXPECT_THAT(
-      matching(TANKRIG_SOURCE_DIR, driver_headers()),
-      ::testing::UnorderedElementsAre(
-          "apps/tankrig/devices/device_backend.cpp", "apps/tankrig/devices/mock_backend.cpp",
-          "apps/tankrig/devices/guardian.cpp", "rig/guardian/arm_rest.hpp", "rig/guardian/arm_rest.cpp",
-          "rig/guardian/guardian.cpp", "session/export/export_candump.hpp"))
+  EXPECT_THAT(matching(TANKRIG_SOURCE_DIR, driver_headers()),
+              ::testing::UnorderedElementsAre(
+                  "apps/tankrig/devices/device_backend.cpp", "apps/tankrig/devices/mock_backend.cpp",
+                  "apps/tankrig/devices/guardian.cpp", "rig/guardian/arm_rest.hpp", "rig/guardian/arm_rest.cpp",
+                  "rig/guardian/guardian.cpp", "session/export/export_candump.hpp"))
       << "the backends make the drivers; the guardian sends off and rest; the export names the arm's identifiers";
 }
 

@@ -6,6 +6,7 @@
 
 #include "drivers/arm/can_arm_link.hpp"
 #include "tests/arm/arm_bench.hpp"
+#include "tests/support/bench_right.hpp"
 
 namespace tankrig {
 namespace {
@@ -84,7 +85,7 @@ TEST(StaleDemands, OfAnEndedDriverEndWithRest) {
       (void)arm.try_read();
       std::array<int, kJoints> ticks{};
       ticks[kElbow] = 400;
-      (void)arm.write_ticks(ticks);
+      (void)drive_ticks(arm, ticks);
     }
   }
   std::array<DemandSlot, kJoints> last{};

@@ -7,9 +7,9 @@
 #include "drivers/arm/arm5e.hpp"
 #include "drivers/arm/arm_zero.hpp"
 #include "drivers/laser/relay_laser.hpp"
-#include "drivers/output_right.hpp"
 #include "rig/guardian/guardian_process.hpp"
 #include "rig/safety/rest_watch.hpp"
+#include "tests/support/bench_right.hpp"
 
 namespace tankrig::testing_support {
 namespace {
@@ -58,7 +58,6 @@ int run_guarded_program(const std::filesystem::path& folder, const std::string& 
   guardian.wait_until_ready();
   arm->set_zero(load_arm_zero(folder / "zero.yaml"));
 
-  const OutputRight right;
   guardian.begin(kPatience);
   std::optional<RestWatch> rest(std::in_place, 0.01);
   bool objected = false, driving = true;
@@ -72,8 +71,8 @@ int run_guarded_program(const std::filesystem::path& folder, const std::string& 
     if (driving) {
       JointVector velocity = JointVector::Zero();
       velocity[kElbow] = static_cast<std::int64_t>(seconds(now - begin)) % 4 < 2 ? 0.1 : -0.1;
-      (void)right.light(laser, true);
-      (void)right.move(*arm, velocity);
+      (void)BenchRight::light(laser);
+      (void)drive(*arm, velocity);
     } else {
       (void)laser.off();
       (void)arm->stop();
