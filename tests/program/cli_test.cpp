@@ -114,9 +114,9 @@ TEST(Usage, WrongWordsAreExitCodeTwo) {
 
 TEST(Usage, AWordThatIsNoCommandIsNamedBesideThoseThatAre) {
   const std::pair<std::vector<std::string>, std::vector<std::string>> wrong[] = {
-      {{"sacn"}, {"tankrig: found 'sacn'", "scan, reconstruct"}},
+      {{"sacn"}, {"tankrig: found 'sacn'", "scan, bench, reconstruct"}},
       {{"session", "inof"}, {"tankrig session: found 'inof'", "info, list, check"}},
-      {{"arm", "raise"}, {"tankrig arm: found 'raise'", "status, jog, park, home"}}};
+      {{"arm", "raise"}, {"tankrig arm: found 'raise'", "status, stop, jog, park, home"}}};
   for (const auto& [words, expected] : wrong) {
     const ProgramRun run = run_tankrig(words);
     EXPECT_EQ(run.exit_code, 2);
