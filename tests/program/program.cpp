@@ -102,7 +102,7 @@ fs::path patient_wire_rig(const fs::path& folder, const Edits& edits) {
   EXPECT_EQ(run_tankrig({"init", folder.string(), "--from", "tank-wire"}).exit_code, 0);
   edit(folder / "rig.yaml",
        {{"\nscan:\n", "\nscan:\n  control: {feedback_timeout_s: 1, heartbeat_timeout_s: 1}\n"},
-        {"guardian_timeout_s: 0.25 ", "guardian_timeout_s: 5\n    camera_timeout_s: 10 "},
+        {"safety:\n    guardian_timeout_s: 0.25 ", "safety: {guardian_timeout_s: 5, camera_timeout_s: 10} "},
         {"limit: 100,", "limit: 0,"},
         {"reply_timeout_ms: 5 ", "silence_timeout_ms: 1000\n    watchdog_ms: 10000\n    reply_timeout_ms: 100 "},
         {"mono: {driver: aravis,", "mono: {driver: aravis, stall_periods: 250,"},

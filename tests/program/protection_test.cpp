@@ -80,6 +80,10 @@ TEST(AStart, OnDevicesIsRefusedWhereNobodyCanBeAsked) {
   EXPECT_EQ(run.exit_code, 1);
   EXPECT_THAT(run.err, HasSubstr("its arm will move for 2 s (elbow 51.6 to 54.6 deg)"));
   EXPECT_THAT(run.err, HasSubstr("not confirmed: standard input is no terminal, expected --yes"));
+  const ProgramRun home = real.run({"tankrig", "arm", "home", "--rig", real.rig.string()});
+  EXPECT_EQ(home.exit_code, 1);
+  EXPECT_THAT(home.err, HasSubstr("its arm will move every joint into its stop, without a check for obstacles"));
+  EXPECT_THAT(home.err, HasSubstr("expected --yes"));
 }
 
 TEST(AStart, OnDevicesIsWarnedOfFirst) {

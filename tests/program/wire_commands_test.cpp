@@ -289,9 +289,6 @@ TEST(OnTheWire, AnArmThatIsNotHomedIsSentHomeBeforeItMoves) {
   EXPECT_EQ(jog.exit_code, 1);
   EXPECT_THAT(jog.err, HasSubstr("not homed"));
   EXPECT_THAT(jog.err, HasSubstr("tankrig arm home --rig"));
-  const ProgramRun home = run_tankrig({"arm", "home", "--rig", rig.string()});
-  EXPECT_EQ(home.exit_code, 1);
-  EXPECT_THAT(home.err, HasSubstr("--yes"));
 }
 
 TEST(OnTheWire, CtrlCEndsHomingWithTheArmAtRestAndNotHomed) {
