@@ -54,6 +54,7 @@ StopOnSignal::StopOnSignal() {
   for_every_signal(action);
 }
 StopOnSignal::~StopOnSignal() {
+  if (stop_requested) return;
   struct sigaction action {};
   action.sa_handler = SIG_DFL;
   for_every_signal(action);

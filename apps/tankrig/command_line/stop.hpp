@@ -23,7 +23,8 @@ class StoppedEarly : public std::runtime_error {
 /// (EmergencyStop), SIGPIPE and SIGXFSZ (ignored: the write fails), and those nobody can catch: SIGKILL, SIGSTOP, and
 /// 32 and 33, which the C library keeps to itself. The third signal, of whatever kind, ends the program at once: laser
 /// off and arm at rest by EmergencyStop where devices are in use, then death of that signal. A key that is held on the
-/// terminal counts once. SIGTTIN and SIGTTOU do not count: a terminal sends them by itself.  One at a time.
+/// terminal counts once, to the end of the program: its exit code is the stop's. SIGTTIN and SIGTTOU do not count: a
+/// terminal sends them by itself. One at a time.
 class StopOnSignal {
  public:
   StopOnSignal();
