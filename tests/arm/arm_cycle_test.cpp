@@ -1,10 +1,7 @@
 // The arm inside the cycle: nothing is allocated, and faults of its wire reach the executive's record.
 #include <gtest/gtest.h>
 
-#include <atomic>
-#include <cstdlib>
 #include <functional>
-#include <new>
 #include <thread>
 #include <utility>
 
@@ -16,26 +13,6 @@
 #include "tests/support/counting_new.hpp"
 #include "tests/support/fakes.hpp"
 #include "tests/support/sanitizers.hpp"
-
-namespace {
-thread_local std::uint64_t t_allocations = 0;  // the emulator's threads may allocate
-}  // namespace
-
-#if !TANKRIG_SANITIZED
-// GCC sees the inlined malloc of one operator and the free of the other, and takes them for a mismatch.
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wmismatched-new-delete"
-void* operator new(std::size_t size) {
-  ++t_allocations;
-  if (void* p = std::malloc(size)) return p;
-  throw std::bad_alloc();
-}
-void operator delete(void* p) noexcept { std::free(p); }
-void operator delete(void* p, std::size_t) noexcept { std::free(p); }
-#pragma GCC diagnostic pop
-#endif
-
-std::uint64_t tankrig::testing_support::allocations() noexcept { return t_allocations; }
 
 namespace tankrig::sim {
 namespace {

@@ -2,28 +2,12 @@
 #include <benchmark/benchmark.h>
 #include <time.h>
 
-#include <cstdlib>
-#include <new>
 #include <random>
 #include <vector>
 
 #include "drivers/arm/joint_slot.hpp"
 #include "drivers/arm/serial_frame.hpp"
-
-namespace {
-std::uint64_t g_allocations = 0;
-}  // namespace
-
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wmismatched-new-delete"
-void* operator new(std::size_t size) {
-  ++g_allocations;
-  if (void* p = std::malloc(size)) return p;
-  throw std::bad_alloc();
-}
-void operator delete(void* p) noexcept { std::free(p); }
-void operator delete(void* p, std::size_t) noexcept { std::free(p); }
-#pragma GCC diagnostic pop
+#include "tests/support/counting_new.hpp"
 
 namespace tankrig {
 namespace {
@@ -44,7 +28,7 @@ double core_seconds() {
 template <class Slot, class Code>
 void run(benchmark::State& state, const std::vector<Slot>& slots, Code code) {
   std::vector<Slot> out(slots.size());
-  const std::uint64_t before = g_allocations;
+  const std::uint64_t before = testing_support::allocations();
   const double begin = core_seconds();
   for (auto _ : state) {
     for (std::size_t i = 0; i < slots.size(); ++i) out[i] = code(slots[i]);
@@ -52,7 +36,7 @@ void run(benchmark::State& state, const std::vector<Slot>& slots, Code code) {
     benchmark::ClobberMemory();
   }
   const double elapsed = core_seconds() - begin;
-  const std::uint64_t allocated = g_allocations - before;
+  const std::uint64_t allocated = testing_support::allocations() - before;
   const auto count = static_cast<double>(state.iterations()) * static_cast<double>(slots.size());
   state.SetItemsProcessed(static_cast<std::int64_t>(count));
   if (out != slots) state.SkipWithError("a slot did not come back as it went");

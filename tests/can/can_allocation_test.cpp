@@ -1,29 +1,10 @@
-// What the cycle calls takes no memory: every allocation of this program is counted.
+// What the cycle calls takes no memory.
 #include <gtest/gtest.h>
 #include <linux/can/error.h>
 
-#include <atomic>
-#include <cstdlib>
-#include <new>
-
 #include "tests/can/can_support.hpp"
+#include "tests/support/counting_new.hpp"
 #include "tests/support/sanitizers.hpp"
-
-namespace {
-std::atomic<std::uint64_t> allocations{0};
-}
-
-#if !TANKRIG_SANITIZED
-void* operator new(std::size_t bytes) {
-  allocations.fetch_add(1, std::memory_order_relaxed);
-  if (void* memory = std::malloc(bytes)) return memory;
-  throw std::bad_alloc();
-}
-// Inlined, the compiler takes them for a mismatch of new and free.
-#pragma GCC diagnostic ignored "-Wmismatched-new-delete"
-void operator delete(void* memory) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
-#endif
 
 namespace tankrig {
 namespace {
@@ -36,7 +17,7 @@ TEST(CanInTheCycle, TakesNoMemoryInGoodTimesAndBad) {
   auto [a, b] = make_can_pair(clock);
   const int raw = b->descriptor();
   const can_frame foreign = raw_frame(0x1234567 | CAN_EFF_FLAG), error = raw_error(CAN_ERR_BUSOFF);
-  const auto before = allocations.load();
+  const auto before = testing_support::allocations();
   for (int i = 0; i < 100; ++i) {
     (void)a->try_send(numbered(1, i));
     (void)b->try_receive();
@@ -52,7 +33,7 @@ TEST(CanInTheCycle, TakesNoMemoryInGoodTimesAndBad) {
   b = nullptr;
   for (int i = 0; i < 1000; ++i) (void)a->try_receive();
   (void)a->try_send(numbered(1, 0));
-  EXPECT_EQ(allocations.load() - before, 0u);
+  EXPECT_EQ(testing_support::allocations() - before, 0u);
   EXPECT_EQ(a->state(), CanState::kGone);
 }
 

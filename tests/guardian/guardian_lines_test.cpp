@@ -1,8 +1,6 @@
 // What the guardian asks of relay and arm, and what it takes for an answer, on their emulators.
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-#include <new>
 
 #include "drivers/arm/arm_requests.hpp"
 #include "drivers/arm/can_arm_link.hpp"
@@ -14,26 +12,6 @@
 #include "tests/support/counting_new.hpp"
 #include "tests/support/sanitizers.hpp"
 #include "tests/support/temporary_folder.hpp"
-
-namespace {
-thread_local std::uint64_t t_allocations = 0;  // the emulators' threads allocate as they like
-}
-
-#if !TANKRIG_SANITIZED
-// GCC sees the inlined malloc of one operator and the free of the other, and takes them for a mismatch.
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wmismatched-new-delete"
-void* operator new(std::size_t size) {
-  ++t_allocations;
-  if (void* p = std::malloc(size)) return p;
-  throw std::bad_alloc();
-}
-void operator delete(void* p) noexcept { std::free(p); }
-void operator delete(void* p, std::size_t) noexcept { std::free(p); }
-#pragma GCC diagnostic pop
-#endif
-
-std::uint64_t tankrig::testing_support::allocations() noexcept { return t_allocations; }
 
 namespace tankrig {
 namespace {

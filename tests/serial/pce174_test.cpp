@@ -5,19 +5,11 @@
 #include <random>
 #include <vector>
 
-#include "core/input_error.hpp"
-#include "drivers/lux/open_lux_meter.hpp"
 #include "sim_backends/wire/lux_emulator.hpp"
-#include "tests/serial/count.hpp"
-#include "tests/serial/wait_until.hpp"
-#include "tests/support/temporary_folder.hpp"
 
 namespace tankrig {
 namespace {
 
-using namespace std::chrono_literals;
-using sim::LuxEmulator;
-using sim::LuxFault;
 using ::testing::HasSubstr;
 
 using Bytes = std::vector<std::uint8_t>;
@@ -173,159 +165,6 @@ TEST(Pce174Protocol, ReadsBackWhatTheEmulatorWrites) {
     }
   }
   EXPECT_TRUE(decode_pce174_live(sim::encode_pce174_live(500e3, {})).value().overload());
-}
-
-struct Pce174Meter {
-  TemporaryFolder folder;
-  std::atomic<double> lux{123.4};
-  LuxEmulator emulator{{.kind = sim::LuxMeterKind::kPce174, .name = folder.path() / "lux", .answer_delay = 1ms},
-                       [this] { return lux.load(); }};
-  Pce174Settings settings{.device = (folder.path() / "lux").string(), .reply_timeout = 3s};
-};
-
-TEST(Pce174, ReadsTheLightOverTheWire) {
-  Pce174Meter meter;
-  Pce174 sut(meter.settings);
-  const Stamp before = MonotonicClock{}.now();
-  const auto reading = sut.read(20s);
-  ASSERT_TRUE(reading.ok()) << reading.error().where;
-  EXPECT_DOUBLE_EQ(reading.value().lux, 123.4);
-  EXPECT_GE(reading.value().stamp, before);
-  EXPECT_LE(reading.value().stamp, MonotonicClock{}.now());
-  meter.lux = 87000;
-  EXPECT_DOUBLE_EQ(sut.read(20s).value().lux, 87000);
-  EXPECT_EQ(count(sut, "replies"), 2);
-  EXPECT_EQ(count(sut, "retries"), 0);
-  EXPECT_EQ(count(sut, "skipped_bytes"), 0);
-}
-
-TEST(Pce174, FindsTheAnswerBehindNoise) {
-  Pce174Meter meter;
-  meter.emulator.set_fault(LuxFault::kGarbage);
-  Pce174 sut(meter.settings);
-  const auto reading = sut.read(20s);
-  ASSERT_TRUE(reading.ok()) << reading.error().where;
-  EXPECT_DOUBLE_EQ(reading.value().lux, 123.4);
-  EXPECT_GE(count(sut, "skipped_bytes"), 7);
-}
-
-TEST(Pce174, SaysThatTheMeterIsOffWhenNothingAnswers) {
-  Pce174Meter meter;
-  meter.settings.reply_timeout = 20ms;
-  meter.emulator.set_fault(LuxFault::kSilent);
-  Pce174 sut(meter.settings);
-  const auto reading = sut.read(100ms);
-  ASSERT_FALSE(reading.ok());
-  EXPECT_EQ(reading.error().code, ErrorCode::kTimeout);
-  EXPECT_THAT(reading.error().where, HasSubstr("no answer: switch it on"));
-  EXPECT_GE(count(sut, "timeouts"), 2);
-  EXPECT_GE(count(sut, "retries"), 1);
-  EXPECT_EQ(count(sut, "wrong_replies"), 0);
-}
-
-TEST(Pce174, SaysThatAnswersMakeNoSense) {
-  for (const LuxFault fault : {LuxFault::kNonsense, LuxFault::kTruncated, LuxFault::kWrongChecksum}) {
-    Pce174Meter meter;
-    meter.settings.reply_timeout = 100ms;
-    meter.emulator.set_fault(fault);
-    Pce174 sut(meter.settings);
-    const auto reading = sut.read(500ms);
-    ASSERT_FALSE(reading.ok());
-    EXPECT_EQ(reading.error().code, ErrorCode::kProtocol);
-    EXPECT_THAT(reading.error().where, HasSubstr("answers make no sense"));
-    EXPECT_GE(count(sut, "wrong_replies"), 1);
-    meter.emulator.set_fault(LuxFault::kNone);
-    EXPECT_TRUE(sut.read(20s).ok());
-  }
-}
-
-TEST(Pce174, RefusesAHeldAnOverloadedAndCountsALowBattery) {
-  Pce174Meter meter;
-  Pce174 sut(meter.settings);
-  meter.emulator.set_hold(true);
-  auto reading = sut.read(20s);
-  EXPECT_EQ(reading.error().code, ErrorCode::kNotReady);
-  EXPECT_THAT(reading.error().where, HasSubstr("holds an old value: press HOLD"));
-  meter.emulator.set_hold(false);
-  meter.lux = 500e3;
-  reading = sut.read(20s);
-  EXPECT_EQ(reading.error().code, ErrorCode::kOutOfRange);
-  meter.lux = 10;
-  meter.emulator.set_low_battery(true);
-  EXPECT_TRUE(sut.read(20s).ok());
-  EXPECT_EQ(count(sut, "low_battery_replies"), 1);
-  EXPECT_EQ(count(sut, "overloads"), 1);
-  EXPECT_EQ(count(sut, "not_ready"), 1);
-}
-
-TEST(Pce174, TakesASlowMeterWithinItsTime) {
-  Pce174Meter meter;
-  meter.emulator.set_answer_delay(300ms);
-  Pce174 sut(meter.settings);
-  EXPECT_TRUE(sut.read(20s).ok());
-  EXPECT_EQ(count(sut, "timeouts"), 0);
-}
-
-TEST(Pce174, ComesBackAfterItWasUnplugged) {
-  Pce174Meter meter;
-  meter.settings.reply_timeout = 100ms;
-  Pce174 sut(meter.settings);
-  ASSERT_TRUE(sut.read(20s).ok());
-  meter.emulator.unplug();
-  const auto reading = sut.read(120ms);
-  ASSERT_FALSE(reading.ok());
-  EXPECT_EQ(reading.error().code, ErrorCode::kDisconnected);
-  EXPECT_THAT(reading.error().where, HasSubstr("plug it in again"));
-  EXPECT_EQ(count(sut, "disconnects"), 1);
-  meter.emulator.plug();
-  EXPECT_TRUE(sut.read(20s).ok());
-  EXPECT_EQ(count(sut, "reconnects"), 1);
-}
-
-TEST(LuxMeterSettings, ChooseTheDriverByTheRigFile) {
-  TemporaryFolder folder;
-  const auto settings = [&](const std::string& text) {
-    const ConfigNode node = ConfigNode::load(folder.write("rig.yaml", text));
-    auto s = lux_meter_settings_from(node, "/run/tankrig");
-    node.finish();
-    return s;
-  };
-  const auto pce174 =
-      std::get<Pce174Settings>(settings("driver: pce174\ndevice: runtime/lux\nreply_timeout_ms: 250\n"));
-  EXPECT_EQ(pce174.device, "/run/tankrig/lux");
-  EXPECT_EQ(pce174.reply_timeout, 250ms);
-  const auto t10a = std::get<T10aSettings>(
-      settings("driver: t10a\ndevice: /dev/ttyUSB1\nhead: 3\ncolour_correction: true\nunit: foot_candle\n"));
-  EXPECT_EQ(t10a.device, "/dev/ttyUSB1");
-  EXPECT_EQ(t10a.head, 3);
-  EXPECT_TRUE(t10a.colour_correction);
-  EXPECT_EQ(t10a.unit, LuxUnit::kFootCandle);
-  EXPECT_THAT(message_of<InputError>([&] { settings("driver: luxor\ndevice: x\n"); }),
-              HasSubstr("rig.yaml:1: driver: found 'luxor', expected one of: pce174, t10a"));
-  EXPECT_THAT(message_of<InputError>([&] { settings("driver: t10a\ndevice: x\nhead: 30\n"); }),
-              HasSubstr("expected a number from 0 to 29"));
-  EXPECT_THAT(message_of<InputError>([&] { settings("driver: pce174\ndevice: x\nhead: 3\n"); }), HasSubstr("head"));
-}
-
-TEST(LuxEmulatorSettings, FollowTheDeviceOfTheRigFile) {
-  TemporaryFolder folder;
-  const ConfigNode rig =
-      ConfigNode::load(folder.write("rig.yaml",
-                                    "lux_meter: {driver: t10a, device: runtime/lux, head: 4, unit: foot_candle}\n"
-                                    "emulation: {answer_delay_ms: 7}\n"));
-  const ConfigNode emulation = rig.child("emulation");
-  const auto s = sim::lux_emulator_settings_from(rig.child("lux_meter"), &emulation, "/run/tankrig");
-  rig.finish();
-  EXPECT_EQ(s.kind, sim::LuxMeterKind::kT10a);
-  EXPECT_EQ(s.name, "/run/tankrig/lux");
-  EXPECT_EQ(s.head, 4);
-  EXPECT_EQ(s.unit, LuxUnit::kFootCandle);
-  EXPECT_EQ(s.answer_delay, 7ms);
-}
-
-TEST(LuxMeterSettings, SayWhatToDoWhenTheLineIsNotThere) {
-  EXPECT_THAT(message_of<InputError>([] { open_lux_meter(Pce174Settings{.device = "/dev/ttyUSB97"}); }),
-              HasSubstr("/dev/ttyUSB97 does not exist: plug the adapter in"));
 }
 
 }  // namespace

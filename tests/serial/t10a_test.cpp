@@ -8,16 +8,10 @@
 #include <vector>
 
 #include "sim_backends/wire/lux_emulator.hpp"
-#include "tests/serial/count.hpp"
-#include "tests/serial/wait_until.hpp"
-#include "tests/support/temporary_folder.hpp"
 
 namespace tankrig {
 namespace {
 
-using namespace std::chrono_literals;
-using sim::LuxEmulator;
-using sim::LuxFault;
 using ::testing::HasSubstr;
 
 std::string text(std::span<const std::uint8_t> bytes) { return {bytes.begin(), bytes.end()}; }
@@ -206,114 +200,6 @@ TEST(T10aProtocol, ReadsBackWhatTheEmulatorWrites) {
     EXPECT_EQ(m.value().status.error, ' ');
   }
   EXPECT_EQ(decode_t10a_measurement(sim::encode_t10a_measurement(400e3, {})).value().status.error, '5');
-}
-
-struct T10aMeter {
-  TemporaryFolder folder;
-  std::atomic<double> lux{123.4};
-  LuxEmulator emulator{
-      {.kind = sim::LuxMeterKind::kT10a, .name = folder.path() / "lux", .head = 3, .answer_delay = 1ms},
-      [this] { return lux.load(); }};
-  T10aSettings settings{.device = (folder.path() / "lux").string(), .head = 3, .reply_timeout = 3s, .settling = 1ms};
-};
-
-TEST(T10a, ReadsTheLightOverTheWire) {
-  T10aMeter meter;
-  T10a sut(meter.settings);
-  const auto reading = sut.read(20s);
-  ASSERT_TRUE(reading.ok()) << reading.error().where;
-  EXPECT_DOUBLE_EQ(reading.value().lux, 123.4);
-  meter.lux = 87000;
-  EXPECT_DOUBLE_EQ(sut.read(20s).value().lux, 87000);
-  EXPECT_EQ(count(sut, "connections"), 1);
-  EXPECT_EQ(count(sut, "retries"), 0);
-}
-
-TEST(T10a, ReadsAMeterThatShowsFootCandles) {
-  T10aMeter meter;
-  meter.settings.unit = LuxUnit::kFootCandle;
-  meter.lux = 10;
-  T10a sut(meter.settings);
-  EXPECT_NEAR(sut.read(20s).value().lux, 107.639, 1e-3);
-}
-
-TEST(T10a, FindsTheAnswerBehindNoise) {
-  T10aMeter meter;
-  meter.emulator.set_fault(LuxFault::kGarbage);
-  T10a sut(meter.settings);
-  const auto reading = sut.read(20s);
-  ASSERT_TRUE(reading.ok()) << reading.error().where;
-  EXPECT_DOUBLE_EQ(reading.value().lux, 123.4);
-  EXPECT_GE(count(sut, "skipped_bytes"), 14);
-}
-
-TEST(T10a, SaysThatTheMeterIsOffWhenNothingAnswers) {
-  T10aMeter meter;
-  meter.settings.reply_timeout = 20ms;
-  meter.emulator.set_fault(LuxFault::kSilent);
-  T10a sut(meter.settings);
-  const auto reading = sut.read(100ms);
-  ASSERT_FALSE(reading.ok());
-  EXPECT_EQ(reading.error().code, ErrorCode::kTimeout);
-  EXPECT_THAT(reading.error().where, HasSubstr("no answer: switch it on and check its cable, `driver` and `head`"));
-  EXPECT_GE(count(sut, "timeouts"), 2);
-}
-
-TEST(T10a, SaysThatAnswersMakeNoSense) {
-  for (const LuxFault fault : {LuxFault::kNonsense, LuxFault::kTruncated, LuxFault::kWrongChecksum}) {
-    T10aMeter meter;
-    T10a sut(meter.settings);
-    ASSERT_TRUE(sut.read(20s).ok());
-    meter.emulator.set_fault(fault);
-    const auto reading = sut.read(300ms);
-    ASSERT_FALSE(reading.ok());
-    EXPECT_EQ(reading.error().code, ErrorCode::kProtocol);
-    EXPECT_THAT(reading.error().where, HasSubstr("answers make no sense"));
-    EXPECT_GE(count(sut, "wrong_replies"), 1);
-    meter.emulator.set_fault(LuxFault::kNone);
-    EXPECT_TRUE(sut.read(20s).ok());
-  }
-}
-
-TEST(T10a, RefusesAHeldAnOverloadedAndCountsALowBattery) {
-  T10aMeter meter;
-  T10a sut(meter.settings);
-  meter.emulator.set_hold(true);
-  auto reading = sut.read(20s);
-  EXPECT_EQ(reading.error().code, ErrorCode::kNotReady);
-  EXPECT_THAT(reading.error().where, HasSubstr("holds an old value"));
-  meter.emulator.set_hold(false);
-  meter.lux = 500e3;
-  EXPECT_EQ(sut.read(20s).error().code, ErrorCode::kOutOfRange);
-  meter.lux = 10;
-  meter.emulator.set_low_battery(true);
-  EXPECT_TRUE(sut.read(20s).ok());
-  EXPECT_EQ(count(sut, "low_battery_replies"), 1);
-  EXPECT_EQ(count(sut, "overloads"), 1);
-  EXPECT_EQ(count(sut, "not_ready"), 1);
-}
-
-TEST(T10a, TellsTheMeterAgainThatItListensAfterItWasUnplugged) {
-  T10aMeter meter;
-  meter.settings.reply_timeout = 100ms;
-  T10a sut(meter.settings);
-  ASSERT_TRUE(sut.read(20s).ok());
-  meter.emulator.unplug();
-  const auto reading = sut.read(120ms);
-  ASSERT_FALSE(reading.ok());
-  EXPECT_EQ(reading.error().code, ErrorCode::kDisconnected);
-  meter.emulator.plug();
-  EXPECT_TRUE(sut.read(20s).ok());
-  EXPECT_EQ(count(sut, "connections"), 2);
-  EXPECT_EQ(count(sut, "reconnects"), 1);
-}
-
-TEST(T10a, AnotherHeadsAnswerIsNotTaken) {
-  T10aMeter meter;
-  meter.settings.head = 4;
-  meter.settings.reply_timeout = 50ms;
-  T10a sut(meter.settings);
-  EXPECT_EQ(sut.read(200ms).error().code, ErrorCode::kTimeout);
 }
 
 }  // namespace

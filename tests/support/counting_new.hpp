@@ -1,4 +1,5 @@
-// Counts every operator new of the test program.
+// Counts every operator new of the thread that asks; nothing under a sanitizer, which has operators of its own.
+// Link the target counting_new, which replaces them.
 #pragma once
 
 #include <cstdint>
