@@ -14,25 +14,21 @@ pkg_check_modules(PUGIXML REQUIRED IMPORTED_TARGET pugixml)
 find_package(embree 3 REQUIRED)
 pkg_check_modules(ASSIMP REQUIRED IMPORTED_TARGET assimp)
 
-# OpenCVConfig.cmake finds every module and what each stands on: find by hand those we use, under names
-# of our own, so that other programs can still find the whole of it.
-find_path(OPENCV_INCLUDE_DIR opencv2/core.hpp PATH_SUFFIXES opencv4 REQUIRED)
-foreach(module core imgproc imgcodecs calib3d)
-  find_library(OPENCV_${module}_LIBRARY opencv_${module} REQUIRED)
-  if(NOT TARGET tankrig_opencv_${module})
-    add_library(tankrig_opencv_${module} UNKNOWN IMPORTED)
-    set_target_properties(tankrig_opencv_${module} PROPERTIES IMPORTED_LOCATION "${OPENCV_${module}_LIBRARY}"
-      INTERFACE_INCLUDE_DIRECTORIES "${OPENCV_INCLUDE_DIR}")
-  endif()
-endforeach()
+# import_modules(FAMILY INCLUDE module...): FAMILY_module as tankrig_FAMILY_module.
+function(import_modules family include)
+  foreach(module ${ARGN})
+    find_library(${family}_${module}_LIBRARY ${family}_${module} REQUIRED)
+    if(NOT TARGET tankrig_${family}_${module})
+      add_library(tankrig_${family}_${module} UNKNOWN IMPORTED GLOBAL)
+      set_target_properties(tankrig_${family}_${module} PROPERTIES IMPORTED_LOCATION "${${family}_${module}_LIBRARY}"
+        INTERFACE_INCLUDE_DIRECTORIES "${include}")
+    endif()
+  endforeach()
+endfunction()
 
-# PCLConfig.cmake finds VTK and all that comes with it: find the modules by hand.
+# OpenCVConfig.cmake finds every module and what each stands on, PCLConfig.cmake finds VTK and all that comes with it: find by hand
+# those modules that we use, under names of our own, so that other programs can still find the whole of either.
+find_path(OPENCV_INCLUDE_DIR opencv2/core.hpp PATH_SUFFIXES opencv4 REQUIRED)
+import_modules(opencv "${OPENCV_INCLUDE_DIR}" core imgproc imgcodecs calib3d)
 find_path(PCL_INCLUDE_DIR pcl/point_types.h PATH_SUFFIXES pcl-1.13 pcl-1.14 pcl-1.15 REQUIRED)
-foreach(module common search kdtree filters features sample_consensus segmentation registration surface)
-  find_library(PCL_${module}_LIBRARY pcl_${module} REQUIRED)
-  if(NOT TARGET tankrig_pcl_${module})
-    add_library(tankrig_pcl_${module} UNKNOWN IMPORTED)
-    set_target_properties(tankrig_pcl_${module} PROPERTIES IMPORTED_LOCATION "${PCL_${module}_LIBRARY}"
-      INTERFACE_INCLUDE_DIRECTORIES "${PCL_INCLUDE_DIR}" INTERFACE_LINK_LIBRARIES Eigen3::Eigen)
-  endif()
-endforeach()
+import_modules(pcl "${PCL_INCLUDE_DIR};${EIGEN3_INCLUDE_DIRS}" common search kdtree filters features sample_consensus segmentation registration surface)
