@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/median.hpp"
+#include "reconstruction/stripe/image_rows.hpp"
 #include "reconstruction/stripe/profile_fit.hpp"
 #include "reconstruction/stripe/ridge_filter.hpp"
 
@@ -54,13 +55,9 @@ std::vector<Sample> sample_columns(const cv::Mat& image, const cv::Mat& backgrou
 
 std::vector<float> filter(const std::vector<float>& values, const std::vector<float>& kernel) {
   const int n = static_cast<int>(values.size()), radius = static_cast<int>(kernel.size()) - 1;
-  std::vector<float> padded(n + 2 * radius), out(n, 0.0f);
+  std::vector<float> padded(n + 2 * radius), out(n);
   for (int i = 0; i < n + 2 * radius; ++i) padded[i] = values[std::clamp(i - radius, 0, n - 1)];
-  for (int k = -radius; k <= radius; ++k) {
-    const float h = kernel[std::abs(k)];
-    const float* in = padded.data() + radius + k;
-    for (int i = 0; i < n; ++i) out[i] += h * in[i];
-  }
+  weigh_line(padded.data() + radius, kernel.data(), radius, n, out.data());
   return out;
 }
 

@@ -20,6 +20,26 @@ void keep_brighter(const std::uint8_t* __restrict bgr, int columns, int y, std::
   }
 }
 
+/// Bit by bit from the highest: a bit is set where no more than `rank` bytes are below the value with it.
+TANKRIG_VECTORISED
+void select_bytes(const std::uint8_t* const* rows, int count, int rank, int columns, std::uint8_t* out) {
+  constexpr int kBlock = 64;
+  for (int begin = 0; begin < columns; begin += kBlock) {
+    const int length = std::min(kBlock, columns - begin);
+    std::uint8_t found[kBlock] = {}, tried[kBlock], values[kBlock] = {};
+    std::int16_t below[kBlock];
+    for (int bit = 128; bit > 0; bit /= 2) {
+      for (int i = 0; i < kBlock; ++i) tried[i] = static_cast<std::uint8_t>(found[i] | bit), below[i] = 0;
+      for (int row = 0; row < count; ++row) {
+        std::memcpy(values, rows[row] + begin, static_cast<std::size_t>(length));
+        for (int i = 0; i < kBlock; ++i) below[i] = static_cast<std::int16_t>(below[i] + (values[i] < tried[i]));
+      }
+      for (int i = 0; i < kBlock; ++i) found[i] = below[i] <= rank ? tried[i] : found[i];
+    }
+    std::memcpy(out + begin, found, static_cast<std::size_t>(length));
+  }
+}
+
 TANKRIG_VECTORISED
 bool reaches(const std::uint8_t* bytes, int count, std::uint8_t limit) {
   std::uint8_t most = 0;
@@ -140,14 +160,44 @@ void weigh_rows(const float* const* rows, const float* kernel, int radius, int c
 }
 
 TANKRIG_VECTORISED
+void weigh_line(const float* values, const float* kernel, int radius, int count, float* __restrict out) {
+  constexpr int kLanes = 8, kBlock = 4 * kLanes;
+  int begin = 0;
+  for (; begin + kBlock <= count; begin += kBlock) {
+    EightFloats sums[4] = {}, in;
+    for (int k = -radius; k <= radius; ++k)
+      for (int i = 0; i < 4; ++i) {
+        std::memcpy(&in, values + begin + k + i * kLanes, sizeof in);
+        sums[i] += kernel[k < 0 ? -k : k] * in;
+      }
+    std::memcpy(out + begin, sums, sizeof sums);
+  }
+  for (int x = begin; x < count; ++x) {
+    float sum = 0;
+    for (int k = -radius; k <= radius; ++k) sum += kernel[k < 0 ? -k : k] * values[x + k];
+    out[x] = sum;
+  }
+}
+
+TANKRIG_VECTORISED
 int find_peaks(const float* above, const float* here, const float* below, int columns, float least, int* peaks) {
-  constexpr int kBlock = 32;
+  constexpr int kLanes = 8, kBlock = 4 * kLanes;
   int found = 0;
   for (int begin = 0; begin < columns; begin += kBlock) {
     const int end = std::min(begin + kBlock, columns);
-    int any = 0;
-    for (int x = begin; x < end; ++x) any |= (here[x] >= least) & (here[x] >= above[x]) & (here[x] > below[x]);
-    if (!any) continue;
+    if (end - begin == kBlock) {
+      EightInts any = {};
+      for (int i = begin; i < end; i += kLanes) {
+        EightFloats a, h, b;
+        std::memcpy(&a, above + i, sizeof a);
+        std::memcpy(&h, here + i, sizeof h);
+        std::memcpy(&b, below + i, sizeof b);
+        any |= (h >= least) & (h >= a) & (h > b);
+      }
+      std::uint64_t halves[4];
+      std::memcpy(halves, &any, sizeof any);
+      if ((halves[0] | halves[1] | halves[2] | halves[3]) == 0) continue;
+    }
     for (int x = begin; x < end; ++x)
       if (here[x] >= least && here[x] >= above[x] && here[x] > below[x]) peaks[found++] = x;
   }

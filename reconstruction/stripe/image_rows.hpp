@@ -8,8 +8,14 @@ namespace tankrig {
 /// Where b + g + r of a row's pixel is more than `best` of its column, that and `y` are kept.
 void keep_brighter(const std::uint8_t* bgr, int columns, int y, std::int16_t* best, std::int16_t* row);
 
+/// out[x] = of the bytes at x of `count` rows the one of that rank, the least being of rank 0.
+void select_bytes(const std::uint8_t* const* rows, int count, int rank, int columns, std::uint8_t* out);
+
 /// Whether a byte of the row is at least `limit`.
 bool reaches(const std::uint8_t* bytes, int count, std::uint8_t limit);
+
+/// out[i] = sum over k from -radius to radius of kernel[|k|] * values[i + k], in this order.
+void weigh_line(const float* values, const float* kernel, int radius, int count, float* out);
 
 /// The columns in which a row's value is at least `least`, no less than the one above and more than the one below, in
 /// order; returns how many.

@@ -23,7 +23,7 @@ void filter_columns(const cv::Mat1f& signal, const std::vector<float>& kernel, c
 /// Robust sd (median of absolute values) of a response with zero mean, from a sample of its pixels.
 double robust_noise(const cv::Mat1f& response);
 
-/// 1.4826 * median of |values|; reorders them.
+/// 1.4826 * median of |values|, which the values become.
 double robust_sd(std::vector<float>& values);
 
 /// A place in a column where the response peaks.

@@ -1,8 +1,9 @@
 #include "reconstruction/stripe/stripe.hpp"
 
-#include <algorithm>
+#include <tbb/parallel_for.h>
 
 #include "core/input_error.hpp"
+#include "reconstruction/stripe/image_rows.hpp"
 
 namespace tankrig {
 namespace {
@@ -59,19 +60,17 @@ cv::Mat median_background(const std::vector<cv::Mat>& images) {
     if (image.size() != images[0].size() || image.type() != images[0].type() || image.depth() != CV_8U)
       throw InputError("background: found dark images of different sizes or types, expected all alike with 8 bits");
   cv::Mat median(images[0].size(), images[0].type());
-  const std::size_t n = images.size();
-  const std::size_t row_bytes = static_cast<std::size_t>(median.cols) * median.channels();
-  std::vector<std::uint8_t> values(n);
-  for (int y = 0; y < median.rows; ++y) {
+  const int n = static_cast<int>(images.size()), row_bytes = median.cols * median.channels();
+  tbb::parallel_for(0, median.rows, [&](int y) {
+    std::vector<const std::uint8_t*> rows;
+    for (const cv::Mat& image : images) rows.push_back(image.ptr<std::uint8_t>(y));
     std::uint8_t* out = median.ptr<std::uint8_t>(y);
-    for (std::size_t x = 0; x < row_bytes; ++x) {
-      for (std::size_t i = 0; i < n; ++i) values[i] = images[i].ptr<std::uint8_t>(y)[x];
-      const auto middle = values.begin() + static_cast<std::ptrdiff_t>(n / 2);
-      std::nth_element(values.begin(), middle, values.end());
-      const int upper = *middle;
-      out[x] = static_cast<std::uint8_t>(n % 2 ? upper : (upper + *std::max_element(values.begin(), middle) + 1) / 2);
-    }
-  }
+    select_bytes(rows.data(), n, n / 2, row_bytes, out);
+    if (n % 2) return;
+    std::vector<std::uint8_t> lower(row_bytes);
+    select_bytes(rows.data(), n, n / 2 - 1, row_bytes, lower.data());
+    for (int x = 0; x < row_bytes; ++x) out[x] = static_cast<std::uint8_t>((out[x] + lower[x] + 1) / 2);
+  });
   return median;
 }
 

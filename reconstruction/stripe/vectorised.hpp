@@ -14,5 +14,6 @@ namespace tankrig {
 
 /// In one register of AVX2, in two of an older processor: GCC's and clang's own.
 using EightFloats = float __attribute__((vector_size(32)));
+using EightInts = int __attribute__((vector_size(32)));  ///< what a comparison of them gives
 
 }  // namespace tankrig

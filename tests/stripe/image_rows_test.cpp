@@ -42,6 +42,27 @@ TEST(ImageRows, KeepTheFirstOfTheBrightestPixels) {
   }
 }
 
+TEST(ImageRows, GiveUpTheByteOfARank) {
+  std::mt19937 random(kSeed);
+  for (const int n : kLengths)
+    for (const int count : {1, 2, 9, 20, 300}) {
+      std::vector<std::vector<std::uint8_t>> values;
+      std::vector<const std::uint8_t*> rows;
+      for (int i = 0; i < count; ++i) values.push_back(bytes(random, n));
+      for (const std::vector<std::uint8_t>& row : values) rows.push_back(row.data());
+      for (const int rank : {0, count / 2, count - 1}) {
+        std::vector<std::uint8_t> out(n), expected(n), at(count);
+        select_bytes(rows.data(), count, rank, n, out.data());
+        for (int x = 0; x < n; ++x) {
+          for (int i = 0; i < count; ++i) at[i] = values[i][x];
+          std::sort(at.begin(), at.end());
+          expected[x] = at[rank];
+        }
+        EXPECT_EQ(out, expected) << n << " columns, rank " << rank << " of " << count;
+      }
+    }
+}
+
 TEST(ImageRows, SayWhetherAByteReachesALimit) {
   std::vector<std::uint8_t> row(100, 253);
   EXPECT_FALSE(reaches(row.data(), 100, 254));
@@ -67,6 +88,19 @@ TEST(ImageRows, AreWeighedAcrossThemInOneOrder) {
       for (int k = 1; k <= radius; ++k)
         for (int x = 0; x < n; ++x) expected[x] += kernel[k] * (values[radius - k][x] + values[radius + k][x]);
       EXPECT_EQ(out, expected) << n << " columns, radius " << radius;
+    }
+}
+
+TEST(ImageRows, AreWeighedAlongThemInOneOrder) {
+  std::mt19937 random(kSeed);
+  for (const int n : kLengths)
+    for (const int radius : {2, 8, 33}) {
+      const std::vector<float> values = floats(random, n + 2 * radius), kernel = floats(random, radius + 1);
+      std::vector<float> out(n), expected(n, 0.0f);
+      weigh_line(values.data() + radius, kernel.data(), radius, n, out.data());
+      for (int k = -radius; k <= radius; ++k)
+        for (int i = 0; i < n; ++i) expected[i] += kernel[std::abs(k)] * values[radius + i + k];
+      EXPECT_EQ(out, expected) << n << " values, radius " << radius;
     }
 }
 
