@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <memory>
-#include <pugixml.hpp>
 #include <string_view>
 
+#include "core/camera_xml.hpp"
 #include "core/input_error.hpp"
 #include "core/shown_text.hpp"
 
@@ -39,9 +39,19 @@ CameraValue value_of(const YAML::Node& node, int depth = 0) {
   return value;
 }
 
+/// mrcal's file is a Python dictionary, which YAML reads as a mapping but for the bytes it may hold: b'...' becomes ''.
+void blank_python_bytes(std::string& text) {
+  const std::size_t key = text.find("'optimization_inputs'");
+  if (key == text.npos) return;
+  const std::size_t begin = text.find("b'", key);
+  const std::size_t end = begin == text.npos ? begin : text.find('\'', begin + 2);
+  if (end != text.npos) text.replace(begin, end + 1 - begin, "''");
+}
+
 CameraFields yaml_fields(std::string text, const std::filesystem::path& file) {
   // OpenCV writes "%YAML:1.0", which is not a YAML directive: blank it, keep the line count.
   if (text.starts_with("%YAML")) text.replace(0, std::min(text.find('\n'), text.size()), "");
+  blank_python_bytes(text);
   YAML::Node root;
   try {
     root = YAML::Load(text);
@@ -56,36 +66,21 @@ CameraFields yaml_fields(std::string text, const std::filesystem::path& file) {
 /// A file in the notation of cv::FileStorage.
 class OpenCvXml {
  public:
-  OpenCvXml(std::string text, const std::filesystem::path& file) : text_(std::move(text)) {
-    if (const auto zero = text_.find('\0'); zero != std::string::npos)
-      throw InputError(file, line(zero), "found a byte 0, expected a camera calibration in XML");
-    const auto parsed = document_.load_buffer(text_.data(), text_.size(), pugi::parse_default, pugi::encoding_utf8);
-    if (!parsed)
-      throw InputError(file, line(static_cast<std::size_t>(parsed.offset)),
-                       std::string("found XML that does not parse (") + parsed.description() +
-                           "), expected a camera calibration in OpenCV's XML");
-    const pugi::xml_node root = document_.document_element();
-    if (std::string_view(root.name()) != kRoot)
-      throw InputError(file, line_of(root),
-                       "found root element <" + shown_text(root.name()) + ">, expected <" + kRoot + ">");
+  OpenCvXml(std::string text, const std::filesystem::path& file) : xml_(std::move(text), file) {
+    if (std::string_view(xml_.root().name()) != kRoot)
+      throw InputError(
+          file, xml_.line_of(xml_.root()),
+          "found root element <" + shown_text(xml_.root().name()) + ">, expected <" + kRoot + ">, or ViSP's <root>");
   }
 
-  CameraValue field(const std::string& name) const {
-    return value_of(document_.document_element().child(name.c_str()));
-  }
+  CameraValue field(const std::string& name) const { return value_of(xml_.root().child(name.c_str())); }
 
  private:
   static constexpr const char* kRoot = "opencv_storage";
 
-  int line(std::size_t offset) const {
-    const auto end = text_.begin() + static_cast<std::ptrdiff_t>(std::min(offset, text_.size()));
-    return 1 + static_cast<int>(std::count(text_.begin(), end, '\n'));
-  }
-  int line_of(const pugi::xml_node& node) const { return line(static_cast<std::size_t>(node.offset_debug())); }
-
   CameraValue value_of(const pugi::xml_node& element, int depth = 0) const {
     if (!element) return {};
-    CameraValue value{Kind::kEmpty, line_of(element), {}, {}, {}};
+    CameraValue value{Kind::kEmpty, xml_.line_of(element), {}, {}, {}};
     if (depth == kDeepest) return value;
     std::vector<CameraValue> words;
     for (const pugi::xml_node child : element.children()) {
@@ -112,7 +107,7 @@ class OpenCvXml {
   /// Numbers and words lie between spaces, a text with spaces between quotes.
   void add_words(const pugi::xml_node& node, std::vector<CameraValue>& words) const {
     const std::string_view all = node.value();
-    int line = line_of(node);
+    int line = xml_.line_of(node);
     std::size_t counted = 0;
     for (std::size_t at = 0; (at = all.find_first_not_of(kSpace, at)) != all.npos;) {
       const bool quoted = all[at] == '"';
@@ -125,8 +120,7 @@ class OpenCvXml {
     }
   }
 
-  std::string text_;
-  pugi::xml_document document_;
+  CameraXml xml_;
 };
 
 }  // namespace
@@ -138,9 +132,7 @@ const CameraValue& CameraValue::child(const std::string& name) const {
 }
 
 CameraFields camera_fields(std::string text, const std::filesystem::path& file) {
-  constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
-  const std::size_t begin = text.find_first_not_of(kSpace, text.starts_with(kByteOrderMark) ? 3 : 0);
-  if (begin == text.npos || text[begin] != '<') return yaml_fields(std::move(text), file);
+  if (!CameraXml::is_xml(text)) return yaml_fields(std::move(text), file);
   const auto xml = std::make_shared<const OpenCvXml>(std::move(text), file);
   return [xml](const std::string& name) { return xml->field(name); };
 }

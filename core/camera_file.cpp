@@ -2,16 +2,12 @@
 
 #include <fmt/core.h>
 
-#include <array>
-#include <charconv>
 #include <cmath>
-#include <initializer_list>
 #include <span>
 #include <tuple>
 
 #include "core/atomic_file.hpp"
-#include "core/camera_fields.hpp"
-#include "core/camera_ranges.hpp"
+#include "core/camera_file_reading.hpp"
 #include "core/regular_file.hpp"
 #include "core/shown_text.hpp"
 #include "core/text_files.hpp"
@@ -19,85 +15,19 @@
 namespace tankrig {
 namespace {
 
-/// One camera file while it is read: every complaint carries file, line and field.
-struct CameraFile {
-  std::filesystem::path path;
-  CameraFields fields;
-
-  [[noreturn]] void fail(const CameraValue& at, const std::string& field, const std::string& message) const {
-    throw InputError(path, at.line, field + ": " + message);
+int size_of(const CameraFileReading& file, std::initializer_list<const char*> names, std::size_t index) {
+  auto [name, value] = file.find(names);
+  if (!value.present()) {
+    std::tie(name, value) = file.find({"image_size", "imageSize", "Image_size"});
+    if (value.kind != CameraValue::Kind::kList || value.items.size() != 2)
+      throw InputError(file.path,
+                       std::string(*names.begin()) + ": missing, expected the size of the calibrated image [px]");
+    value = CameraValue(value.items[index]);
   }
+  return file.pixels(value, name);
+}
 
-  void expect(const CameraValue& at, const std::string& field, const char* parameter, double value,
-              ConfigRange range) const {
-    if (!(value >= range.lower && value <= range.upper))
-      fail(at, field,
-           fmt::format("found {} = {}, expected a number from {} to {}", parameter, exact_text(value),
-                       exact_text(range.lower), exact_text(range.upper)));
-  }
-
-  /// The first of `names` the file has; absent if none.
-  std::pair<std::string, CameraValue> find(std::initializer_list<const char*> names) const {
-    for (const char* name : names)
-      if (CameraValue value = fields(name); value.present()) return {name, std::move(value)};
-    return {*names.begin(), {}};
-  }
-
-  double number(const CameraValue& at, const std::string& field) const {
-    const std::string& text = at.text;
-    const char* first = text.data() + (text.starts_with('+') ? 1 : 0);
-    double value = 0;
-    const auto [end, ec] = std::from_chars(first, text.data() + text.size(), value);
-    const bool all = end == text.data() + text.size() || std::string_view(end) == ".";
-    if (ec != std::errc{} || !all || !std::isfinite(value))
-      fail(at, field, "found '" + shown_text(text) + "', expected a number");
-    return value;
-  }
-
-  /// The numbers of an OpenCV matrix, a ROS {rows, cols, data} mapping, or a plain (nested) list.
-  std::vector<double> matrix(const CameraValue& value, const std::string& field) const {
-    if (value.kind != CameraValue::Kind::kMapping) return flat_list(value, field);
-    const CameraValue &data = value.child("data"), &rows = value.child("rows"), &cols = value.child("cols");
-    if (!data.present()) fail(value, field, "found no 'data', expected rows, cols and data");
-    std::vector<double> values = flat_list(data, field + ".data");
-    if (rows.present() && cols.present()) {
-      const double expected = number(rows, field + ".rows") * number(cols, field + ".cols");
-      if (expected != static_cast<double>(values.size()))
-        fail(data, field + ".data",
-             fmt::format("found {} numbers, expected rows x cols = {}", values.size(), expected));
-    }
-    return values;
-  }
-
-  std::vector<double> flat_list(const CameraValue& list, const std::string& field) const {
-    if (list.kind != CameraValue::Kind::kList) fail(list, field, "found no list, expected numbers");
-    std::vector<double> values;
-    for (const CameraValue& item : list.items) {
-      if (item.kind == CameraValue::Kind::kList)
-        for (const CameraValue& inner : item.items) values.push_back(number(inner, field));
-      else
-        values.push_back(number(item, field));
-    }
-    return values;
-  }
-
-  int size(std::initializer_list<const char*> names, std::size_t index) const {
-    auto [name, value] = find(names);
-    if (!value.present()) {
-      std::tie(name, value) = find({"image_size", "imageSize", "Image_size"});
-      if (value.kind != CameraValue::Kind::kList || value.items.size() != 2)
-        throw InputError(path,
-                         std::string(*names.begin()) + ": missing, expected the size of the calibrated image [px]");
-      value = CameraValue(value.items[index]);
-    }
-    const double pixels = number(value, name);
-    if (pixels < 1 || pixels > 100000 || pixels != std::floor(pixels))
-      fail(value, name, "found " + shown_text(value.text) + ", expected a whole number of pixels from 1 to 100000");
-    return static_cast<int>(pixels);
-  }
-};
-
-void read_matrix(const CameraFile& file, CameraModel& camera) {
+void read_matrix(const CameraFileReading& file, CameraModel& camera) {
   const auto [name, node] = file.find({"camera_matrix", "Camera_Matrix", "cameraMatrix", "CameraMatrix", "K"});
   if (!node.present())
     throw InputError(file.path,
@@ -107,14 +37,10 @@ void read_matrix(const CameraFile& file, CameraModel& camera) {
   if (k[1] != 0) file.fail(node, name, fmt::format("found skew {:f}, expected 0 (skew is not modelled)", k[1]));
   if (k[3] != 0 || k[6] != 0 || k[7] != 0 || k[8] != 1)
     file.fail(node, name, "expected [fx, 0, cx, 0, fy, cy, 0, 0, 1]");
-  file.expect(node, name, "fx", k[0], kFocalRange);
-  file.expect(node, name, "fy", k[4], kFocalRange);
-  file.expect(node, name, "cx", k[2], kPrincipalPointRange);
-  file.expect(node, name, "cy", k[5], kPrincipalPointRange);
-  camera.fx = k[0], camera.cx = k[2], camera.fy = k[4], camera.cy = k[5];
+  file.set_pinhole(camera, {k[0], k[4], k[2], k[5]}, node, name);
 }
 
-void read_distortion(const CameraFile& file, CameraModel& camera) {
+void read_distortion(const CameraFileReading& file, CameraModel& camera) {
   const auto [model_name, model] = file.find({"distortion_model"});
   if (model.present() && model.text != "plumb_bob" && model.text != "rational_polynomial")
     file.fail(model, model_name,
@@ -125,20 +51,35 @@ void read_distortion(const CameraFile& file, CameraModel& camera) {
     throw InputError(
         file.path,
         "distortion_coefficients: missing, expected k1, k2, p1, p2[, k3] (also called Distortion_Coefficients, D)");
-  std::vector<double> d = file.matrix(node, name);
+  const std::vector<double> d = file.matrix(node, name);
   if (d.size() != 0 && d.size() != 4 && d.size() != 5 && d.size() != 8 && d.size() != 12 && d.size() != 14)
     file.fail(node, name, fmt::format("found {} numbers, expected 4 or 5", d.size()));
-  for (std::size_t i = 5; i < d.size(); ++i)
-    if (d[i] != 0)
-      file.fail(node, name, "found a coefficient beyond k3 that is not 0, expected k1, k2, p1, p2, k3 only");
-  d.resize(5, 0.0);
-  file.expect(node, name, "k1", d[0], kRadialRange);
-  file.expect(node, name, "k2", d[1], kRadialRange);
-  file.expect(node, name, "p1", d[2], kTangentialRange);
-  file.expect(node, name, "p2", d[3], kTangentialRange);
-  file.expect(node, name, "k3", d[4], kRadialRange);
-  camera.k1 = d[0], camera.k2 = d[1], camera.p1 = d[2], camera.p2 = d[3], camera.k3 = d[4];
+  file.set_distortion(camera, d, node, name);
 }
+
+std::optional<Rectification> read_rectification(const CameraFileReading& file) {
+  const auto [r_name, r] = file.find({"rectification_matrix"});
+  const auto [p_name, p] = file.find({"projection_matrix"});
+  if (!r.present() || !p.present()) return std::nullopt;
+  const std::vector<double> R = file.matrix(r, r_name), P = file.matrix(p, p_name);
+  if (R.size() != 9) file.fail(r, r_name, fmt::format("found {} numbers, expected 9", R.size()));
+  if (P.size() != 12) file.fail(p, p_name, fmt::format("found {} numbers, expected 12", P.size()));
+  return Rectification{cv::Matx33d(R.data()), cv::Matx34d(P.data())};
+}
+
+FileCamera read_opencv_or_ros(const CameraFileReading& file) {
+  FileCamera camera{"camera", {}, {}, {}};
+  camera.model.width = size_of(file, {"image_width", "image_Width", "width"}, 0);
+  camera.model.height = size_of(file, {"image_height", "image_Height", "height"}, 1);
+  read_matrix(file, camera.model);
+  read_distortion(file, camera.model);
+  file.check(camera.model);
+  if (const auto [name, value] = file.find({"camera_name"}); !value.text.empty()) camera.name = value.text;
+  camera.rectification = read_rectification(file);
+  return camera;
+}
+
+std::array<double, 5> distortion_of(const CameraModel& c) { return {c.k1, c.k2, c.p1, c.p2, c.k3}; }
 
 /// "[1, 0, 0]"
 std::string list(std::span<const double> numbers) {
@@ -147,20 +88,132 @@ std::string list(std::span<const double> numbers) {
   return text + "]";
 }
 
-std::array<double, 5> distortion_of(const CameraModel& c) { return {c.k1, c.k2, c.p1, c.p2, c.k3}; }
+/// `value` of a field as YAML; a name that is more than letters, digits and the like is quoted.
+std::string yaml_name(const std::string& name) {
+  const bool plain =
+      !name.empty() && std::isalpha(static_cast<unsigned char>(name[0])) &&
+      name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-.") == name.npos;
+  return plain ? name : yaml_quoted(name);
+}
+
+std::string ros_text(const FileCamera& camera) {
+  const CameraModel& c = camera.model;
+  const Rectification rectification = camera.rectification.value_or(rectification_of(c));
+  const auto matrix = [](const char* key, int rows, std::size_t cols, std::span<const double> numbers) {
+    return fmt::format("{}:\n  rows: {}\n  cols: {}\n  data: {}\n", key, rows, cols, list(numbers));
+  };
+  const std::array<double, 5> d = distortion_of(c);
+  return fmt::format("image_width: {}\nimage_height: {}\ncamera_name: {}\n", c.width, c.height,
+                     yaml_name(camera.name)) +
+         matrix("camera_matrix", 3, 3, c.matrix().val) + std::string("distortion_model: plumb_bob\n") +
+         matrix("distortion_coefficients", 1, d.size(), d) + matrix("rectification_matrix", 3, 3, rectification.R.val) +
+         matrix("projection_matrix", 3, 4, rectification.P.val);
+}
+
+std::string opencv_text(const FileCamera& camera) {
+  const CameraModel& c = camera.model;
+  const auto matrix = [](const char* key, int rows, std::size_t cols, std::span<const double> numbers) {
+    return fmt::format("{}: !!opencv-matrix\n  rows: {}\n  cols: {}\n  dt: d\n  data: {}\n", key, rows, cols,
+                       list(numbers));
+  };
+  const std::array<double, 5> d = distortion_of(c);
+  return fmt::format("%YAML:1.0\n---\nimage_width: {}\nimage_height: {}\ncamera_name: {}\n", c.width, c.height,
+                     yaml_quoted(camera.name)) +
+         matrix("camera_matrix", 3, 3, c.matrix().val) + matrix("distortion_coefficients", 1, d.size(), d);
+}
+
+std::string opencv_xml_text(const FileCamera& camera) {
+  const CameraModel& c = camera.model;
+  const auto matrix = [](const char* key, int rows, std::size_t cols, std::span<const double> numbers) {
+    std::string data;
+    for (const double value : numbers) data += " " + exact_text(value);
+    return fmt::format(
+        "<{0} type_id=\"opencv-matrix\">\n  <rows>{1}</rows>\n  <cols>{2}</cols>\n  <dt>d</dt>\n  <data>{3}</data>\n"
+        "</{0}>\n",
+        key, rows, cols, data);
+  };
+  const std::array<double, 5> d = distortion_of(c);
+  return fmt::format(
+             "<?xml version=\"1.0\"?>\n<opencv_storage>\n<image_width>{}</image_width>\n<image_height>{}"
+             "</image_height>\n",
+             c.width, c.height) +
+         matrix("camera_matrix", 3, 3, c.matrix().val) + matrix("distortion_coefficients", 1, d.size(), d) +
+         "</opencv_storage>\n";
+}
+
+std::string text_of(CameraFileFormat format, const std::vector<FileCamera>& cameras) {
+  const FileCamera& camera = cameras.front();
+  switch (format) {
+    case CameraFileFormat::kOpenCv:
+      return opencv_text(camera);
+    case CameraFileFormat::kOpenCvXml:
+      return opencv_xml_text(camera);
+    case CameraFileFormat::kKalibr:
+      return kalibr_text(cameras);
+    case CameraFileFormat::kMrcal:
+      return mrcal_text(camera);
+    case CameraFileFormat::kVisp:
+      return visp_text(camera);
+    case CameraFileFormat::kRos:
+      break;
+  }
+  return ros_text(camera);
+}
+
+std::string names_of(const std::vector<FileCamera>& cameras) {
+  std::string names;
+  for (const FileCamera& camera : cameras) names += (names.empty() ? "" : ", ") + shown_text(camera.name);
+  return names;
+}
 
 }  // namespace
 
+std::vector<FileCamera> read_camera_file_whole(const std::filesystem::path& path) {
+  std::string text = read_regular_file(path, kMostYamlBytes, "a camera file (YAML, XML or .cameramodel)");
+  if (CameraXml::is_xml(text)) {
+    const CameraXml xml(text, path);
+    if (std::string_view(xml.root().name()) == "root") return read_visp_file(xml, path);
+  }
+  const CameraFileReading file{path, camera_fields(std::move(text), path)};
+  if (file.fields("cam0").present()) return read_kalibr_file(file);
+  if (file.fields("lensmodel").present()) return {read_mrcal_file(file)};
+  return {read_opencv_or_ros(file)};
+}
+
 CameraModel read_camera_file(const std::filesystem::path& path) {
-  const CameraFile file{path,
-                        camera_fields(read_regular_file(path, kMostYamlBytes, "a camera file (YAML or XML)"), path)};
-  CameraModel camera;
-  camera.width = file.size({"image_width", "image_Width", "width"}, 0);
-  camera.height = file.size({"image_height", "image_Height", "height"}, 1);
-  read_matrix(file, camera);
-  read_distortion(file, camera);
-  if (!camera.invertible()) throw InputError(path, kFoldsOver);
-  return camera;
+  const std::vector<FileCamera> cameras = read_camera_file_whole(path);
+  if (cameras.size() > 1)
+    throw InputError(path, fmt::format("found {} cameras ({}), expected one: `tankrig calibrate convert` takes one of "
+                                       "them out",
+                                       cameras.size(), names_of(cameras)));
+  return cameras.front().model;
+}
+
+std::string lacking_in(CameraFileFormat format, const CameraModel& c) {
+  const auto unless_zero = [](std::initializer_list<std::pair<const char*, double>> parameters) {
+    std::string words;
+    for (const auto& [name, value] : parameters)
+      if (value != 0) words += fmt::format("{}{} = {}", words.empty() ? "" : ", ", name, exact_text(value));
+    return words;
+  };
+  if (format == CameraFileFormat::kKalibr) return unless_zero({{"k3", c.k3}});
+  if (format == CameraFileFormat::kVisp) return unless_zero({{"k2", c.k2}, {"p1", c.p1}, {"p2", c.p2}, {"k3", c.k3}});
+  return "";
+}
+
+void write_camera_file(const std::filesystem::path& path, CameraFileFormat format,
+                       const std::vector<FileCamera>& cameras) {
+  if (cameras.size() > 1 && format != CameraFileFormat::kKalibr)
+    throw InputError(path, fmt::format("found {} cameras ({}) for a file of format {}, which holds one", cameras.size(),
+                                       names_of(cameras), name_of(format)));
+  for (const FileCamera& camera : cameras)
+    if (const std::string lacking = lacking_in(format, camera.model); !lacking.empty())
+      throw InputError(path,
+                       fmt::format("{}: found {}, for which the format {} has no place, expected a camera "
+                                   "calibrated with {}",
+                                   shown_text(camera.name), lacking, name_of(format),
+                                   format == CameraFileFormat::kVisp ? "--model k1" : "--model k1k2 or k1k2p1p2"));
+  write_file_durably(path, text_of(format, cameras));
 }
 
 Rectification rectification_of(const CameraModel& c) {
@@ -168,31 +221,16 @@ Rectification rectification_of(const CameraModel& c) {
 }
 
 void write_camera_file(const std::filesystem::path& path, const CameraModel& camera, const std::string& name) {
-  write_camera_file(path, camera, name, rectification_of(camera));
+  write_camera_file(path, CameraFileFormat::kRos, {{name, camera, {}, {}}});
 }
 
-void write_camera_file(const std::filesystem::path& path, const CameraModel& c, const std::string& name,
+void write_camera_file(const std::filesystem::path& path, const CameraModel& camera, const std::string& name,
                        const Rectification& rectification) {
-  const auto matrix = [](const char* key, int rows, int cols, std::span<const double> numbers) {
-    return fmt::format("{}:\n  rows: {}\n  cols: {}\n  data: {}\n", key, rows, cols, list(numbers));
-  };
-  write_file_durably(path,
-                     fmt::format("image_width: {}\nimage_height: {}\ncamera_name: {}\n", c.width, c.height, name) +
-                         matrix("camera_matrix", 3, 3, c.matrix().val) + "distortion_model: plumb_bob\n" +
-                         matrix("distortion_coefficients", 1, 5, distortion_of(c)) +
-                         matrix("rectification_matrix", 3, 3, rectification.R.val) +
-                         matrix("projection_matrix", 3, 4, rectification.P.val));
+  write_camera_file(path, CameraFileFormat::kRos, {{name, camera, {}, rectification}});
 }
 
-void write_opencv_camera_file(const std::filesystem::path& path, const CameraModel& c, const std::string& name) {
-  const auto matrix = [](const char* key, int rows, int cols, std::span<const double> numbers) {
-    return fmt::format("{}: !!opencv-matrix\n  rows: {}\n  cols: {}\n  dt: d\n  data: {}\n", key, rows, cols,
-                       list(numbers));
-  };
-  write_file_durably(
-      path,
-      fmt::format("%YAML:1.0\n---\nimage_width: {}\nimage_height: {}\ncamera_name: \"{}\"\n", c.width, c.height, name) +
-          matrix("camera_matrix", 3, 3, c.matrix().val) + matrix("distortion_coefficients", 1, 5, distortion_of(c)));
+void write_opencv_camera_file(const std::filesystem::path& path, const CameraModel& camera, const std::string& name) {
+  write_camera_file(path, CameraFileFormat::kOpenCv, {{name, camera, {}, {}}});
 }
 
 }  // namespace tankrig

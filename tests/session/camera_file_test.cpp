@@ -173,8 +173,8 @@ TEST(CameraFile, NamesFileLineAndFieldOfBadXml) {
   EXPECT_THAT(
       error(changed(kXml, "</opencv_storage>\n", "")),
       ContainsRegex("c.xml:[0-9]+: found XML that does not parse .+, expected a camera calibration in OpenCV's"));
-  EXPECT_THAT(error("<root>\n<camera/></root>"),
-              HasSubstr("c.xml:1: found root element <root>, expected <opencv_storage>"));
+  EXPECT_THAT(error("<roots>\n<camera/></roots>"),
+              HasSubstr("c.xml:1: found root element <roots>, expected <opencv_storage>"));
   EXPECT_THAT(error(std::string("<opencv_storage>\n\0</opencv_storage>", 35)), HasSubstr("c.xml:2: found a byte 0"));
   std::string deep = "<opencv_storage><K>";
   for (int i = 0; i < 20000; ++i) deep += "<_>";
