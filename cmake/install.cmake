@@ -24,7 +24,8 @@ foreach(library ${libraries})
 endforeach()
 install(DIRECTORY core session calibration reconstruction bench pipeline DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/tankrig
   FILES_MATCHING PATTERN "*.hpp" PATTERN export EXCLUDE PATTERN visp EXCLUDE PATTERN benchmark EXCLUDE PATTERN sweep EXCLUDE
-  PATTERN boards EXCLUDE PATTERN estimate EXCLUDE PATTERN marker EXCLUDE PATTERN hand_eye EXCLUDE)
+  PATTERN boards EXCLUDE PATTERN estimate EXCLUDE PATTERN marker EXCLUDE PATTERN hand_eye EXCLUDE PATTERN intrinsics EXCLUDE PATTERN
+  calibration/stereo EXCLUDE PATTERN object_pose EXCLUDE)
 
 set(package ${CMAKE_INSTALL_LIBDIR}/cmake/tankrig)
 install(EXPORT tankrigTargets NAMESPACE tankrig:: DESTINATION ${package})

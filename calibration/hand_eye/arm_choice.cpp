@@ -133,6 +133,7 @@ ChainNumbers choose_arm(const HandEyeProblem& problem, const std::vector<std::si
   const double scale = solution.pixels ? 1 : 1e3;
   for (std::size_t c = 0; c < candidates().size(); ++c) {
     const auto& [name, numbers] = candidates()[c];
+    if (c > 1 && !problem.refine_links) break;
     // A fit on four fifths of the views needs more of them than numbers.
     if (c > 0 && (!problem.refine_arm || !problem.views[0].q || 5 * views.size() < 12 + numbers.size())) break;
     std::vector<double> squares;

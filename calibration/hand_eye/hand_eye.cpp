@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "calibration/estimate/least_squares.hpp"
 #include "calibration/hand_eye/arm_choice.hpp"
 #include "calibration/hand_eye/closed_forms.hpp"
 #include "calibration/hand_eye/error_sources.hpp"

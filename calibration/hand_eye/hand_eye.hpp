@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "calibration/estimate/least_squares.hpp"
+#include "calibration/estimate/estimate.hpp"
 #include "core/arm_model.hpp"
 #include "core/camera_model.hpp"
 
@@ -35,6 +35,7 @@ struct HandEyeProblem {
   ArmModel arm;                       ///< as given
   Vector3d target_c{0, 0, 1};         ///< where the effects on the target are computed, in c [m]
   bool refine_arm = true;             ///< offsets and links of the arm too, where the data supports it
+  bool refine_links = true;           ///< false: offsets at most
   std::vector<HandEyeView> views;
 };
 

@@ -108,8 +108,11 @@ std::vector<HandEyeEntry> entries_of_csv(const fs::path& file) {
 HandEyeData read_hand_eye_folder(const fs::path& given) {
   HandEyeData data;
   data.file = fs::is_directory(given) ? given / "hand_eye.yaml" : given;
+  data.files = {data.file};
   const ConfigNode root = ConfigNode::load(data.file);
   const fs::path folder = data.file.parent_path();
+  for (const char* key : {"camera", "views_csv"})
+    if (root.has(key)) data.files.push_back(root.path(key));
   if (root.has("camera")) data.camera = read_camera_file(root.path("camera"));
   if (const auto node = root.optional_child("marker")) data.marker = settings_from(*node, kGripperMarkerKeys);
   if (const auto node = root.optional_child("arm")) data.arm = settings_from(*node, kArmModelKeys);

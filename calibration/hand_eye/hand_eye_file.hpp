@@ -22,9 +22,10 @@ struct HandEyeEntry {
 
 struct HandEyeData {
   std::filesystem::path file;
-  std::optional<CameraModel> camera;    ///< required by pictures
-  std::optional<GripperMarker> marker;  ///< likewise
-  std::optional<ArmModel> arm;          ///< of the joints
+  std::vector<std::filesystem::path> files;  ///< this and what it names, without pictures
+  std::optional<CameraModel> camera;         ///< required by pictures
+  std::optional<GripperMarker> marker;       ///< likewise
+  std::optional<ArmModel> arm;               ///< of the joints
   std::optional<Vector3d> target_c;
   double marker_size = 0.1;  ///< of the square that stands for a marker of which only poses are known [m]
   std::vector<HandEyeEntry> views;

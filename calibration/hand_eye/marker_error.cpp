@@ -8,6 +8,8 @@
 #include <limits>
 #include <memory>
 
+#include "calibration/estimate/least_squares.hpp"
+
 namespace tankrig {
 namespace {
 

@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "apps/tankrig/calibrate/calibrate_commands.hpp"
+#include "apps/tankrig/calibrate/calibration_part.hpp"
 #include "apps/tankrig/calibrate/facts.hpp"
 #include "apps/tankrig/cloud/cloud_command.hpp"
 #include "apps/tankrig/command_line/output.hpp"
@@ -23,7 +24,7 @@ namespace {
 
 struct CalibrateHandEyeOptions {
   fs::path data, out;
-  std::string rig;
+  WriteOptions write;  // and the rig
   bool keep_arm = false, json = false;
 };
 
@@ -152,18 +153,46 @@ void print(const FoundViews& found, const HandEyeSolution& s) {
   std::fputs(out.c_str(), stdout);
 }
 
+void write_part(CalibrationPart& part, const HandEyeData& data, const FoundViews& found, const HandEyeSolution& s) {
+  std::vector<fs::path> files = data.files;
+  for (const HandEyeEntry& entry : data.views)
+    if (!entry.image.empty()) files.push_back(entry.image);
+  const CalibrationSource source = CalibrationPart::source("marker in the gripper", data.file.parent_path(), files);
+  part.values.camera(part.camera(CameraRole::kMono).name).mount = {
+      source, calibrated_inverse(s.cMb, s.covariance.topLeftCorner<6, 6>())};
+  part.values.gripper = {source, calibrated_pose(s.eMg, s.covariance.block<6, 6>(6, 6))};
+  CalibratedJoints joints{source, {}, {}};
+  bool refined = false;
+  for (std::size_t i = 0; i < joints.theta0.size(); ++i) {
+    joints.theta0[i] = s.arm.dh[i].theta0;
+    refined |= joints.theta0[i] != found.problem.arm.dh[i].theta0;
+    for (const Estimate& e : s.parameters)
+      if (e.name == fmt::format("{} zero", kJointNames[i])) joints.sigma[i] = e.sigma;
+  }
+  if (refined) part.values.joints = joints;
+  part.write();
+}
+
 /// Exit code kPartial if views were left out.
 int calibrate_hand_eye(const CalibrateHandEyeOptions& options) {
   if (!options.out.empty()) check_new_file(options.out);
   Progress progress;
   HandEyeData data = read_hand_eye_folder(options.data);
+  std::optional<CalibrationPart> part;
   std::optional<RigConfig> rig;
-  if (!options.rig.empty()) rig = load_rig(find_rig(options.rig));
+  if (!options.write.file.empty()) {
+    if (data.arm) throw InputError(data.file, "arm: expected none beside --write: the rig's");
+    part.emplace(options.write);
+    rig = part->rig();
+  } else if (!options.write.rig.empty()) {
+    rig = load_rig(find_rig(options.write.rig));
+  }
   const RigCamera* const mono = rig ? rig->find_camera(CameraRole::kMono) : nullptr;
   FoundViews found = found_views(data, progress);
   HandEyeProblem& problem = found.problem;
   problem.arm = data.arm ? *data.arm : rig ? rig->arm : arm5e();
   problem.refine_arm = !options.keep_arm;
+  problem.refine_links = !part;  // a calibration.yaml has no place for them
   if (data.target_c)
     problem.target_c = *data.target_c;
   else if (mono)
@@ -175,6 +204,7 @@ int calibrate_hand_eye(const CalibrateHandEyeOptions& options) {
   const HandEyeSolution solution = solve(problem);
   const nlohmann::ordered_json facts = facts_of(found, solution);
   if (!options.out.empty()) write_file_durably(options.out, yaml_text(facts));
+  if (part) write_part(*part, data, found, solution);
   progress.finish_line();
   if (options.json)
     print_json(facts);
@@ -191,9 +221,11 @@ void add_calibrate_hand_eye(CLI::App& calibrate, ChosenCommand& chosen) {
   CalibrateHandEyeOptions& o = options_of(c, chosen, &calibrate_hand_eye);
   c->footer("Example: tankrig calibrate hand-eye --data recordings/marker --rig tank-sim --json");
   c->add_option("--data", o.data, "Folder with hand_eye.yaml: pictures or poses of the marker, and joints")->required();
-  c->add_option("--rig", o.rig, "Name of a rig in etc/rigs, or a rig file: its arm, and its object as the target");
+  c->add_option("--rig", o.write.rig,
+                "Name of a rig in etc/rigs, or a rig file: its arm, and its object as the target");
   c->add_option("--out", o.out, "Write the result to this file too");
   c->add_flag("--keep-arm", o.keep_arm, "Do not refine the arm's zeros and links");
+  add_write_options(c, o.write);
   add_json_flag(c, o.json);
 }
 

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "apps/tankrig/calibrate/calibrate_commands.hpp"
+#include "apps/tankrig/calibrate/calibration_part.hpp"
 #include "apps/tankrig/calibrate/facts.hpp"
 #include "apps/tankrig/command_line/output.hpp"
 #include "apps/tankrig/session/open_session.hpp"
@@ -25,10 +26,23 @@ namespace {
 
 struct CalibrateTimeOptions {
   std::vector<std::filesystem::path> sessions;  ///< of one rig; of different speed to tell backlash from time
+  WriteOptions write;
   bool json = false;
 };
 
 bool lit_sweep(const FrameRecord& frame) { return frame.phase == Phase::kSweep && frame.laser_on && frame.q; }
+
+/// What the offset is computed from.
+std::vector<fs::path> recorded_files(const std::vector<OpenedSession>& sessions) {
+  std::vector<fs::path> files;
+  for (const OpenedSession& opened : sessions) {
+    const Session& session = opened.session;
+    for (const char* name : {"session.yaml", "joints.csv", "frames.csv"}) files.push_back(session.path / name);
+    for (const FrameRecord* frame : frames_of(session, session.camera(CameraRole::kMono), lit_sweep))
+      files.push_back(session.path / frame->file);
+  }
+  return files;
+}
 
 void check_passes(const Session& session, const std::vector<const FrameRecord*>& frames) {
   std::set<int> passes;
@@ -136,6 +150,8 @@ void print(const TimeOffsetSolution& s, const nlohmann::ordered_json& facts) {
 /// Errors: InputError, of a session without passes in both directions too.
 int calibrate_time(const CalibrateTimeOptions& options) {
   Progress progress;
+  std::optional<CalibrationPart> part;
+  if (!options.write.file.empty()) part.emplace(options.write);
   std::vector<OpenedSession> sessions;
   std::deque<SessionLock> at_rest;
   for (const fs::path& path : options.sessions) {
@@ -155,6 +171,12 @@ int calibrate_time(const CalibrateTimeOptions& options) {
     write_file_durably(session.path / "results" / "time_offset.yaml", yaml_text(facts));
     if (session.info.status != "recording") write_checksums(session.path);
   }
+  if (part) {
+    part->values.camera(part->camera(CameraRole::kMono).name).time = {
+        CalibrationPart::source("there and back", sessions.front().session.path, recorded_files(sessions)),
+        camera.time_offset + from_seconds(solution.offset), from_seconds(solution.sigma)};
+    part->write();
+  }
   progress.finish_line();
   if (options.json)
     print_json(facts);
@@ -173,6 +195,7 @@ void add_calibrate_time(CLI::App& calibrate, ChosenCommand& chosen) {
   add_sessions_option(c, o.sessions,
                       "Session folders, each with a there-and-back sweep; two sweep speeds tell "
                       "backlash from a time offset");
+  add_write_options(c, o.write);
   add_json_flag(c, o.json);
 }
 

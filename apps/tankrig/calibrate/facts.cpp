@@ -27,7 +27,7 @@ struct ShownUnit {
 ShownUnit shown(const std::string& unit) {
   if (unit == "rad") return {"deg", to_degrees(1)};
   if (unit == "m") return {"mm", 1e3};
-  return {"px", 1};
+  return {unit.c_str(), 1};
 }
 
 }  // namespace

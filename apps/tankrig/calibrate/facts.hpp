@@ -6,7 +6,7 @@
 #include <opencv2/core.hpp>
 #include <string>
 
-#include "calibration/estimate/least_squares.hpp"
+#include "calibration/estimate/estimate.hpp"
 #include "core/frames.hpp"
 
 namespace tankrig::app {

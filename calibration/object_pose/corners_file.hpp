@@ -1,0 +1,30 @@
+// Clicked corners on disk: corners.yaml. Layout: docs/reference/formats.md.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "calibration/object_pose/object_pose.hpp"
+
+namespace tankrig {
+
+struct CornersFile {
+  std::filesystem::path image, camera, object;  ///< absolute; empty where the file does not name them
+  std::optional<double> most_rms_px;
+  struct Corner {
+    std::string name;
+    std::optional<Vector3d> o;  ///< without it, `name` is a corner of the object's bounding box: "+x-y+z"
+    Vector2d pixel = Vector2d::Zero();
+  };
+  std::vector<Corner> corners;
+};
+
+/// Errors: InputError with file, line, key.
+CornersFile read_corners(const std::filesystem::path& file);
+
+/// With every point in the object's frame.
+std::vector<ClickedCorner> clicked_corners(const CornersFile& file, const ObjectShape& shape);
+
+}  // namespace tankrig

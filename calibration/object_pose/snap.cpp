@@ -1,0 +1,267 @@
+#include "calibration/object_pose/snap.hpp"
+
+#include <fmt/core.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <opencv2/imgproc.hpp>
+#include <optional>
+
+#include "core/angles.hpp"
+#include "core/median.hpp"
+
+namespace tankrig {
+namespace {
+
+constexpr double kSmoothing_px = 1;        // sigma, before the steps are looked for
+constexpr double kFromCorners = 0.06;      // of an edge's length, left out at both ends: other edges begin there
+constexpr double kLeastStep = 2;           // grey levels in a pixel
+constexpr std::size_t kLeastPlaces = 10;   // on a line
+constexpr double kMostScatter_px = 0.7;    // of the places about their line
+constexpr double kLeastShare = 0.5;        // of the places looked at that belong to it
+constexpr double kCorrelated = 3;          // places that err alike, by the smoothing
+constexpr double kLeastCrossing_deg = 12;  // of the lines that meet in a corner
+constexpr double kLeastReach_px = 1.5;     // two edges closer than twice this are not told apart
+constexpr double kReachFromClicks_px = 10, kReachFromPose_px = 3;
+constexpr double kLeastSigma_px = 0.01;
+
+/// A line in the undistorted picture: normal . ray + offset = 0, and how well it is known.
+struct ImageLine {
+  Vector2d normal = Vector2d::UnitX();
+  double offset = 0;
+  Vector2d middle = Vector2d::Zero();  ///< of its places
+  double spread = 0;                   ///< root mean square of the places along it
+  double scatter = 0;                  ///< of the places across it
+  double independent = 0;              ///< places
+
+  Vector2d along() const { return {-normal.y(), normal.x()}; }
+  double variance_at(const Vector2d& p) const {
+    const double t = along().dot(p - middle) / spread;
+    return scatter * scatter * (1 + t * t) / independent;
+  }
+};
+
+double grey_at(const cv::Mat& smooth, const Vector2d& p) {
+  const int u = static_cast<int>(std::floor(p.x())), v = static_cast<int>(std::floor(p.y()));
+  const double fu = p.x() - u, fv = p.y() - v;
+  const float *upper = smooth.ptr<float>(v) + u, *lower = smooth.ptr<float>(v + 1) + u;
+  return (1 - fv) * ((1 - fu) * upper[0] + fu * upper[1]) + fv * ((1 - fu) * lower[0] + fu * lower[1]);
+}
+
+/// Where brightness changes most on the way from `from` - reach to + reach along `across`; nothing if it hardly does.
+std::optional<Vector2d> step_at(const cv::Mat& smooth, const Vector2d& from, const Vector2d& across, double reach) {
+  constexpr double kStride = 0.5;
+  const int half = static_cast<int>(std::ceil(reach / kStride));
+  const double rim = reach + 2;
+  if (from.x() < rim || from.y() < rim || from.x() > smooth.cols - 2 - rim || from.y() > smooth.rows - 2 - rim)
+    return std::nullopt;
+  std::vector<double> slope(static_cast<std::size_t>(2 * half + 1));
+  int best = 0;
+  double most = 0;
+  for (int k = -half; k <= half; ++k) {
+    const Vector2d at = from + kStride * k * across;
+    const double s = std::abs(grey_at(smooth, at + 0.5 * across) - grey_at(smooth, at - 0.5 * across));
+    slope[static_cast<std::size_t>(k + half)] = s;
+    if (s > most) most = s, best = k + half;
+  }
+  if (most < kLeastStep || best == 0 || best == 2 * half) return std::nullopt;
+  const auto b = static_cast<std::size_t>(best);
+  const double bend = slope[b - 1] - 2 * slope[b] + slope[b + 1];
+  const double part = bend < 0 ? 0.5 * (slope[b - 1] - slope[b + 1]) / bend : 0;
+  return from + kStride * (best - half + part) * across;
+}
+
+/// Least squares of weighted places; the line's `scatter` is weighted too.
+ImageLine line_through(const std::vector<Vector2d>& places, const std::vector<double>& weights) {
+  double sum = 0;
+  ImageLine line;
+  for (std::size_t k = 0; k < places.size(); ++k) sum += weights[k], line.middle += weights[k] * places[k];
+  line.middle /= sum;
+  Eigen::Matrix2d moments = Eigen::Matrix2d::Zero();
+  for (std::size_t k = 0; k < places.size(); ++k) {
+    const Vector2d d = places[k] - line.middle;
+    moments += weights[k] / sum * d * d.transpose();
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(moments);
+  line.normal = eigen.eigenvectors().col(0);
+  line.offset = -line.normal.dot(line.middle);
+  line.scatter = std::sqrt(std::max(0.0, eigen.eigenvalues()[0]));
+  line.spread = std::sqrt(eigen.eigenvalues()[1]);
+  line.independent = sum / kCorrelated;
+  return line;
+}
+
+/// The line most places agree with: through the pair whose median distance is least, then re-weighted (Tukey).
+std::optional<ImageLine> robust_line(const std::vector<Vector2d>& places, double pixel) {
+  if (places.size() < kLeastPlaces) return std::nullopt;
+  const auto distances = [&](const ImageLine& line) {
+    std::vector<double> out;
+    for (const Vector2d& p : places) out.push_back(std::abs(line.normal.dot(p) + line.offset));
+    return out;
+  };
+  std::optional<ImageLine> best;
+  double least = kMostScatter_px * pixel;
+  const std::size_t stride = std::max<std::size_t>(1, places.size() / 24);
+  for (std::size_t a = 0; a < places.size(); a += stride)
+    for (std::size_t b = a + places.size() / 4; b < places.size(); b += stride) {
+      ImageLine line;
+      const Vector2d way = (places[b] - places[a]).normalized();
+      line.normal = {way.y(), -way.x()};
+      line.offset = -line.normal.dot(places[a]);
+      std::vector<double> all = distances(line);
+      if (const double median = upper_median(all); median < least) least = median, best = line;
+    }
+  if (!best) return std::nullopt;
+  for (int round = 0; round < 10; ++round) {
+    std::vector<double> all = distances(*best), sorted = all;
+    const double limit = 4.685 * std::max(1.4826 * upper_median(sorted), 0.02 * pixel);
+    std::vector<double> weights;
+    double sum = 0;
+    for (const double d : all) {
+      const double share = d < limit ? 1 - d * d / (limit * limit) : 0;
+      weights.push_back(share * share);
+      sum += weights.back();
+    }
+    if (sum < static_cast<double>(kLeastPlaces) || sum < kLeastShare * static_cast<double>(places.size()))
+      return std::nullopt;
+    best = line_through(places, weights);
+  }
+  return best;
+}
+
+/// The edge in the picture, bent as the lens bends it.
+std::vector<Vector2d> drawn(const CameraModel& camera, const Transform& cMo, const ObjectShape::Edge& edge) {
+  constexpr int kParts = 16;
+  std::vector<Vector2d> line;
+  for (int k = 0; k <= kParts; ++k)
+    if (const auto pixel = camera.project(cMo * Vector3d(edge.a + (edge.b - edge.a) * k / kParts)))
+      line.push_back(*pixel);
+  return line;
+}
+
+/// How far from `from` the first of `lines` crosses the way along `across`, to either side [px].
+double first_crossing(const Vector2d& from, const Vector2d& across, const std::vector<std::vector<Vector2d>>& lines) {
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const std::vector<Vector2d>& line : lines)
+    for (std::size_t k = 0; k + 1 < line.size(); ++k) {
+      const Vector2d part = line[k + 1] - line[k], to = line[k] - from;
+      const double area = across.x() * part.y() - across.y() * part.x();
+      if (std::abs(area) < 1e-9) continue;
+      const double along = (to.x() * across.y() - to.y() * across.x()) / area;
+      if (along >= 0 && along <= 1)
+        nearest = std::min(nearest, std::abs(to.x() * part.y() - to.y() * part.x()) / std::abs(area));
+    }
+  return nearest;
+}
+
+/// `others`: edges that are seen too. Where one runs beside this edge, only the half of the way to it is searched.
+std::optional<ImageLine> line_of_edge(const cv::Mat& smooth, const CameraModel& camera, const Transform& cMo,
+                                      const ObjectShape::Edge& edge, double reach,
+                                      const std::vector<std::vector<Vector2d>>& others) {
+  const auto a = camera.project(cMo * edge.a), b = camera.project(cMo * edge.b);
+  if (!a || !b) return std::nullopt;
+  const int count = static_cast<int>((*b - *a).norm());
+  std::vector<Vector2d> places;
+  int searched = 0;
+  for (int k = 1; k < count; ++k) {
+    // Equal steps in the picture, nearly: the edge's own perspective matters little between its ends.
+    const double t = kFromCorners + (1 - 2 * kFromCorners) * k / count;
+    const auto at = camera.project(cMo * Vector3d(edge.a + t * (edge.b - edge.a))),
+               next = camera.project(cMo * Vector3d(edge.a + (t + 0.01) * (edge.b - edge.a)));
+    if (!at || !next || (*next - *at).norm() < 1e-6) continue;
+    const Vector2d along = (*next - *at).normalized(), across(-along.y(), along.x());
+    const double free = std::min(reach, first_crossing(*at, across, others) / 2);
+    if (free < kLeastReach_px) continue;
+    ++searched;
+    if (const auto step = step_at(smooth, *at, across, free)) places.push_back(camera.normalized(step->x(), step->y()));
+  }
+  if (static_cast<double>(places.size()) < kLeastShare * searched) return std::nullopt;
+  return robust_line(places, 1 / camera.fx);
+}
+
+}  // namespace
+
+std::vector<SnappedCorner> snap(const cv::Mat& grey, const CameraModel& camera, const ObjectShape& shape,
+                                const Transform& cMo, const std::vector<ClickedCorner>& clicked, double reach_px) {
+  cv::Mat smooth;
+  grey.convertTo(smooth, CV_32F);
+  cv::GaussianBlur(smooth, smooth, {0, 0}, kSmoothing_px);
+  const double same = 1e-4 * shape.size();
+  const Vector3d eye = cMo.inverse().translation();
+  std::vector<std::vector<Vector2d>> seen;  // empty: hidden
+  for (const ObjectShape::Edge& edge : shape.edges()) {
+    const bool visible = shape.sees(eye, 0.8 * edge.a + 0.2 * edge.b) && shape.sees(eye, (edge.a + edge.b) / 2) &&
+                         shape.sees(eye, 0.2 * edge.a + 0.8 * edge.b);
+    seen.push_back(visible ? drawn(camera, cMo, edge) : std::vector<Vector2d>());
+  }
+  std::vector<std::optional<ImageLine>> lines;
+  for (std::size_t k = 0; k < shape.edges().size(); ++k) {
+    const ObjectShape::Edge& edge = shape.edges()[k];
+    const bool wanted = std::any_of(clicked.begin(), clicked.end(), [&](const ClickedCorner& c) {
+      return (c.o - edge.a).norm() < same || (c.o - edge.b).norm() < same;
+    });
+    std::vector<std::vector<Vector2d>> others = seen;
+    others[k].clear();
+    lines.push_back(wanted && !seen[k].empty() ? line_of_edge(smooth, camera, cMo, edge, reach_px, others)
+                                               : std::nullopt);
+  }
+  std::vector<SnappedCorner> out;
+  for (const ClickedCorner& c : clicked) {
+    SnappedCorner result{c, "", 0};
+    std::vector<ImageLine> meeting;
+    for (std::size_t k = 0; k < lines.size(); ++k)
+      if (lines[k] && ((c.o - shape.edges()[k].a).norm() < same || (c.o - shape.edges()[k].b).norm() < same))
+        meeting.push_back(*lines[k]);
+    result.edges = static_cast<int>(meeting.size());
+    double crossing = 0;
+    for (const ImageLine& a : meeting)
+      for (const ImageLine& b : meeting)
+        crossing = std::max(crossing, std::abs(a.normal.x() * b.normal.y() - a.normal.y() * b.normal.x()));
+    if (meeting.size() < 2) {
+      result.why_not =
+          fmt::format("{} of its edges {} clear in the picture", meeting.size(), meeting.size() == 1 ? "is" : "are");
+    } else if (crossing < std::sin(from_degrees(kLeastCrossing_deg))) {
+      result.why_not = "its edges hardly cross";
+    } else {
+      Vector2d place = camera.normalized(c.pixel.x(), c.pixel.y());
+      Eigen::Matrix2d information = Eigen::Matrix2d::Zero();
+      for (int round = 0; round < 3; ++round) {  // a line's weight depends on where it is asked
+        information.setZero();
+        Vector2d right = Vector2d::Zero();
+        for (const ImageLine& line : meeting) {
+          const double floor = kLeastSigma_px / camera.fx, weight = 1 / (line.variance_at(place) + floor * floor);
+          information += weight * line.normal * line.normal.transpose();
+          right -= weight * line.offset * line.normal;
+        }
+        place = information.inverse() * right;
+      }
+      const auto pixel = camera.project(place.homogeneous());
+      if (!pixel || (*pixel - c.pixel).norm() > 2 * kReachFromClicks_px) {
+        result.why_not = "its edges meet elsewhere";
+      } else {
+        result.corner.pixel = *pixel;
+        result.corner.sigma = std::max(kLeastSigma_px, camera.fx * std::sqrt(information.inverse().trace() / 2));
+      }
+    }
+    out.push_back(result);
+  }
+  return out;
+}
+
+SnappedPose solve_with_snapping(const cv::Mat& grey, const ObjectPoseProblem& problem) {
+  SnappedPose out;
+  out.raw = solve(problem);
+  Transform cMo = out.raw.cMo;
+  for (const double reach : {kReachFromClicks_px, kReachFromPose_px, kReachFromPose_px}) {
+    out.corners = snap(grey, problem.camera, problem.shape, cMo, problem.corners, reach);
+    ObjectPoseProblem snapped = problem;
+    for (std::size_t k = 0; k < out.corners.size(); ++k) snapped.corners[k] = out.corners[k].corner;
+    out.snapped = solve(snapped);
+    cMo = out.snapped.cMo;
+  }
+  return out;
+}
+
+}  // namespace tankrig

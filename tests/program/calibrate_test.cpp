@@ -1,0 +1,165 @@
+// `tankrig calibrate` as an experimenter meets it: pictures of boards in, camera files and calibration.yaml out.
+#include <fmt/core.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <opencv2/imgcodecs.hpp>
+
+#include "core/calibration_file.hpp"
+#include "core/camera_file.hpp"
+#include "core/model_yaml.hpp"
+#include "tests/board_calibration/generated_boards.hpp"
+#include "tests/hand_eye/generated_postures.hpp"
+#include "tests/program/program.hpp"
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+namespace tankrig::test {
+namespace {
+
+constexpr std::uint64_t kSeed = 1;
+
+/// Six pictures of a checkerboard by a camera of 320 x 240 pixels.
+class CalibrateTest : public testing::Test {
+ protected:
+  CalibrateTest() {
+    const BoardTarget target = checkerboard("7x5");
+    std::mt19937_64 random(kSeed);
+    RecordProperty("seed", std::to_string(kSeed));
+    fs::create_directories(data_);
+    for (const Transform& cMt : many_places(camera_, target, 6, random))
+      cv::imwrite((data_ / fmt::format("board{:02}.png", ++pictures_)).string(),
+                  picture_of(camera_, cMt, checkerboard_print(target)));
+  }
+  ProgramRun calibrate(const std::vector<std::string>& more) const {
+    std::vector<std::string> words{"calibrate", "camera",      "--data", data_.string(), "--pattern",
+                                   "7x5",       "--square-mm", "30",     "--model",      "k1k2p1p2"};
+    words.insert(words.end(), more.begin(), more.end());
+    return run_tankrig(words);
+  }
+
+  CameraModel camera_{320, 240, 265, 280, 165, 123, -0.28, 0.09, 0.001, -0.0007, 0};
+  fs::path folder_ = scratch_folder(), data_ = folder_ / "pictures";
+  int pictures_ = 0;
+};
+
+TEST_F(CalibrateTest, FindsTheCameraOfPicturesAndWritesItsFileInAnotherProgramsFormat) {
+  const fs::path out = folder_ / "camera.cameramodel";
+  const ProgramRun run = calibrate({"--out", out.string(), "--report", (folder_ / "report").string(), "--json"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_LT(run.json()["rms_px"], 0.2);
+  const CameraModel found = read_camera_file(out);
+  EXPECT_NEAR(found.fx, camera_.fx, 3);
+  EXPECT_NEAR(found.fy, camera_.fy, 3);
+  for (const char* name : {"coverage.png", "residuals.png", "uncertainty.png", "calibration.json"})
+    EXPECT_TRUE(fs::exists(folder_ / "report" / name)) << name;
+}
+
+TEST_F(CalibrateTest, LeavesOutAPictureWithoutABoardByName) {
+  cv::imwrite((data_ / "hand.png").string(), cv::Mat(240, 320, CV_8UC1, cv::Scalar(90)));
+  const ProgramRun run = calibrate({"--json"});
+  EXPECT_EQ(run.exit_code, 3);
+  EXPECT_THAT(run.err, HasSubstr("hand.png: found no checkerboard"));
+  EXPECT_EQ(run.json()["not_found"]["hand.png"], "found no checkerboard, expected 7 x 5 corners");
+}
+
+TEST_F(CalibrateTest, NamesPicturesOfAnotherSizeAndFoldersWithoutPairs) {
+  cv::imwrite((data_ / "board99.png").string(), cv::Mat(200, 320, CV_8UC1, cv::Scalar(90)));
+  const ProgramRun run = calibrate({});
+  EXPECT_EQ(run.exit_code, 1);
+  EXPECT_THAT(run.err, HasSubstr("board99.png"));
+  EXPECT_THAT(run.err, HasSubstr("as in board01.png"));
+  const ProgramRun pairs =
+      run_tankrig({"calibrate", "stereo", "--data", data_.string(), "--pattern", "7x5", "--square-mm", "30"});
+  EXPECT_EQ(pairs.exit_code, 1);
+  EXPECT_THAT(pairs.err, HasSubstr("holds no pairs, expected left01.png"));
+}
+
+TEST_F(CalibrateTest, WritesNoLensForARigsCameraOfAnotherSize) {
+  const fs::path file = folder_ / "calibration.yaml";
+  const ProgramRun run = calibrate({"--name", "mono", "--write", file.string(), "--rig", "tank-sim"});
+  EXPECT_EQ(run.exit_code, 1);
+  EXPECT_THAT(run.err, HasSubstr("found pictures of 320 x 240 px, expected the 720 x 576 px of the rig's camera mono"));
+  EXPECT_FALSE(fs::exists(file));
+}
+
+/// A folder of marker poses of tank-sim's arm before its mono camera, a fifth of a millimetre off.
+fs::path marker_poses(const fs::path& folder) {
+  fs::create_directories(folder);
+  std::mt19937_64 random(kSeed);
+  std::normal_distribution<double> noise(0, 2e-4);
+  std::string text = "views:\n";
+  for (const HandEyeView& view : testing_support::GeneratedPostures{}.problem().views) {
+    const Transform cMg = view.cMg * make_transform_rpy({noise(random), noise(random), noise(random)},
+                                                        {noise(random), noise(random), noise(random)});
+    const JointVector& q = *view.q;
+    text += fmt::format("  - {{cMg: {}, q_rad: [{}, {}, {}, {}, {}]}}\n", yaml_of(cMg), q[0], q[1], q[2], q[3], q[4]);
+  }
+  write_text(folder / "hand_eye.yaml", text);
+  return folder;
+}
+
+TEST(CalibrationOfARig, IsWrittenKeptByAScanAndWarnedOf) {
+  const fs::path folder = scratch_folder(), file = folder / "calibration.yaml";
+  const std::string rig = small_rig(folder / "rig").string();
+  const ProgramRun hand_eye = run_tankrig({"calibrate", "hand-eye", "--data", marker_poses(folder / "marker").string(),
+                                           "--rig", rig, "--write", file.string(), "--json"});
+  ASSERT_EQ(hand_eye.exit_code, 0) << hand_eye.err;
+  const Calibration written = read_calibration(file);
+  ASSERT_TRUE(written.camera("mono") && written.camera("mono")->mount && written.gripper);
+  const Vector3d truth(0.716, 0.228, 0.585);
+  const CalibratedMount& mount = *written.camera("mono")->mount;
+  EXPECT_LT((mount.pose.translation() - truth).norm(), 1e-3);
+  for (int k = 0; k < 3; ++k) {
+    EXPECT_LT(std::abs(mount.pose.translation()[k] - truth[k]), 4 * mount.sigma_m[k]);
+    EXPECT_LT(mount.sigma_m[k], 1e-3);
+  }
+  EXPECT_EQ(mount.data_sha256.size(), 64u);
+  EXPECT_EQ(written.verdict, CalibrationVerdict::kUnchecked);
+
+  const fs::path session = folder / "session";
+  const ProgramRun scan =
+      run_tankrig({"scan", "--rig", rig, "--calibration", file.string(), "--out", session.string()});
+  EXPECT_EQ(scan.exit_code, 0) << scan.err;
+  EXPECT_THAT(scan.err, HasSubstr("was never judged on data that was held back"));
+  EXPECT_EQ(read_text(session / "calibration.yaml"), read_text(file));
+
+  const auto warned = [&](const Edits& edits, const std::string& of) {
+    const fs::path other = folder / "other.yaml";
+    fs::copy_file(file, other, fs::copy_options::overwrite_existing);
+    edit(other, edits);
+    return run_tankrig({"scan", "--rig", of, "--calibration", other.string(), "--dry-run"}).err;
+  };
+  EXPECT_THAT(warned({{"verdict: unchecked", "verdict: rejected"}}, rig), HasSubstr("was rejected: calibrate again"));
+  EXPECT_THAT(warned({{written.made_utc, "2020-01-31T12:00:00Z"}}, rig), HasSubstr(" days old"));
+  EXPECT_THAT(warned({}, "tank-true"), HasSubstr("is of the rig " + written.rig + ", this is tank-true"));
+  EXPECT_THAT(warned({{written.rig_sha256, std::string(64, '0')}}, rig), HasSubstr("when arm or cameras"));
+}
+
+TEST(CalibrationOfARig, KeepsItsOtherPartsAndRefusesAnotherRig) {
+  const fs::path folder = scratch_folder(), file = folder / "calibration.yaml";
+  const fs::path data = marker_poses(folder / "marker");
+  const auto hand_eye = [&](const std::string& rig) {
+    return run_tankrig({"calibrate", "hand-eye", "--data", data.string(), "--rig", rig, "--write", file.string()});
+  };
+  ASSERT_EQ(hand_eye("tank-sim").exit_code, 0);
+  edit(file, {{"bMc:",
+               "time: {time_offset_s: 0.02, sigma_s: 0.001, method: told, made_utc: 2026-01-31T12:00:00Z, data: "
+               "there, data_sha256: " +
+                   std::string(64, 'a') + "}\n    bMc:"}});
+  ASSERT_EQ(hand_eye("tank-sim").exit_code, 0);
+  const Calibration again = read_calibration(file);
+  EXPECT_EQ(again.camera("mono")->time->method, "told");
+  const std::string before = read_text(file);
+  const ProgramRun other = hand_eye("tank-true");
+  EXPECT_EQ(other.exit_code, 1);
+  EXPECT_THAT(other.err, HasSubstr("rig: found tank-sim, expected a calibration of tank-true"));
+  EXPECT_EQ(read_text(file), before);
+  const ProgramRun no_rig =
+      run_tankrig({"calibrate", "hand-eye", "--data", data.string(), "--write", (folder / "new.yaml").string()});
+  EXPECT_THAT(no_rig.err, HasSubstr("--write: expected --rig RIG beside it"));
+}
+
+}  // namespace
+}  // namespace tankrig::test
