@@ -1,7 +1,6 @@
 // What the guardian asks of relay and arm, and what it takes for an answer, on their emulators.
 #include <gtest/gtest.h>
 
-
 #include "drivers/arm/arm_requests.hpp"
 #include "drivers/arm/can_arm_link.hpp"
 #include "drivers/arm/serial_arm_link.hpp"
