@@ -204,8 +204,9 @@ std::string lacking_in(CameraFileFormat format, const CameraModel& c) {
 void write_camera_file(const std::filesystem::path& path, CameraFileFormat format,
                        const std::vector<FileCamera>& cameras) {
   if (cameras.size() > 1 && format != CameraFileFormat::kKalibr)
-    throw InputError(path, fmt::format("found {} cameras ({}) for a file of format {}, which holds one", cameras.size(),
-                                       names_of(cameras), name_of(format)));
+    throw InputError(path, fmt::format("found {} cameras ({}) for a file of format {}, which holds one: choose it with "
+                                       "--camera",
+                                       cameras.size(), names_of(cameras), name_of(format)));
   for (const FileCamera& camera : cameras)
     if (const std::string lacking = lacking_in(format, camera.model); !lacking.empty())
       throw InputError(path,

@@ -44,7 +44,9 @@ TimeOffsetSolution offset_of_scan(Duration injected, Duration in_rig_file = {}, 
   const CameraModel model = scene.cameras[0].model;
   const int channels = scene.cameras[0].channels;
   const Transform eMl = scene.laser.eMl;
-  const sim::TankWorld world = sim::TankWorld::from_scene(std::move(scene), {.seed = seed});
+  sim::WorldOptions options;
+  options.seed = seed;
+  const sim::TankWorld world = sim::TankWorld::from_scene(std::move(scene), options);
 
   ScanSettings s;
   s.park << 0, 0.12, 1.6, 0, 0.1;

@@ -8,8 +8,10 @@
 #include "core/calibration_file.hpp"
 #include "core/camera_file.hpp"
 #include "core/model_yaml.hpp"
+#include "rig/config/rig_config.hpp"
 #include "tests/board_calibration/generated_boards.hpp"
 #include "tests/hand_eye/generated_postures.hpp"
+#include "tests/object_pose/drawn_box.hpp"
 #include "tests/program/program.hpp"
 
 namespace fs = std::filesystem;
@@ -135,6 +137,125 @@ TEST(CalibrationOfARig, IsWrittenKeptByAScanAndWarnedOf) {
   EXPECT_THAT(warned({{written.made_utc, "2020-01-31T12:00:00Z"}}, rig), HasSubstr(" days old"));
   EXPECT_THAT(warned({}, "tank-true"), HasSubstr("is of the rig " + written.rig + ", this is tank-true"));
   EXPECT_THAT(warned({{written.rig_sha256, std::string(64, '0')}}, rig), HasSubstr("when arm or cameras"));
+}
+
+RigConfig tank_sim() { return load_rig(fs::path(TANKRIG_SOURCE_DIR) / "etc/rigs/tank-sim/rig.yaml"); }
+
+TEST(CalibrationOfARig, HasBothEyesAndHowTheyStandFromPairsOfPictures) {
+  const fs::path folder = scratch_folder(), data = folder / "pairs", file = folder / "calibration.yaml";
+  fs::create_directories(data);
+  const RigConfig rig = tank_sim();
+  const RigCamera &left = *rig.find_camera(CameraRole::kLeft), &right = *rig.find_camera(CameraRole::kRight);
+  const Transform rightMleft = right.bMc.inverse() * left.bMc;
+  const BoardTarget target = checkerboard();
+  std::mt19937_64 random(kSeed);
+  RecordProperty("seed", std::to_string(kSeed));
+  int pairs = 0;
+  for (const Transform& lMt : many_places(left.model, target, 40, random)) {
+    const auto sees = [&](const Vector3d& p) {
+      const auto pixel = right.model.project(rightMleft * lMt * p);
+      return pixel && right.model.contains(*pixel);
+    };
+    const std::vector<Vector3d> points = target.points();
+    if (pairs == 8 || !std::all_of(points.begin(), points.end(), sees)) continue;
+    ++pairs;
+    const auto file_of = [&](const char* side) { return (data / fmt::format("{}{:02}.png", side, pairs)).string(); };
+    cv::imwrite(file_of("left"), picture_of(left.model, lMt, checkerboard_print(target)));
+    cv::imwrite(file_of("right"), picture_of(right.model, rightMleft * lMt, checkerboard_print(target)));
+  }
+  ASSERT_EQ(pairs, 8);
+  const ProgramRun run = run_tankrig({"calibrate", "stereo", "--data", data.string(), "--pattern", "9x6", "--square-mm",
+                                      "30", "--model", "k1", "--write", file.string(), "--rig", "tank-sim", "--json"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const Calibration written = read_calibration(file);
+  ASSERT_TRUE(written.camera("left") && written.camera("left")->lens && written.camera("right") && written.stereo);
+  EXPECT_NEAR(written.camera("left")->lens->model.fx, left.model.fx, 4 * written.camera("left")->lens->sigma[0]);
+  const Vector3d apart = written.stereo->pose.translation() - rightMleft.inverse().translation();
+  for (int k = 0; k < 3; ++k) EXPECT_LT(std::abs(apart[k]), 4 * written.stereo->sigma_m[k]) << k;
+  EXPECT_LT(apart.norm(), 1e-3);
+}
+
+/// The paper's box in front of tank-sim's left camera, as clicked.
+class ClickedBox : public testing::Test {
+ protected:
+  ClickedBox() {
+    box_.camera = tank_sim().find_camera(CameraRole::kLeft)->model;
+    RecordProperty("seed", std::to_string(box_.seed));
+    cv::imwrite((folder_ / "dark.png").string(), box_.picture());
+    write_camera_file(folder_ / "left.yaml", box_.camera, "left");
+    write_corners("camera: left.yaml\n");
+  }
+  void write_corners(const std::string& camera, bool swapped = false) const {
+    std::string text =
+        "image: dark.png\n" + camera + "object: " + TANKRIG_SOURCE_DIR + "/etc/objects/black_box.obj\ncorners:\n";
+    auto corners = box_.problem().corners;
+    if (swapped) std::swap(corners[0].pixel, corners[1].pixel);
+    for (const ClickedCorner& c : corners)
+      text += fmt::format("  - {{name: '{}', pixel_px: [{:.2f}, {:.2f}]}}\n", c.name, c.pixel.x(), c.pixel.y());
+    write_text(folder_ / "corners.yaml", text);
+  }
+  ProgramRun calibrate(const std::vector<std::string>& more) const {
+    std::vector<std::string> words{"calibrate", "object", "--data", folder_.string()};
+    words.insert(words.end(), more.begin(), more.end());
+    return run_tankrig(words);
+  }
+  testing_support::DrawnBox box_;
+  fs::path folder_ = scratch_folder();
+};
+
+TEST_F(ClickedBox, HasAPoseAPictureAndAFileOfBoth) {
+  const fs::path picture = folder_ / "pose.png", out = folder_ / "pose.yaml";
+  const ProgramRun run = calibrate({"--picture", picture.string(), "--out", out.string(), "--json"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const auto t = run.json().at("cMo").at("translation_m");
+  EXPECT_LT((Vector3d(t[0], t[1], t[2]) - box_.cMo().translation()).norm(), 0.5e-3);
+  EXPECT_FALSE(cv::imread(picture.string()).empty());
+  EXPECT_TRUE(fs::exists(out));
+  const ProgramRun again = calibrate({"--out", out.string()});
+  EXPECT_EQ(again.exit_code, 1) << "a result is not overwritten";
+}
+
+TEST_F(ClickedBox, StandsInTheRigWhereItsCameraSawIt) {
+  write_corners("");
+  const fs::path file = folder_ / "calibration.yaml";
+  const ProgramRun run = calibrate({"--write", file.string(), "--rig", "tank-sim", "--of", "left"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const Calibration written = read_calibration(file);
+  ASSERT_TRUE(written.object);
+  const Transform bMo = tank_sim().find_camera(CameraRole::kLeft)->bMc * box_.cMo();
+  EXPECT_LT((written.object->pose.translation() - bMo.translation()).norm(), 0.5e-3);
+}
+
+TEST_F(ClickedBox, WithTwoCornersSwappedIsRefusedByTheirNames) {
+  write_corners("camera: left.yaml\n", true);
+  const ProgramRun run = calibrate({});
+  EXPECT_EQ(run.exit_code, 1);
+  for (const int k : {0, 1}) EXPECT_THAT(run.err, HasSubstr(box_.problem().corners[static_cast<std::size_t>(k)].name));
+}
+
+TEST(CameraFiles, AreConvertedFromAChainAndNeverLoseALens) {
+  const fs::path folder = scratch_folder(), chain = folder / "camchain.yaml", one = folder / "one.cameramodel";
+  const CameraModel a{320, 240, 265, 280, 165, 123, -0.28, 0.09, 0.001, -0.0007, 0}, b{320, 240, 270, 281, 160, 120};
+  write_camera_file(chain, CameraFileFormat::kKalibr, {{"a", a, Transform::Identity(), {}}, {"b", b, {}, {}}});
+  const auto convert = [](const fs::path& in, const fs::path& out, const std::vector<std::string>& more = {}) {
+    std::vector<std::string> words{"calibrate", "convert", in.string(), out.string()};
+    words.insert(words.end(), more.begin(), more.end());
+    return run_tankrig(words);
+  };
+  const ProgramRun both = convert(chain, one);
+  EXPECT_EQ(both.exit_code, 1);
+  EXPECT_THAT(both.err, HasSubstr("found 2 cameras (cam0, cam1)"));
+  EXPECT_THAT(both.err, HasSubstr("--camera"));
+  ASSERT_EQ(convert(chain, one, {"--camera", "cam0"}).exit_code, 0);
+  ASSERT_EQ(convert(one, folder / "one.yaml").exit_code, 0);
+  const CameraModel back = read_camera_file(folder / "one.yaml");
+  EXPECT_EQ(back.fx, a.fx);
+  EXPECT_EQ(back.k1, a.k1);
+  EXPECT_EQ(back.p2, a.p2);
+  const ProgramRun visp = convert(one, folder / "one.xml");
+  EXPECT_EQ(visp.exit_code, 1);
+  EXPECT_THAT(visp.err, HasSubstr("k2 = 0.09"));
+  EXPECT_FALSE(fs::exists(folder / "one.xml"));
 }
 
 TEST(CalibrationOfARig, KeepsItsOtherPartsAndRefusesAnotherRig) {

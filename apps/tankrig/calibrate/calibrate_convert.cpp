@@ -54,9 +54,9 @@ int convert(const ConvertOptions& options) {
   if (options.json)
     print_json(facts);
   else
-    fmt::print("{}: {} of {} px, format {}\n", printable(options.out.string()),
+    fmt::print("{}: {} of {} x {} px, format {}\n", printable(options.out.string()),
                cameras.size() == 1 ? "one camera" : fmt::format("{} cameras", cameras.size()),
-               fmt::format("{} x {}", cameras.front().model.width, cameras.front().model.height), name_of(format));
+               cameras.front().model.width, cameras.front().model.height, name_of(format));
   return kOk;
 }
 

@@ -66,7 +66,7 @@ struct Need {
   bool arm = true;
   bool laser = true;    ///< false: what cannot be opened is a warning that its state is not known
   bool cameras = true;  ///< with the lux meter
-  std::optional<std::string> only_camera = {};  ///< this one alone, without lux meter
+  std::string only_camera = {};  ///< this one alone, without lux meter; empty: all
 };
 
 struct BackendOptions {

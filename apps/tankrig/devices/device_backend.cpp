@@ -165,12 +165,12 @@ class DeviceBackend final : public Backend {
     if (need.cameras) {
       const ConfigNode cameras = devices_.child("cameras");
       for (const RigCamera& camera : rig.cameras)
-        if (camera.name == need.only_camera.value_or(camera.name)) {
+        if (need.only_camera.empty() || camera.name == need.only_camera) {
           const Waiting told("camera " + camera.name + " to answer");
           cameras_.push_back(open_camera(camera, camera_info(rig, camera), cameras.child(camera.name), warnings_));
         }
     }
-    if (need.arm && need.cameras && !need.only_camera) {
+    if (need.arm && need.cameras && need.only_camera.empty()) {
       if (const auto lux = devices_.optional_child("lux_meter")) lux_meter_ = open_lux_meter(*lux, runtime);
       devices_.finish();
     }

@@ -38,7 +38,7 @@ class MockBackend final : public Backend {
         faulty_lux_meter_(lux_meter_, script_, clock_) {
     script_.mark(sim::FaultOrigin::kStart, clock_.now());
     for (const RigCamera& camera : rig.cameras) {
-      if (camera.name != options.need.only_camera.value_or(camera.name)) continue;
+      if (!options.need.only_camera.empty() && camera.name != options.need.only_camera) continue;
       cameras_.push_back(make_camera(rig, camera));
       faulty_cameras_.push_back(std::make_unique<sim::FaultyCamera>(*cameras_.back(), script_, clock_));
     }
