@@ -64,8 +64,8 @@ class Backend {
 /// ones have a guardian.
 struct Need {
   bool arm = true;
-  bool laser = true;    ///< false: what cannot be opened is a warning that its state is not known
-  bool cameras = true;  ///< with the lux meter
+  bool laser = true;             ///< false: what cannot be opened is a warning that its state is not known
+  bool cameras = true;           ///< with the lux meter
   std::string only_camera = {};  ///< this one alone, without lux meter; empty: all
 };
 
