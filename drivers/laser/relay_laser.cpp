@@ -109,6 +109,17 @@ std::optional<bool> RelayLaser::interlock_closed() const noexcept {
   return loop == Loop::kUnknown ? std::nullopt : std::optional(loop == Loop::kClosed);
 }
 
+void RelayLaser::withhold_refreshes(bool withheld) noexcept {
+  if (withheld) opened_after_ns_ = 0;
+  withheld_ = withheld;
+  wake();
+}
+
+std::optional<Duration> RelayLaser::opened_by_itself() const noexcept {
+  const std::int64_t after = opened_after_ns_;
+  return after == 0 ? std::nullopt : std::optional(Duration{after});
+}
+
 Statistics RelayLaser::statistics() const {
   const auto count = [](const auto& value) { return static_cast<double>(value.load()); };
   return {{"commands", count(counts_.commands)},

@@ -15,6 +15,7 @@
 #include "core/suspend_watch.hpp"
 #include "drivers/laser/laser.hpp"
 #include "drivers/laser/latest_value.hpp"
+#include "drivers/laser/relay_proof.hpp"
 #include "drivers/laser/relay_protocol.hpp"
 #include "drivers/serial/serial_port.hpp"
 
@@ -56,12 +57,12 @@ void check_goes_off_first(const ConfigNode& laser, const RelayLaserSettings& set
 /// `powered` is the read-back contact if there is a status query, else the last echo. `since` is the time of the
 /// answer: the contact moved at most answer_timeout earlier.
 /// Threads: as Laser; its own thread talks to the line.
-/// RT: set() and state() never wait, lock or allocate.
+/// RT: on(), off() and state() never wait, lock or allocate.
 /// Errors: state() gives kDisconnected (the line is gone), kTimeout (no answer), kProtocol (a wrong one), kSuspended
 /// (until the relay has confirmed off afterwards), kInternal (its thread has ended or hangs: the refreshes end, and a
-/// relay with a watchdog opens). set(true) is refused with the same error while it lasts. set(false) is always
+/// relay with a watchdog opens). on() is refused with the same error while it lasts. off() is always
 /// accepted; state() tells when it is done.
-class RelayLaser final : public Laser {
+class RelayLaser final : public Laser, public RelayProof {
  public:
   /// Waits until the relay has confirmed off. `clock`: real; it outlives this object.
   /// Errors: InputError: SerialPort's, no answer, wrong answer.
@@ -71,11 +72,12 @@ class RelayLaser final : public Laser {
   RelayLaser(const RelayLaser&) = delete;
   RelayLaser& operator=(const RelayLaser&) = delete;
 
-  Status set(bool on) noexcept override;
   Result<LaserState> state() noexcept override;
   Duration warm_up() const noexcept override { return settings_.warm_up; }
   void last_resort() noexcept override;
   Statistics statistics() const override;
+  void withhold_refreshes(bool withheld) noexcept override;
+  std::optional<Duration> opened_by_itself() const noexcept override;
 
   /// While `veto` is set by another process, on is not sent. It outlives this.
   /// Threads: any.
@@ -87,6 +89,8 @@ class RelayLaser final : public Laser {
   std::optional<bool> interlock_closed() const noexcept;
 
  private:
+  Status set(bool on) noexcept override;
+
   enum class Request : std::uint8_t { kNone, kOff, kOn, kQuery };
 
   /// The device thread's knowledge, as published to the cycle.
@@ -117,6 +121,7 @@ class RelayLaser final : public Laser {
   void set_powered(bool powered) noexcept;
   void publish() noexcept;
   void last_off() noexcept;
+  bool withheld() const noexcept { return withheld_ && on_taken_; }
   bool forbidden() const noexcept {
     const std::atomic<bool>* const veto = veto_;
     return dying_ || (veto && *veto);
@@ -132,7 +137,8 @@ class RelayLaser final : public Laser {
   // Between the threads.
   static constexpr std::uint8_t kOn = 1, kReady = 2;
   std::atomic<std::uint8_t> command_{0};
-  std::atomic<bool> stop_{false}, dying_{false};
+  std::atomic<bool> stop_{false}, dying_{false}, withheld_{false};
+  std::atomic<std::int64_t> opened_after_ns_{0};  // in a proof; 0: not
   std::atomic<const std::atomic<bool>*> veto_{nullptr};
   enum class Loop : std::uint8_t { kUnknown, kOpen, kClosed };
   std::atomic<Loop> loop_{Loop::kUnknown};
@@ -159,7 +165,8 @@ class RelayLaser final : public Laser {
   Request confirmed_ = Request::kNone;  // kOn or kOff
   Stamp sent_{}, deadline_{}, refresh_at_{}, query_at_{}, quiet_until_{}, late_until_{};
   int failures_ = 0;
-  bool lost_ = false;
+  bool lost_ = false, on_taken_ = false;
+  Stamp last_on_{};
   SuspendWatch suspend_watch_;
 
   std::thread thread_;  // last: it uses all of the above

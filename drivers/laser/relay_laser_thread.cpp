@@ -47,6 +47,7 @@ void RelayLaser::step() {
     on = false;
   }
   const Request wanted = on ? Request::kOn : Request::kOff;
+  on_taken_ = on_taken_ && on;
   const bool off_overtakes =
       wanted == Request::kOff &&
       (waiting_for_ == Request::kOn || (waiting_for_ == Request::kQuery && confirmed_ != Request::kOff));
@@ -54,9 +55,9 @@ void RelayLaser::step() {
     abandon();
     send(Request::kOff);
   } else if (waiting_for_ == Request::kNone && t >= not_before(wanted)) {
-    if (wanted != confirmed_) {
+    if (wanted != confirmed_ && !withheld()) {
       send(wanted);
-    } else if (settings_.refresh.count() > 0 && t >= refresh_at_) {
+    } else if (settings_.refresh.count() > 0 && t >= refresh_at_ && !withheld()) {
       ++counts_.refreshes;
       send(wanted);
     } else if (settings_.protocol.status_query && t >= query_at_) {
@@ -68,9 +69,9 @@ void RelayLaser::step() {
   Stamp until = deadline_;
   if (waiting_for_ == Request::kNone) {
     until = t + kLongestWait;
-    if (settings_.refresh.count() > 0) until = std::min(until, refresh_at_);
+    if (settings_.refresh.count() > 0 && !withheld()) until = std::min(until, refresh_at_);
     if (settings_.protocol.status_query) until = std::min(until, query_at_);
-    if (wanted != confirmed_ || quiet_until_ > until) until = not_before(wanted);
+    if ((wanted != confirmed_ && !withheld()) || quiet_until_ > until) until = not_before(wanted);
   }
   if (on)
     until = std::min(until, Stamp{last_call_ns_.load(std::memory_order_relaxed)} + settings_.caller_timeout +
@@ -110,6 +111,7 @@ void RelayLaser::send(Request request) noexcept {
   if (request != Request::kQuery) {
     ++counts_.commands;
     refresh_at_ = sent_ + settings_.refresh;
+    if (byte == p.on_byte) last_on_ = sent_;
   } else {
     query_at_ = sent_ + settings_.query_period;
   }
@@ -176,9 +178,12 @@ void RelayLaser::answered(std::uint8_t byte) {
     const RelayStatus status = *decode_relay_status(byte);
     reading_.interlock_closed = status.interlock_closed;
     set_powered(status.closed);
+    if (withheld() && !status.closed && status.interlock_closed && opened_after_ns_ == 0)
+      opened_after_ns_ = std::max<std::int64_t>((now() - last_on_).count(), 1);
   } else {
     if (confirmed_ != request) query_at_ = Stamp{};
     confirmed_ = request;
+    on_taken_ = request == Request::kOn;
     off_echoed_ = true;
     if (!query) set_powered(request == Request::kOn);
   }

@@ -8,6 +8,7 @@
 #include "core/input_error.hpp"
 #include "drivers/laser/relay_laser.hpp"
 #include "tests/serial/relay_box.hpp"
+#include "tests/support/bench_right.hpp"
 #include "tests/support/held_thread.hpp"
 
 namespace tankrig {
@@ -25,14 +26,14 @@ TEST(RelayLaser, TellsThatItsThreadHangsAndTheBoxOpensByItself) {
   box.emulation.watchdog = 2s;
   RelayEmulator& emulator = box.start();
   RelayLaser laser(box.settings);
-  ASSERT_TRUE(laser.set(true).ok());
+  ASSERT_TRUE(BenchRight::light(laser).ok());
   ASSERT_TRUE(reaches(laser, true));
   {
     const testing_support::HeldThread held("laser-relay");
     ASSERT_TRUE(held.found());
     EXPECT_TRUE(fails_with(laser, ErrorCode::kInternal));
-    EXPECT_FALSE(laser.set(true).ok());
-    EXPECT_TRUE(laser.set(false).ok());
+    EXPECT_FALSE(BenchRight::light(laser).ok());
+    EXPECT_TRUE(laser.off().ok());
     EXPECT_TRUE(wait_until([&] { return !emulator.relay_closed(); }));
   }
   EXPECT_TRUE(recovers(laser));
@@ -44,10 +45,10 @@ TEST(RelayLaser, ShowsAWeldedRelayAsPoweredThoughNotCommanded) {
   box.with_status();
   RelayEmulator& emulator = box.start();
   RelayLaser laser(box.settings);
-  ASSERT_TRUE(laser.set(true).ok());
+  ASSERT_TRUE(BenchRight::light(laser).ok());
   ASSERT_TRUE(reaches(laser, true));
   emulator.set_welded(true);
-  ASSERT_TRUE(laser.set(false).ok());
+  ASSERT_TRUE(laser.off().ok());
   const double before = count(laser, "queries");
   bool always_powered = true;
   ASSERT_TRUE(wait_until([&] {
@@ -67,7 +68,7 @@ TEST(RelayLaser, ShowsARelayThatOpenedByItself) {
   box.emulation.watchdog = 400ms;
   box.start();
   RelayLaser laser(box.settings);
-  ASSERT_TRUE(laser.set(true).ok());
+  ASSERT_TRUE(BenchRight::light(laser).ok());
   ASSERT_TRUE(reaches(laser, true));
   ASSERT_TRUE(reaches(laser, false));
   EXPECT_TRUE(laser.state().value().commanded);
@@ -79,17 +80,17 @@ TEST(RelayLaser, LatchesOffWhenTheRelayStopsAnswering) {
   box.settings.refresh = 20ms;
   RelayEmulator& emulator = box.start();
   RelayLaser laser(box.settings);
-  ASSERT_TRUE(wait_until([&] { return laser.set(true).ok() && emulator.relay_closed(); }));
+  ASSERT_TRUE(wait_until([&] { return BenchRight::light(laser).ok() && emulator.relay_closed(); }));
   emulator.set_fault(RelayFault::kSilent);
   ASSERT_TRUE(fails_with(laser, ErrorCode::kTimeout));
   EXPECT_GE(count(laser, "echoes_missing"), 2);
   EXPECT_GE(count(laser, "latched_off"), 1);
   EXPECT_TRUE(wait_until([&] { return !emulator.relay_closed(); })) << "off is sent although nothing answers";
-  const Status refused = laser.set(true);
+  const Status refused = BenchRight::light(laser);
   ASSERT_FALSE(refused.ok());
   EXPECT_EQ(refused.error().code, ErrorCode::kTimeout);
   EXPECT_STREQ(refused.error().where, "laser relay: switch on");
-  EXPECT_TRUE(laser.set(false).ok());
+  EXPECT_TRUE(laser.off().ok());
   emulator.set_fault(RelayFault::kNone);
   ASSERT_TRUE(recovers(laser));
   EXPECT_FALSE(laser.state().value().commanded) << "on again by itself";
@@ -101,7 +102,7 @@ TEST(RelayLaser, ReportsAndCountsWrongEchoes) {
   box.settings.refresh = 20ms;
   RelayEmulator& emulator = box.start();
   RelayLaser laser(box.settings);
-  ASSERT_TRUE(laser.set(true).ok());
+  ASSERT_TRUE(BenchRight::light(laser).ok());
   ASSERT_TRUE(reaches(laser, true));
   emulator.set_fault(RelayFault::kWrongEcho);
   ASSERT_TRUE(fails_with(laser, ErrorCode::kProtocol));
@@ -146,7 +147,7 @@ TEST(RelayLaser, SendsOffThroughNoiseThatNeverEndsUntilItIsConfirmed) {
   });
   RelayLaser laser(settings);
   opens.join();
-  ASSERT_TRUE(laser.set(true).ok());
+  ASSERT_TRUE(BenchRight::light(laser).ok());
   ASSERT_TRUE(wait_until([&] {
     echo(1);
     return laser.state().ok() && laser.state().value().powered;
@@ -160,7 +161,7 @@ TEST(RelayLaser, SendsOffThroughNoiseThatNeverEndsUntilItIsConfirmed) {
         3s);
   };
   ASSERT_TRUE(in_noise([&] { return !laser.state().ok(); }));
-  ASSERT_TRUE(laser.set(false).ok());
+  ASSERT_TRUE(laser.off().ok());
   for (int time = 1; time <= 3; ++time) ASSERT_TRUE(in_noise([&] { return hears(2); })) << "time " << time;
   EXPECT_FALSE(laser.state().ok()) << "nothing has confirmed it";
   EXPECT_TRUE(wait_until([&] {
@@ -177,9 +178,9 @@ TEST(RelayLaser, OffOvertakesAnOnThatIsNotAnswered) {
   RelayEmulator& emulator = box.start();
   RelayLaser laser(box.settings);
   emulator.set_fault(RelayFault::kSilent);
-  ASSERT_TRUE(laser.set(true).ok());
+  ASSERT_TRUE(BenchRight::light(laser).ok());
   ASSERT_TRUE(wait_until([&] { return emulator.relay_closed(); }));
-  ASSERT_TRUE(laser.set(false).ok());
+  ASSERT_TRUE(laser.off().ok());
   EXPECT_TRUE(wait_until([&] { return !emulator.relay_closed(); })) << "waits for the echo of on";
   emulator.set_fault(RelayFault::kNone);
 }
@@ -190,9 +191,9 @@ TEST(RelayLaser, TheEchoOfAnOvertakenOnIsExpected) {
   RelayEmulator& emulator = box.start();
   RelayLaser laser(box.settings);
   emulator.set_answer_delay(100ms);
-  ASSERT_TRUE(laser.set(true).ok());
+  ASSERT_TRUE(BenchRight::light(laser).ok());
   ASSERT_TRUE(wait_until([&] { return emulator.relay_closed(); }));
-  ASSERT_TRUE(laser.set(false).ok());
+  ASSERT_TRUE(laser.off().ok());
   ASSERT_TRUE(wait_until([&] { return count(laser, "slowest_answer_ms") >= 100; }));
   EXPECT_TRUE(reaches(laser, false));
   EXPECT_EQ(count(laser, "wrong_echoes"), 0);
@@ -206,7 +207,7 @@ TEST(RelayLaser, AnAnswerThatComesLateIsNoWrongOne) {
   RelayEmulator& emulator = box.start();
   RelayLaser laser(box.settings);
   emulator.set_answer_delay(250ms);
-  ASSERT_TRUE(laser.set(true).ok());
+  ASSERT_TRUE(BenchRight::light(laser).ok());
   ASSERT_TRUE(wait_until([&] { return count(laser, "late_answers") >= 2; }));
   EXPECT_GE(count(laser, "echoes_missing"), 2);
   EXPECT_EQ(count(laser, "wrong_echoes"), 0);
@@ -217,12 +218,12 @@ TEST(RelayLaser, SendsOffFirstWhenTheLineIsBackAndStaysOff) {
   Box box;
   RelayEmulator& emulator = box.start();
   RelayLaser laser(box.settings);
-  ASSERT_TRUE(laser.set(true).ok());
+  ASSERT_TRUE(BenchRight::light(laser).ok());
   ASSERT_TRUE(reaches(laser, true));
   emulator.unplug();
   ASSERT_TRUE(fails_with(laser, ErrorCode::kDisconnected));
   EXPECT_EQ(count(laser, "disconnects"), 1);
-  EXPECT_EQ(laser.set(true).error().code, ErrorCode::kDisconnected);
+  EXPECT_EQ(BenchRight::light(laser).error().code, ErrorCode::kDisconnected);
   emulator.take_received();
   emulator.plug();
   ASSERT_TRUE(recovers(laser));
@@ -230,7 +231,7 @@ TEST(RelayLaser, SendsOffFirstWhenTheLineIsBackAndStaysOff) {
   EXPECT_THAT(emulator.take_received(), Each(2));
   EXPECT_FALSE(laser.state().value().commanded);
   EXPECT_FALSE(emulator.relay_closed());
-  ASSERT_TRUE(laser.set(true).ok());
+  ASSERT_TRUE(BenchRight::light(laser).ok());
   EXPECT_TRUE(reaches(laser, true));
 }
 

@@ -4,6 +4,7 @@
 #include "drivers/laser/relay_laser.hpp"
 #include "sim_backends/wire/relay_emulator.hpp"
 #include "tests/serial/wait_until.hpp"
+#include "tests/support/bench_right.hpp"
 #include "tests/support/counting_new.hpp"
 #include "tests/support/sanitizers.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -26,14 +27,14 @@ TEST(RelayLaser, SettingAndReadingStateAllocateNothing) {
   ASSERT_GT(allocations(), counted) << "the counter works";
   const std::uint64_t before = allocations();
   for (int i = 0; i < 1000; ++i) {
-    const bool taken = laser.set(i % 2 == 0).ok();
+    const bool taken = (i % 2 == 0 ? BenchRight::light(laser) : laser.off()).ok();
     const bool known = laser.state().ok();
     ASSERT_TRUE(taken && known);
   }
   emulator.unplug();
   const std::uint64_t unplugged = allocations();
   bool refused = false;
-  wait_until([&] { return refused = !laser.set(true).ok() && !laser.state().ok(); });
+  wait_until([&] { return refused = !BenchRight::light(laser).ok() && !laser.state().ok(); });
   EXPECT_TRUE(refused);
   EXPECT_EQ(allocations(), unplugged);
   EXPECT_EQ(unplugged, before);

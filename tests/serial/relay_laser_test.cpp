@@ -11,6 +11,7 @@
 #include "core/thread_priority.hpp"
 #include "rig/platform/real_time_settings.hpp"
 #include "tests/serial/relay_box.hpp"
+#include "tests/support/bench_right.hpp"
 #include "tests/support/named_thread.hpp"
 
 namespace tankrig {
@@ -30,11 +31,11 @@ TEST(RelayLaser, SendsOffFirstAndThenSwitchesTheSupply) {
   LaserState s = laser.state().value();
   EXPECT_FALSE(s.commanded || s.powered || s.emitting);
   EXPECT_EQ(s.interlock_closed, std::nullopt);
-  ASSERT_TRUE(laser.set(true).ok());
+  ASSERT_TRUE(BenchRight::light(laser).ok());
   EXPECT_TRUE(laser.state().value().commanded);
   ASSERT_TRUE(reaches(laser, true));
   EXPECT_TRUE(box.lamp_powered());
-  ASSERT_TRUE(laser.set(false).ok());
+  ASSERT_TRUE(laser.off().ok());
   EXPECT_FALSE(laser.state().value().commanded);
   ASSERT_TRUE(reaches(laser, false));
   EXPECT_FALSE(box.lamp_powered());
@@ -46,12 +47,12 @@ TEST(RelayLaser, EmitsAfterItsWarmUpAndSaysSinceWhen) {
   Box box;
   box.start();
   RelayLaser laser(box.settings);
-  ASSERT_TRUE(laser.set(true).ok());
+  ASSERT_TRUE(BenchRight::light(laser).ok());
   ASSERT_TRUE(reaches(laser, true));
   ASSERT_TRUE(wait_until([&] { return laser.state().value().emitting; }));
   const LaserState lit = laser.state().value();
   EXPECT_GE(lit.since, box.lamp.state().value().since);  // the echo comes after the contact
-  ASSERT_TRUE(laser.set(false).ok());
+  ASSERT_TRUE(laser.off().ok());
   ASSERT_TRUE(reaches(laser, false));
   const LaserState dark = laser.state().value();
   EXPECT_FALSE(dark.emitting);
@@ -63,7 +64,7 @@ TEST(RelayLaser, RefreshesItsCommand) {
   box.settings.refresh = 5ms;
   RelayEmulator& emulator = box.start();
   RelayLaser laser(box.settings);
-  ASSERT_TRUE(laser.set(true).ok());
+  ASSERT_TRUE(BenchRight::light(laser).ok());
   ASSERT_TRUE(reaches(laser, true));
   emulator.take_received();
   int received = 0;
@@ -80,7 +81,7 @@ TEST(RelayLaser, TheLastByteOnTheWireIsOff) {
   RelayEmulator& emulator = box.start();
   {
     RelayLaser laser(box.settings);
-    ASSERT_TRUE(laser.set(true).ok());
+    ASSERT_TRUE(BenchRight::light(laser).ok());
     ASSERT_TRUE(reaches(laser, true));
   }
   EXPECT_EQ(emulator.take_received().back(), 2);
@@ -101,7 +102,7 @@ TEST(RelayLaser, TheRelayOpensWhenTheProcessIsKilled) {
     char go = 0;
     [[maybe_unused]] ssize_t n = ::read(ready[0], &go, 1);
     RelayLaser laser(box.settings);
-    const bool on = laser.set(true).ok() && reaches(laser, true);
+    const bool on = BenchRight::light(laser).ok() && reaches(laser, true);
     go = on ? 'y' : 'n';
     n = ::write(lit[1], &go, 1);
     for (;;) ::pause();
@@ -128,7 +129,7 @@ TEST(RelayLaser, DropsTheBeamWhenItsCallerGoesSilent) {
   box.settings.caller_timeout = 500ms;
   RelayEmulator& emulator = box.start();
   RelayLaser laser(box.settings);
-  ASSERT_TRUE(laser.set(true).ok());
+  ASSERT_TRUE(BenchRight::light(laser).ok());
   ASSERT_TRUE(reaches(laser, true));
   ASSERT_TRUE(wait_until([&] { return !emulator.relay_closed(); }));
   EXPECT_EQ(count(laser, "caller_timeouts"), 1);
@@ -151,7 +152,7 @@ TEST(RelayLaser, StaysOnWhileItsCallerAsksForTheState) {
   box.settings.refresh = 2ms;
   RelayEmulator& emulator = box.start();
   RelayLaser laser(box.settings);
-  ASSERT_TRUE(laser.set(true).ok());
+  ASSERT_TRUE(BenchRight::light(laser).ok());
   ASSERT_TRUE(reaches(laser, true));
   const double before = count(laser, "refreshes");
   ASSERT_TRUE(wait_until([&] { return laser.state().ok() && count(laser, "refreshes") > before + 50; }));
@@ -182,9 +183,9 @@ TEST(RelayLaser, ReadsTheContactBackWhileOffIsCommandedAgainAndAgain) {
   box.emulation.answer_delay = 20ms;
   box.start();
   RelayLaser laser(box.settings);
-  ASSERT_TRUE(laser.set(true).ok());
+  ASSERT_TRUE(BenchRight::light(laser).ok());
   ASSERT_TRUE(reaches(laser, true));
-  EXPECT_TRUE(wait_until([&] { return laser.set(false).ok() && !laser.state().value().powered; }));
+  EXPECT_TRUE(wait_until([&] { return laser.off().ok() && !laser.state().value().powered; }));
 }
 
 TEST(RelayLaser, TheInterlockInSeriesDarkensTheLaserWhateverIsCommanded) {
@@ -192,7 +193,7 @@ TEST(RelayLaser, TheInterlockInSeriesDarkensTheLaserWhateverIsCommanded) {
   box.with_status();
   RelayEmulator& emulator = box.start();
   RelayLaser laser(box.settings);
-  ASSERT_TRUE(laser.set(true).ok());
+  ASSERT_TRUE(BenchRight::light(laser).ok());
   ASSERT_TRUE(wait_until([&] { return box.lamp_powered(); }));
   emulator.set_interlock_closed(false);
   EXPECT_TRUE(wait_until([&] { return !box.lamp_powered(); }));
@@ -203,7 +204,7 @@ TEST(RelayLaser, SwitchesByTheBytesOfTheRigFile) {
   box.settings.protocol = box.emulation.protocol = {.on_byte = 'A', .off_byte = 'Z', .status_query = 'S'};
   RelayEmulator& emulator = box.start();
   RelayLaser laser(box.settings);
-  ASSERT_TRUE(laser.set(true).ok());
+  ASSERT_TRUE(BenchRight::light(laser).ok());
   ASSERT_TRUE(reaches(laser, true));
   EXPECT_THAT(emulator.take_received(), Contains('A'));
 }

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "tests/serial/relay_box.hpp"
+#include "tests/support/bench_right.hpp"
 #include "tests/support/sleepy_clock.hpp"
 
 namespace tankrig {
@@ -22,7 +23,7 @@ TEST(RelayLaserOnAMachineThatSleeps, SendsOffAndNoOnAgainThoughNoTimeOutSawIt) {
     SleepyClock clock;
     RelayEmulator& emulator = box.start();
     RelayLaser laser(box.settings, clock);
-    ASSERT_TRUE(laser.set(true).ok());
+    ASSERT_TRUE(BenchRight::light(laser).ok());
     ASSERT_TRUE(reaches(laser, true));
     emulator.take_received();
     clock.suspend(8h);
@@ -38,7 +39,7 @@ TEST(RelayLaserOnAMachineThatSleeps, SendsOffAndNoOnAgainThoughNoTimeOutSawIt) {
     ASSERT_NE(off, bytes.end());
     EXPECT_EQ(std::count(off, bytes.end(), 1), 0) << "on after off";
     EXPECT_EQ(count(laser, "latched_off"), 1);
-    ASSERT_TRUE(laser.set(true).ok()) << "by an edge of its own";
+    ASSERT_TRUE(BenchRight::light(laser).ok()) << "by an edge of its own";
     EXPECT_TRUE(reaches(laser, true));
   }
 }
@@ -50,12 +51,12 @@ TEST(RelayLaserOnAMachineThatSleeps, TellsItsCallerAndRefusesToSwitchOnUntilOffI
   SleepyClock clock;
   RelayEmulator& emulator = box.start();
   RelayLaser laser(box.settings, clock);
-  ASSERT_TRUE(laser.set(true).ok());
+  ASSERT_TRUE(BenchRight::light(laser).ok());
   ASSERT_TRUE(reaches(laser, true));
   emulator.set_fault(sim::RelayFault::kSilent);
   clock.suspend(2s);
   ASSERT_TRUE(fails_with(laser, ErrorCode::kSuspended));
-  const Status refused = laser.set(true);
+  const Status refused = BenchRight::light(laser);
   ASSERT_FALSE(refused.ok());
   EXPECT_EQ(describe(refused.error()), "laser relay: switch on: the machine was suspended");
   EXPECT_TRUE(wait_until([&] { return !emulator.relay_closed(); })) << "off is sent although nothing answers";

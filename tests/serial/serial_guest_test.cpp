@@ -15,6 +15,7 @@
 #include "drivers/lux/t10a.hpp"
 #include "sim_backends/wire/lux_frames.hpp"
 #include "tests/serial/wait_until.hpp"
+#include "tests/support/bench_right.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace tankrig {
@@ -118,7 +119,7 @@ TEST_F(SerialGuest, SwitchesTheLaserAndLeavesItOff) {
   {
     RelayLaser laser({.serial = {near_, 9600, 8, 'N', 1}, .answer_timeout = 5s, .opening_timeout = 60s});
     EXPECT_EQ(last, 2);
-    ASSERT_TRUE(laser.set(true).ok());
+    ASSERT_TRUE(BenchRight::light(laser).ok());
     ASSERT_TRUE(wait_until([&] { return laser.state().value().powered; }));
     EXPECT_EQ(last, 1);
   }
