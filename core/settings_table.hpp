@@ -37,6 +37,11 @@ constexpr double from_si(std::string_view key, double si) {
   return key.ends_with("_ms") || key.ends_with("_mm") ? 1e3 * si : si;
 }
 
+/// Divided once, so that a minute is 60, not 60.00000000000001.
+constexpr double in_unit_of(std::string_view key, Duration value) {
+  return static_cast<double>(value.count()) / (key.ends_with("_us") ? 1e3 : key.ends_with("_ms") ? 1e6 : 1e9);
+}
+
 template <class T>
 inline constexpr bool kIsOptional = false;
 template <class T>
@@ -137,7 +142,7 @@ void write_value(YAML::Emitter& out, const char* key, const T& value) {
   } else if constexpr (std::is_same_v<T, double>) {
     out << exact_text(from_si(key, value));
   } else if constexpr (std::is_same_v<T, Duration>) {
-    out << exact_text(std::string_view(key).ends_with("_us") ? 1e6 * seconds(value) : from_si(key, seconds(value)));
+    out << exact_text(in_unit_of(key, value));
   } else if constexpr (std::is_same_v<T, std::string>) {
     out << YAML::DoubleQuoted << value;
   } else if constexpr (std::is_same_v<T, std::filesystem::path>) {

@@ -150,5 +150,13 @@ TEST(SettingsTable, WritesATextThatIsNoUtf8AsOneThatCanBeRead) {
   EXPECT_EQ(read(written(whole)).part.name, "jos\uFFFD: 1");
 }
 
+TEST(SettingsTable, WritesWholeDurationsAsWholeNumbersInEveryUnit) {
+  using namespace std::chrono_literals;
+  EXPECT_EQ(in_unit_of("wait_s", 60s), 60);
+  EXPECT_EQ(in_unit_of("wait_ms", 1100ms), 1100);
+  EXPECT_EQ(in_unit_of("wait_us", 300us), 300);
+  for (int n = 1; n <= 600; ++n) EXPECT_EQ(in_unit_of("wait_s", std::chrono::seconds(n)), n);
+}
+
 }  // namespace
 }  // namespace tankrig
