@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "core/clock.hpp"
+#include "drivers/output_right.hpp"
 #include "drivers/statistics.hpp"
 #include "drivers/watchdog/watchdog_lines.hpp"
 
@@ -30,8 +31,8 @@ class WatchdogBox {
   WatchdogBox(const WatchdogBox&) = delete;
   WatchdogBox& operator=(const WatchdogBox&) = delete;
 
-  /// A safety step was decided, and laser and arm took what it decided.
-  void completed() noexcept { steps_.fetch_add(1, std::memory_order_release); }
+  /// A safety step was decided, and laser and arm took what it decided. By its right, the rig's guard alone says so.
+  void completed(const OutputRight& /*right*/) noexcept { steps_.fetch_add(1, std::memory_order_release); }
   /// The box feeds arm and laser; always where the rig reads no enable input.
   bool enabled(Stamp now) const noexcept {
     return !lines_.enable || now.ns - enabled_ns_.load(std::memory_order_relaxed) <= kFresh.count();

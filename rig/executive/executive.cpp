@@ -72,10 +72,8 @@ void Executive::step(Stamp now, const TimeAsleep& asleep) noexcept {
   read_laser(record);
   check_silence(record);
   check_following(record);
-  taken_ = false;
   act(record, decide(record));
-  if (watch_) watch_->completed();
-  if (taken_ && box_) box_->completed();
+  guard_.complete();
 
   if (state_ == ExecutiveState::kWaiting && joints_) record.planned = joints_->q;
   record.state = state_;
@@ -209,7 +207,6 @@ void Executive::write_outputs(CycleRecord& record) noexcept {
     return;
   }
   const auto applied = guard_.move(record.desired);
-  taken_ = applied.ok();
   if (applied.ok())
     record.applied = applied.value();
   else
@@ -220,7 +217,6 @@ void Executive::write_outputs(CycleRecord& record) noexcept {
 void Executive::force_safe(CycleRecord& record) noexcept {
   record.laser_off = guard_.laser_off();
   record.arm_stop = guard_.arm_stop();
-  taken_ = record.laser_off.ok() && record.arm_stop.ok();
   record.desired.setZero();
   if (!record.laser_off.ok()) raise(Fault::kLaser, record.laser_off.error());
   if (record.arm_stop.ok())

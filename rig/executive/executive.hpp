@@ -52,9 +52,12 @@ class Executive {
     request_stop();
     guard_.force_safe_past_cycle();
   }
-  /// `box` hears of every completed step: what it decided, laser and arm have taken. Without its word nothing moves or
-  /// shines. It outlives the executive. Call before the first cycle.
-  void watch_by(WatchdogBox* box) noexcept { box_ = box; }
+  /// `box` hears of every completed step. Without its word nothing moves or shines. It outlives the executive. Call
+  /// before the first cycle.
+  void watch_by(WatchdogBox* box) noexcept {
+    box_ = box;
+    guard_.tell(watch_, box_);
+  }
   /// What the cameras say of the beam.
   /// Threads: any.
   void set_beam(BeamVerdict verdict) noexcept { beam_.store(verdict, std::memory_order_relaxed); }
@@ -70,7 +73,10 @@ class Executive {
 
   /// `watch` is told of every completed step, and its objection is a fault. Outlives the executive. Call before the
   /// first cycle.
-  void set_step_watch(StepWatch* watch) noexcept { watch_ = watch; }
+  void set_step_watch(StepWatch* watch) noexcept {
+    watch_ = watch;
+    guard_.tell(watch_, box_);
+  }
 
   /// When the newest joint state was read; zero before the first.
   /// Threads: the cycle's.
@@ -128,7 +134,6 @@ class Executive {
   std::optional<JointViolation> violation_;
   bool raised_ = false;               // a fault since the last decision
   bool slept_ = false;                // since the step before
-  bool taken_ = false;                // laser and arm took what this step decided
   std::optional<JointState> joints_;  // newest
   Stamp last_news_{};
   Stamp last_step_{};

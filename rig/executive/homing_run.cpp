@@ -33,6 +33,7 @@ HomingRun::HomingRun(const HomingJob& job)
       guard_(job.arm, job.laser, job.settings.safety),
       laser_watch_(job.settings.safety),
       monitor_(job.settings.limits, job.settings.control.following_error_limit) {
+  guard_.tell(job.watch, job.box);
   (void)suspend_watch_.look(job.clock.asleep());
 }
 
@@ -65,9 +66,9 @@ Result<bool> HomingRun::step(Joint joint, int ticks_per_s) {
   if (const auto refused = decide()) return *refused;
   TickSpeeds demand{};
   demand[joint] = ticks_per_s;
+  if (const Status dark = guard_.switch_laser(); !dark.ok()) return dark.error();
   if (const Status written = guard_.home(demand); !written.ok()) return written.error();
-  if (job_.box) job_.box->completed();
-  if (job_.watch) job_.watch->completed();
+  guard_.complete();
   job_.clock.sleep_until(job_.clock.now() + kStep);
   const auto state = guard_.read_joints();
   read_failed_ = !state.ok();

@@ -114,7 +114,7 @@ const char* GuardianProcess::objection(Stamp now) noexcept {
   return objection_;
 }
 
-void GuardianProcess::completed() noexcept {
+void GuardianProcess::completed(const OutputRight& /*right*/) noexcept {
   GuardianWords& words = memory_.words();
   words.steps.fetch_add(1);
   if (released_) return;

@@ -40,7 +40,7 @@ class GuardianProcess final : public StepWatch {
 
   void begin(Duration patience) noexcept override;
   const char* objection(Stamp now) noexcept override;
-  void completed() noexcept override;
+  void completed(const OutputRight& right) noexcept override;
   void release() noexcept override;
 
  private:

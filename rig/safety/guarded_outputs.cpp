@@ -16,6 +16,7 @@ GuardedOutputs::~GuardedOutputs() {
 }
 
 const InterlockOutputs& GuardedOutputs::step(InterlockInputs in) noexcept {
+  laser_took_ = arm_took_ = false;
   in.device_fault = in.device_fault || emergency_declared();
   const InterlockStep next = tankrig::step(state_, in, limits_);
   state_ = next.state;
@@ -25,33 +26,50 @@ const InterlockOutputs& GuardedOutputs::step(InterlockInputs in) noexcept {
 
 Status GuardedOutputs::switch_laser() noexcept {
   const bool on = std::exchange(allowed_.laser, false);
-  if (!on) return laser_on_ ? laser_off() : Status{};
-  if (laser_on_) return {};
-  const Status done = laser_.on(right_);
-  if (done.ok()) laser_on_ = true;
+  if (!on && laser_on_) return laser_off();
+  const Status done = on && !laser_on_ ? laser_.on(right_) : Status{};
+  laser_took_ = done.ok();
+  if (done.ok()) laser_on_ = on;
   return done;
 }
 
 Status GuardedOutputs::laser_off() noexcept {
   allowed_.laser = false;
   const Status done = laser_.off();
+  laser_took_ = done.ok();
   if (done.ok()) laser_on_ = false;
   return done;
 }
 
 Result<JointVector> GuardedOutputs::move(const JointVector& velocity) noexcept {
   const bool rest = (velocity.array() == 0).all();
-  if (std::exchange(allowed_.motion, false) || rest) return arm_.write_velocity(right_, velocity);
+  if (std::exchange(allowed_.motion, false) || rest) {
+    const auto done = arm_.write_velocity(right_, velocity);
+    arm_took_ = done.ok();
+    return done;
+  }
+  arm_took_ = false;
   [[maybe_unused]] const Status stopped = arm_.stop();
   return Error{ErrorCode::kRefused, 0, {}, "arm: motion that the safety step does not allow"};
 }
 
 Status GuardedOutputs::home(const TickSpeeds& ticks_per_s) noexcept {
   allowed_.motion = false;
-  if (std::exchange(allowed_.homing, false) || ticks_per_s == TickSpeeds{})
-    return arm_.write_ticks(right_, ticks_per_s);
+  if (std::exchange(allowed_.homing, false) || ticks_per_s == TickSpeeds{}) {
+    const Status done = arm_.write_ticks(right_, ticks_per_s);
+    arm_took_ = done.ok();
+    return done;
+  }
+  arm_took_ = false;
   [[maybe_unused]] const Status stopped = arm_.stop();
   return Error{ErrorCode::kRefused, 0, {}, "arm: homing that the safety step does not allow"};
+}
+
+bool GuardedOutputs::complete() noexcept {
+  if (!laser_took_ || !arm_took_) return false;
+  if (watch_) watch_->completed(right_);
+  if (box_) box_->completed(right_);
+  return true;
 }
 
 }  // namespace tankrig

@@ -5,8 +5,10 @@
 
 #include "drivers/arm/arm.hpp"
 #include "drivers/laser/laser.hpp"
+#include "drivers/watchdog/watchdog_box.hpp"
 #include "rig/safety/laser_interlock.hpp"
 #include "rig/safety/safety_settings.hpp"
+#include "rig/safety/step_watch.hpp"
 
 namespace tankrig {
 
@@ -26,6 +28,13 @@ class GuardedOutputs {
   GuardedOutputs(const GuardedOutputs&) = delete;
   GuardedOutputs& operator=(const GuardedOutputs&) = delete;
 
+  /// Who hears of completed steps: guardian and watchdog box; either may be null. They outlive this. Call before the
+  /// first step.
+  void tell(StepWatch* watch, WatchdogBox* box) noexcept {
+    watch_ = watch;
+    box_ = box;
+  }
+
   /// Once per cycle, before any output.
   const InterlockOutputs& step(InterlockInputs in) noexcept;
   const InterlockState& state() const noexcept { return state_; }
@@ -41,7 +50,15 @@ class GuardedOutputs {
   Result<JointVector> move(const JointVector& velocity) noexcept;
   /// The same of axes whose angles are not known, where the step allows homing.
   Status home(const TickSpeeds& ticks_per_s) noexcept;
-  Status arm_stop() noexcept { return arm_.stop(); }
+  Status arm_stop() noexcept {
+    const Status done = arm_.stop();
+    arm_took_ = done.ok();
+    return done;
+  }
+  /// Once per cycle, after all outputs. The step is completed, and guardian and watchdog box hear of it, if the drivers of
+  /// laser and arm took the last that they were told since step(). The only place that says so.
+  bool complete() noexcept;
+
   /// Laser off, then arm stopped, when the cycle's thread hangs.
   /// Threads: any.
   void force_safe_past_cycle() noexcept {
@@ -60,8 +77,11 @@ class GuardedOutputs {
   const OutputRight right_;
   const InterlockLimits limits_;
   InterlockState state_{};
-  InterlockOutputs allowed_{};  // taken back once used
-  bool laser_on_ = false;       // last command the driver took
+  InterlockOutputs allowed_{};                  // taken back once used
+  bool laser_on_ = false;                       // last command the driver took
+  bool laser_took_ = false, arm_took_ = false;  // the last command since step()
+  StepWatch* watch_ = nullptr;
+  WatchdogBox* box_ = nullptr;
 };
 
 }  // namespace tankrig

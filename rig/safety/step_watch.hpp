@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/time.hpp"
+#include "drivers/output_right.hpp"
 
 namespace tankrig {
 
@@ -16,8 +17,8 @@ class StepWatch {
   virtual void begin(Duration patience) noexcept = 0;
   /// Why nothing may move or shine any more, a string literal; null while all is well. For good.
   virtual const char* objection(Stamp now) noexcept = 0;
-  /// A safety step has been decided and its outputs are written.
-  virtual void completed() noexcept = 0;
+  /// A safety step has been decided, and laser and arm took what it decided. By its right, GuardedOutputs alone says so.
+  virtual void completed(const OutputRight& right) noexcept = 0;
   /// Laser off and arm at rest are confirmed: no step is expected until the next begin().
   virtual void release() noexcept = 0;
 };

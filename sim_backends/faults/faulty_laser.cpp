@@ -17,7 +17,7 @@ void FaultyLaser::play(Stamp now) noexcept {
   laser_.set_beam(dark ? MockBeam::kDark : stray ? MockBeam::kStuck : MockBeam::kTrue);
   if (due_ && *due_ <= now) {
     due_.reset();
-    (void)laser_.set(waiting_);
+    (void)Laser::set(laser_, waiting_);
   }
   if (!mute(now)) {
     mute_since_.reset();

@@ -22,12 +22,12 @@ class FaultyLaser final : public Laser {
   FaultyLaser(MockLaser& laser, FaultScript& script, const Clock& clock)
       : laser_(laser), script_(script), clock_(clock) {}
 
-  Status set(bool on) noexcept override;
   void last_resort() noexcept override { laser_.last_resort(); }
   Result<LaserState> state() noexcept override;
   Duration warm_up() const noexcept override { return laser_.warm_up(); }
 
  private:
+  Status set(bool on) noexcept override;
   const FaultSpec* active(FaultKind kind, Stamp now) const noexcept {
     return script_.active(FaultDevice::kLaser, kind, now);
   }

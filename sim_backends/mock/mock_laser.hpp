@@ -12,9 +12,9 @@ namespace tankrig::sim {
 
 /// Its possible faults, for tests; set by the thread that owns the laser.
 struct MockLaserFaults {
-  bool stuck_on = false;   ///< the relay has welded: set(false) succeeds and changes nothing
+  bool stuck_on = false;   ///< the relay has welded: off() succeeds and changes nothing
   bool dead = false;       ///< powered, but never emits
-  bool set_fails = false;  ///< set() is refused with kIo and changes nothing
+  bool set_fails = false;  ///< on() and off() are refused with kIo and change nothing
 };
 
 /// Faults of the light itself, beside relay and read-back.
@@ -26,7 +26,6 @@ class MockLaser final : public Laser {
  public:
   MockLaser(Duration warm_up, const Clock& clock) : warm_up_(warm_up), clock_(clock) {}
 
-  Status set(bool on) noexcept override;
   void last_resort() noexcept override {}  ///< its light dies with the process
   Result<LaserState> state() noexcept override;
   Duration warm_up() const noexcept override { return warm_up_; }
@@ -39,6 +38,9 @@ class MockLaser final : public Laser {
   double power_at(Stamp when) const noexcept;
 
  private:
+  friend class RelayEmulator;  // whose relay feeds it
+  Status set(bool on) noexcept override;
+
   static constexpr std::size_t kEdges = 256;
   struct Edge {
     Stamp when{};

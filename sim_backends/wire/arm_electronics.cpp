@@ -35,6 +35,7 @@ void ArmElectronics::power_cycle(const std::array<int, kJoints>& ticks) {
   const Stamp now = clock_.now();
   const ArmPlant::Axes axes = plant_.axes_at(now);
   demand_.fill(0);
+  asked_.fill(0);
   plant_.drive(now, demand_);
   for (std::size_t j = 0; j < kJoints; ++j) encoder_base_[j] = std::round(axes[j].ticks) - ticks[j];
   has_gains_ = false;
@@ -51,7 +52,6 @@ void ArmElectronics::set_fed(bool fed) {
   supervise(now);
   demand_.fill(0);
   plant_.drive(now, demand_);
-  if (first_motion_ && !rest_since_) rest_since_ = now;
 }
 
 void ArmElectronics::set_faults(const ArmEmulatorFaults& faults) {
@@ -69,7 +69,7 @@ void ArmElectronics::supervise(Stamp when) {
   if (parameters_.watchdog.count() == 0) return;
   for (std::size_t j = 0; j < kJoints; ++j) {
     if (demand_[j] == 0 || when - requested_[j] <= parameters_.watchdog) continue;
-    demand_[j] = 0;
+    demand_[j] = asked_[j] = 0;
     plant_.drive(requested_[j] + parameters_.watchdog, demand_);
   }
 }
@@ -111,13 +111,15 @@ void ArmElectronics::obey(const ArmRequest& request, Stamp when) {
     if (!holds(request.joints, j)) continue;
     const DemandSlot slot = decode_demand(request.slots[j]);
     const double speed = std::min({slot.demand, slot.speed_limit, kLargestSpeed});
-    const bool able = fed_ && (has_gains_ || !parameters_.needs_gains) && slot.current_limit != 0;
-    demand_[j] = 0;
-    if (able && slot.type == DemandType::kSpeedForward) demand_[j] = faults_.speed * speed;
-    if (able && slot.type == DemandType::kSpeedBackward) demand_[j] = -faults_.speed * speed;
+    const bool able = (has_gains_ || !parameters_.needs_gains) && slot.current_limit != 0;
+    asked_[j] = 0;
+    if (able && slot.type == DemandType::kSpeedForward) asked_[j] = faults_.speed * speed;
+    if (able && slot.type == DemandType::kSpeedBackward) asked_[j] = -faults_.speed * speed;
+    demand_[j] = fed_ ? asked_[j] : 0;
   }
-  if (std::any_of(demand_.begin(), demand_.end(), [](double v) { return v != 0; })) {
-    if (!first_motion_) first_motion_ = when;
+  const auto moves = [](double v) { return v != 0; };
+  if (!first_motion_ && std::any_of(demand_.begin(), demand_.end(), moves)) first_motion_ = when;
+  if (std::any_of(asked_.begin(), asked_.end(), moves)) {
     rest_since_.reset();
   } else if (first_motion_ && !rest_since_) {
     rest_since_ = when;

@@ -66,8 +66,8 @@ class ArmElectronics {
   mutable std::mutex mutex_;  // guards what follows
   ArmEmulatorFaults faults_;
   std::mt19937_64 random_;
-  std::array<double, kJoints> encoder_base_{};  ///< actuator ticks at raw 0
-  std::array<double, kJoints> demand_{};
+  std::array<double, kJoints> encoder_base_{};      ///< actuator ticks at raw 0
+  std::array<double, kJoints> demand_{}, asked_{};  // of the axes; on the wire, fed or not
   bool has_gains_ = false, fed_ = true;
   std::optional<Stamp> first_motion_, rest_since_;
   std::array<Stamp, kJoints> requested_{};

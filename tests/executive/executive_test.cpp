@@ -7,6 +7,7 @@
 #include <set>
 
 #include "rig/executive/cycle_grid.hpp"
+#include "tests/support/bench_right.hpp"
 #include "tests/support/counting_new.hpp"
 #include "tests/support/fakes.hpp"
 #include "tests/support/sanitizers.hpp"
@@ -247,7 +248,7 @@ TEST(Executive, FaultsWhenTheLaserStaysOnLongerThanItsAllowance) {
 
 TEST(Executive, FaultsWhenTheLaserIsFoundOnBeforeThePlanStarts) {
   ExecutiveBench bench;
-  ASSERT_TRUE(bench.laser.set(true).ok());
+  ASSERT_TRUE(BenchRight::light(bench.laser).ok());
   bench.log.clear();
   bench.cycles(30);
   bench.expect_safe(Fault::kLaser);

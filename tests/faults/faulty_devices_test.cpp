@@ -124,11 +124,11 @@ TEST(FaultyArm, FreezesItsAnglesButNotItsStamps) {
 
 TEST(FaultyLaser, AlwaysTakesOffAndOpensByItsWatchdogWhenItsLineIsGone) {
   Devices d("device: laser, kind: unplugged");
-  ASSERT_TRUE(d.laser.set(true).ok());
+  ASSERT_TRUE(BenchRight::light(d.laser).ok());
   d.wait(1100ms);
   EXPECT_EQ(d.laser.state().error().code, ErrorCode::kDisconnected);
-  EXPECT_TRUE(d.laser.set(false).ok());
-  EXPECT_FALSE(d.laser.set(true).ok());
+  EXPECT_TRUE(d.laser.off().ok());
+  EXPECT_FALSE(BenchRight::light(d.laser).ok());
   EXPECT_TRUE(d.mock_laser.state().value().powered);
   d.wait(FaultyLaser::kWatchdog);
   (void)d.laser.state();
@@ -137,16 +137,16 @@ TEST(FaultyLaser, AlwaysTakesOffAndOpensByItsWatchdogWhenItsLineIsGone) {
 
 TEST(FaultyLaser, WeldsWhereItIsClosed) {
   Devices d("device: laser, kind: stuck");
-  ASSERT_TRUE(d.laser.set(true).ok());
+  ASSERT_TRUE(BenchRight::light(d.laser).ok());
   d.wait(2s);
-  ASSERT_TRUE(d.laser.set(false).ok());
+  ASSERT_TRUE(d.laser.off().ok());
   EXPECT_TRUE(d.laser.state().value().powered);
   EXPECT_FALSE(d.laser.state().value().commanded);
 }
 
 TEST(FaultyLaser, LosesItsLightWithAGoodReadBack) {
   Devices d("device: beam, kind: off");
-  ASSERT_TRUE(d.laser.set(true).ok());
+  ASSERT_TRUE(BenchRight::light(d.laser).ok());
   d.wait(2s);
   EXPECT_TRUE(d.laser.state().value().emitting);
   EXPECT_EQ(d.mock_laser.power_at(d.clock.now()), 0);

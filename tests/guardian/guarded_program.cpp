@@ -79,7 +79,7 @@ int run_guarded_program(const std::filesystem::path& folder, const std::string& 
       if (news.ok() && news.value()) rest->add(*news.value());
       if (objected) break;
     }
-    guardian.completed();
+    BenchRight::complete(guardian);
   }
   if (objected) return kObjected;
   guardian.release();

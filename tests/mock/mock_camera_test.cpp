@@ -72,7 +72,7 @@ TEST(MockCamera, SeesArmAndLaserAtThreeInstantsOfTheExposure) {
   ASSERT_TRUE(sut.start().ok());
   bench.run(sut, 500ms);
   bench.clock.sleep_until({520'000'000});
-  ASSERT_TRUE(bench.laser.set(true).ok());
+  ASSERT_TRUE(BenchRight::light(bench.laser).ok());
   bench.run(sut, 600ms);
   const auto during =
       std::find_if(bench.seen.begin(), bench.seen.end(), [](const Exposure& e) { return e.mid == Stamp{520'000'000}; });

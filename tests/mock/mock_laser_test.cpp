@@ -5,6 +5,8 @@
 #include <atomic>
 #include <thread>
 
+#include "tests/support/bench_right.hpp"
+
 namespace tankrig::sim {
 namespace {
 
@@ -15,14 +17,14 @@ TEST(MockLaser, EmitsAfterItsWarmUpAndGoesDarkAtOnce) {
   MockLaser sut(1s, clock);
   EXPECT_FALSE(sut.state().value().powered);
   clock.sleep_until({2'000'000'000});
-  ASSERT_TRUE(sut.set(true).ok());
+  ASSERT_TRUE(BenchRight::light(sut).ok());
   EXPECT_TRUE(sut.state().value().powered);
   EXPECT_FALSE(sut.state().value().emitting);
   clock.sleep_until({3'000'000'000});
   EXPECT_TRUE(sut.state().value().emitting);
   EXPECT_EQ(sut.state().value().since, Stamp{3'000'000'000});
   clock.sleep_until({5'000'000'000});
-  ASSERT_TRUE(sut.set(false).ok());
+  ASSERT_TRUE(sut.off().ok());
   EXPECT_FALSE(sut.state().value().emitting);
   EXPECT_EQ(sut.state().value().since, Stamp{5'000'000'000});
 }
@@ -31,9 +33,9 @@ TEST(MockLaser, RemembersWhenItShone) {
   VirtualClock clock;
   MockLaser sut(1s, clock);
   clock.sleep_until({2'000'000'000});
-  ASSERT_TRUE(sut.set(true).ok());
+  ASSERT_TRUE(BenchRight::light(sut).ok());
   clock.sleep_until({5'000'000'000});
-  ASSERT_TRUE(sut.set(false).ok());
+  ASSERT_TRUE(sut.off().ok());
   EXPECT_EQ(sut.power_at({1'000'000'000}), 0);
   EXPECT_EQ(sut.power_at({2'999'999'999}), 0);
   EXPECT_EQ(sut.power_at({3'000'000'000}), 1);
@@ -44,9 +46,9 @@ TEST(MockLaser, RemembersWhenItShone) {
 TEST(MockLaser, StaysDarkIfSwitchedOffWhileWarmingUp) {
   VirtualClock clock;
   MockLaser sut(1s, clock);
-  ASSERT_TRUE(sut.set(true).ok());
+  ASSERT_TRUE(BenchRight::light(sut).ok());
   clock.sleep_until({500'000'000});
-  ASSERT_TRUE(sut.set(false).ok());
+  ASSERT_TRUE(sut.off().ok());
   for (std::int64_t t = 0; t < 3'000'000'000; t += 100'000'000) EXPECT_EQ(sut.power_at({t}), 0);
 }
 
@@ -54,16 +56,16 @@ TEST(MockLaser, FailsInTheWaysATestAsksFor) {
   VirtualClock clock;
   MockLaser sut(0s, clock);
   sut.faults.set_fails = true;
-  EXPECT_EQ(sut.set(true).error().code, ErrorCode::kIo);
+  EXPECT_EQ(BenchRight::light(sut).error().code, ErrorCode::kIo);
   EXPECT_FALSE(sut.state().value().powered);
   sut.faults = {};
   sut.faults.dead = true;
-  ASSERT_TRUE(sut.set(true).ok());
+  ASSERT_TRUE(BenchRight::light(sut).ok());
   EXPECT_TRUE(sut.state().value().powered);
   EXPECT_FALSE(sut.state().value().emitting);
   sut.faults = {};
   sut.faults.stuck_on = true;
-  ASSERT_TRUE(sut.set(false).ok());
+  ASSERT_TRUE(sut.off().ok());
   EXPECT_FALSE(sut.state().value().commanded);
   EXPECT_TRUE(sut.state().value().powered);
   EXPECT_TRUE(sut.state().value().emitting);
@@ -75,11 +77,11 @@ TEST(MockLaser, MayBeSwitchedOffFromAnyThread) {
   const Stamp begin = clock.now();
   std::atomic<bool> done{false};
   std::thread other([&] {
-    while (!done) (void)sut.set(false);
+    while (!done) (void)sut.off();
   });
   int lit = 0;
   for (int i = 0; i < 200'000; ++i) {
-    (void)sut.set(true);
+    (void)BenchRight::light(sut);
     const LaserState s = sut.state().value();
     EXPECT_EQ(s.emitting, s.powered);
     EXPECT_GE(s.since, begin);
@@ -87,7 +89,7 @@ TEST(MockLaser, MayBeSwitchedOffFromAnyThread) {
   }
   done = true;
   other.join();
-  ASSERT_TRUE(sut.set(false).ok());
+  ASSERT_TRUE(sut.off().ok());
   EXPECT_FALSE(sut.state().value().powered);
   EXPECT_GT(lit, 0);
 }
@@ -97,7 +99,7 @@ TEST(MockLaser, RemembersManySwitchings) {
   MockLaser sut(0s, clock);
   for (int i = 0; i < 1000; ++i) {
     clock.sleep_until({i * 10});
-    ASSERT_TRUE(sut.set(i % 2 == 0).ok());
+    ASSERT_TRUE((i % 2 == 0 ? BenchRight::light(sut) : sut.off()).ok());
   }
   for (int i = 800; i < 1000; ++i) EXPECT_EQ(sut.power_at({i * 10 + 5}), i % 2 == 0 ? 1 : 0);
 }

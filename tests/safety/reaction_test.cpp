@@ -65,7 +65,7 @@ struct FakeStepWatch final : StepWatch {
   const char* says = nullptr;
   void begin(Duration) noexcept override {}
   const char* objection(Stamp) noexcept override { return says; }
-  void completed() noexcept override {}
+  void completed(const OutputRight&) noexcept override {}
   void release() noexcept override {}
 };
 

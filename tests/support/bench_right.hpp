@@ -11,6 +11,11 @@ struct BenchRight {
     return arm.write_velocity(OutputRight(), velocity);
   }
   static Status light(Laser& laser) noexcept { return laser.on(OutputRight()); }
+  /// A safety step that there was not.
+  template <class Watch>
+  static void complete(Watch& watch) noexcept {
+    watch.completed(OutputRight());
+  }
   static Status drive_ticks(Arm& arm, const TickSpeeds& ticks_per_s) noexcept {
     return arm.write_ticks(OutputRight(), ticks_per_s);
   }

@@ -11,6 +11,7 @@
 #include "sim_backends/wire/arm_electronics.hpp"
 #include "sim_backends/wire/box_emulator.hpp"
 #include "sim_backends/wire/relay_emulator.hpp"
+#include "tests/support/bench_right.hpp"
 #include "tests/support/fakes.hpp"
 #include "tests/support/machine_witness.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -47,7 +48,7 @@ struct BoxBench {
   }
   bool becomes_enabled() {
     return until([&] {
-      box.completed();
+      BenchRight::complete(box);
       return box.enabled(clock.now());
     });
   }
@@ -65,7 +66,7 @@ TEST(WatchdogBox, StaysOpenWhileNobodyPressesItsButton) {
   BoxBench bench(true);
   EXPECT_FALSE(bench.until(
       [&] {
-        bench.box.completed();
+        BenchRight::complete(bench.box);
         return bench.box.enabled(bench.clock.now());
       },
       1s));
@@ -93,7 +94,7 @@ TEST(WatchdogBox, IsNotEnabledSoonAfterItsLineIsPulled) {
   const Stamp pulled = bench.clock.now();
   bench.emulator.unplug();
   ASSERT_TRUE(bench.until([&] {
-    bench.box.completed();
+    BenchRight::complete(bench.box);
     return !bench.box.enabled(bench.clock.now());
   }));
   const Duration noticed = bench.clock.now() - pulled;
@@ -176,6 +177,7 @@ TEST(WatchdogBox, FeedsTheEmulatedMotorsAndTheLaser) {
   };
   EXPECT_GT(speed_when(true), 0.01);
   EXPECT_LT(speed_when(false), 1e-3) << "though it is demanded";
+  EXPECT_FALSE(arm.rest_since()) << "no demand for rest was on the wire";
   sim::MockLaser lamp(Duration{0}, bench.clock);
   sim::RelayEmulator relay({.name = bench.folder.path() / "laser", .watchdog = Duration{0}}, lamp);
   relay.set_fed(false);

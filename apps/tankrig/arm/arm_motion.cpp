@@ -90,17 +90,15 @@ void print(const Outcome& o, bool moved) {
 
 }  // namespace
 
-bool came_to_rest(Backend& backend, Duration timeout, const std::function<void(bool)>& tell) {
+bool came_to_rest(Backend& backend, Duration timeout, const std::function<bool()>& rest,
+                  const std::function<void(bool)>& tell) {
   Arm& arm = backend.arm();
   Clock& clock = backend.clock();
-  StepWatch* const watch = backend.step_watch();
   StillWatch still;
   Stamp heard = clock.now();
   const auto over = [&](bool at_rest) { return tell(at_rest), at_rest; };
   for (const Stamp end = heard + timeout; clock.now() < end;) {
-    const bool stops = arm.stop().ok();
-    if (watch) watch->completed();
-    if (!stops || clock.now() - heard > SafeEnd::kNewsAge) tell(false);
+    if (!rest() || clock.now() - heard > SafeEnd::kNewsAge) tell(false);
     clock.sleep_until(clock.now() + arm.exchange_period());
     const auto news = arm.try_read();
     if (!news.ok() || !news.value()) continue;
@@ -147,7 +145,7 @@ JointVector homed_posture(Backend& backend, const std::string& rig) {
 }
 
 Motion::Motion(Backend& backend, const SafetySettings& safety, Progress& progress)
-    : backend_(backend), rest_timeout_(from_seconds(safety.rest_timeout)), progress_(progress) {
+    : backend_(backend), safety_(safety), progress_(progress) {
   if (Arm5e* const arm = backend.homed_arm()) arm->begin_motion();
 }
 
@@ -178,7 +176,16 @@ void Motion::run(ScanJob& job) {
 EndState Motion::look(bool laser_dark) {
   looked_ = true;
   left_ = EndState{laser_dark, true};
-  left_->arm_at_rest = came_to_rest(backend_, rest_timeout_, [&](bool at_rest) {
+  GuardedOutputs guard(backend_.arm(), backend_.laser(), safety_);
+  guard.tell(backend_.step_watch(), backend_.box());
+  const auto rest = [&] {
+    guard.step({.now = backend_.clock().now()});
+    [[maybe_unused]] const Status dark = guard.laser_off();
+    const bool taken = guard.arm_stop().ok();
+    guard.complete();
+    return taken;
+  };
+  left_->arm_at_rest = came_to_rest(backend_, from_seconds(safety_.rest_timeout), rest, [&](bool at_rest) {
     left_->arm_at_rest = at_rest;
     progress_.cut(to_cut(*left_));
   });

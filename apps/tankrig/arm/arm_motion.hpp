@@ -17,9 +17,10 @@ namespace tankrig::app {
 /// Errors: InputError if that is not confirmed within the rig's rest timeout.
 void make_laser_dark(Backend& backend, const ScanSettings& settings);
 
-/// Commands rest until the encoders say the same for a while; false after `timeout`. `tell`: whether it rests, whenever
-/// there is reason to say.
-bool came_to_rest(Backend& backend, Duration timeout, const std::function<void(bool)>& tell);
+/// Commands rest by `rest`, which says whether it was taken, until the encoders say the same for a while; false after
+/// `timeout`. `tell`: whether the arm rests, whenever there is reason to say.
+bool came_to_rest(Backend& backend, Duration timeout, const std::function<bool()>& rest,
+                  const std::function<void(bool)>& tell);
 
 /// Where the arm is.
 /// Errors: InputError that says what to do, if the arm is silent or does not know its joints yet.
@@ -46,7 +47,7 @@ class Motion {
 
  private:
   Backend& backend_;
-  const Duration rest_timeout_;
+  const SafetySettings safety_;
   Progress& progress_;
   std::optional<EndState> left_;
   bool looked_ = false, ended_ = false;

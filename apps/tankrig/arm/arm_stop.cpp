@@ -37,7 +37,8 @@ int arm_stop(const ArmCommandOptions& options) {
       make_backend(rig, {.carrier = options.carrier, .need = {.laser = false, .cameras = false}});
   EndState left;
   left.laser_dark = is_dark(*backend, rig, progress);
-  left.arm_at_rest = came_to_rest(*backend, from_seconds(rig.scan.safety.rest_timeout), [](bool) {});
+  left.arm_at_rest = came_to_rest(
+      *backend, from_seconds(rig.scan.safety.rest_timeout), [&] { return backend->arm().stop().ok(); }, [](bool) {});
   if (options.json)
     print_json({{"laser_dark", left.laser_dark}, {"arm_at_rest", left.arm_at_rest}});
   else if (left.safe())
