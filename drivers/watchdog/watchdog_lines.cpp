@@ -10,6 +10,7 @@
 #include "drivers/device_path.hpp"
 #include "drivers/serial/serial_port.hpp"
 #include "drivers/watchdog/box_frames.hpp"
+#include "drivers/watchdog/gpio_lines.hpp"
 
 namespace tankrig {
 namespace {
@@ -101,26 +102,34 @@ WatchdogLines open_watchdog_lines(const WatchdogSettings& settings, const std::f
   const std::string in = input.device.empty() ? out : device_path(input.device, runtime);
   const bool beats = output.kind != HeartbeatKind::kNone, reads = input.kind != EnableKind::kNone;
   WatchdogLines lines;
-  if (reads && in.empty()) throw InputError("safety: enable_input: found no device, expected its serial line");
+  const bool reads_gpio = input.kind == EnableKind::kGpio;
+  if (reads && !reads_gpio && in.empty())
+    throw InputError("safety: enable_input: found no device, expected its serial line");
   if (input.kind == EnableKind::kReply && (output.kind != HeartbeatKind::kBytes || in != out))
     throw InputError(
         "safety: enable_input: found kind reply, expected heartbeat_output of kind bytes on the same line");
-  if (output.kind == HeartbeatKind::kBytes && reads && input.kind != EnableKind::kReply && in == out)
+  if (output.kind == HeartbeatKind::kBytes && reads && !reads_gpio && input.kind != EnableKind::kReply && in == out)
     throw InputError("safety: enable_input: found a control line of the line that carries bytes, expected kind reply");
   if (output.kind == HeartbeatKind::kBytes) {
     const auto line = std::make_shared<ByteLine>(SerialSettings{.device = out, .baud = output.baud});
     lines.heartbeat = line;
     if (input.kind == EnableKind::kReply) lines.enable = line;
+  } else if (output.kind == HeartbeatKind::kGpio) {
+    lines.heartbeat = open_gpio_heartbeat({output.chip, output.line}, "heartbeat_output");
   } else if (beats) {
     const auto line = std::make_shared<ControlLines>(out, "heartbeat_output");
     line->set_output(bit_of(output.kind));
     lines.heartbeat = line;
-    if (reads && in == out) {
+    if (reads && !reads_gpio && in == out) {
       line->set_input(bit_of(input.kind), input.closed_is_on);
       lines.enable = line;
     }
   }
-  if (reads && !lines.enable) {
+  if (reads_gpio) {
+    const std::string& chip = input.chip.empty() ? output.chip : input.chip;
+    if (chip.empty()) throw InputError("safety: enable_input: found gpio without a chip, expected one: /dev/gpiochip0");
+    lines.enable = open_gpio_enable({chip, input.line}, input.closed_is_on, "enable_input");
+  } else if (reads && !lines.enable) {
     const auto line = std::make_shared<ControlLines>(in, "enable_input");
     line->set_input(bit_of(input.kind), input.closed_is_on);
     lines.enable = line;
