@@ -33,7 +33,7 @@ constexpr Duration kPluggedIn = 300ms;
 
 class Scene {
  public:
-  Scene(const std::string& carrier, Ending ending) : carrier_(carrier), rig_(folder_.path(), {}, false) {
+  Scene(const std::string& carrier, Ending ending) : carrier_(carrier), rig_(folder_.path(), {}) {
     k_.ending = ending;
     ::prctl(PR_SET_CHILD_SUBREAPER, 1);
   }
@@ -65,6 +65,7 @@ class Scene {
   double speed() { return rig_.arm().true_velocity_at(clock_.now()).cwiseAbs().maxCoeff(); }
   bool sweeps() { return rig_.relay().relay_closed() && speed() > 0.05; }
   bool safe() { return !rig_.relay().relay_closed() && speed() < 1e-3; }
+  bool cut() { return !rig_.box().closed(); }
 
   bool begin() {
     std::fflush(stdout);
@@ -119,8 +120,11 @@ class Scene {
     until(k_.ending == Ending::kBothKilled ? kNobody : kWatched, [&] { return safe(); });
     k_.off_byte = rig_.relay().off_since();
     k_.rest = rig_.arm().rest_since();
-    wake_up(group);
     if (k_.ending == Ending::kGuardianKilled) k_.ended = until(kEnds, [&] { return ended(); });
+    until(kWatched, [&] { return cut(); });
+    k_.last_edge = rig_.box().last_edge();  // one that wakes up gives more
+    k_.cut = rig_.box().closed() ? std::nullopt : rig_.box().opened();
+    wake_up(group);
   }
 
   /// One that stands still goes on, finds itself taken over, and ends.
@@ -191,6 +195,9 @@ std::string broken(const Killed& k) {
   if (!k.in_sweep) return too_late(k) ? "" : "the sweep was not reached";
   if (k.woke_up) return "it lit or moved again when it woke up";
   if (!k.ended) return "it did not end";
+  if (!k.cut || !k.last_edge) return "the watchdog box is closed";
+  if (*k.cut - *k.last_edge > kBoxOpens && !too_late(k))
+    return "contactors open " + after(k.cut, *k.last_edge) + " ms after the box's last edge";
   const EndingBounds bound = bounds(k.ending);
   if (!bound.off_byte) return k.off_byte || k.rest ? "somebody acted, and nobody knows who" : "";
   if (!k.off_byte || (*k.off_byte - k.when > *bound.off_byte && !too_late(k)))

@@ -1,4 +1,5 @@
-// What becomes of laser and arm, which have no watchdogs, when the process that commands them ends in ways it cannot see.
+// What becomes of laser and arm, which have no watchdogs, when the process that commands them ends in ways it cannot see:
+// its guardian acts, and the watchdog box takes their supply.
 #pragma once
 
 #include <optional>
@@ -28,6 +29,7 @@ struct Killed {
   std::string skipped;    ///< why it could not be made here
   Stamp when{};           ///< the signal, at most a cycle after the last completed step; the lines' return
   std::optional<Stamp> off_byte, rest;  ///< on the relay's line and on the arm's wire
+  std::optional<Stamp> last_edge, cut;  ///< of the watchdog box: its newest edge; when both contactors opened
   bool woke_up = false;                 ///< one that was stopped: lit or moved again afterwards
   bool ended = true;                    ///< the scan ended by itself, where it was not killed
   Duration machine_late{};              ///< MachineWitness, all the while
@@ -36,7 +38,8 @@ struct Killed {
 /// Scans over `carrier` in a process of its own, with its guardian.
 Killed end_scan(const std::string& carrier, Ending ending);
 
-/// From `when`, at most, each; nothing: nobody acts.
+/// From `when`, at most, each; nothing: nobody acts but the box, whose contactors open at most kBoxOpens after its last
+/// edge in every ending.
 struct EndingBounds {
   std::optional<Duration> off_byte, rest;
 };

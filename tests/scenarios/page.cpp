@@ -27,9 +27,10 @@ but for what its row names.
 | off, cycles | steps of the executive from detection to the command that switches the laser off | at most 2 |
 | off, command | the same [ms] | |
 | off, byte | from detection until the relay's line had the byte that says off [ms] | at most %WIRE% |
-| relay open | from detection until its contact opened [ms] | at most %WIRE%; by its own watchdog: %RELAY% after the fault |
+| relay open | from detection until its contact opened [ms] | at most %WIRE%, where a command can reach it |
 | stop, cycles | steps from the laser's command to the arm's, which comes strictly later | at most 1 |
 | stop | from detection until the arm was commanded to rest (mock), or had the demand for rest on its wire [ms] | at most %WIRE% |
+| box open | from the last heartbeat edge that the watchdog box had until both contactors were open, after the scan or in it [ms] | at most %BOX% |
 | machine late | see below [ms] | at most %LATE%, else the row is not judged |
 | lost | frames that were taken and are not in the session, by reason | with those recorded: all that were to come |
 | session, left | the session's status, and what the devices themselves confirmed at the end | true of the devices; never "at rest" by readings that repeat |
@@ -46,19 +47,17 @@ or one is recorded with a wrong stamp. It is not made again.
 "before": before detection already, because the laser's driver drops the command by itself or the sweep was over.
 "never": it did not get one. "-": there is nothing to measure.
 
-In this table relay and arm have watchdogs of their own (1 s and 500 ms). None is known of the real arm: without them, see
-"The scanning process dies or stands still".
-
-After every scan on wires the relay's contact is open (unless it has welded) and the arm at rest, also where a command
-could not reach them.
+On wires relay and arm have no watchdogs of their own: none is known of the real arm. A watchdog box
+(docs/reference/watchdog_box.md) feeds both. After every scan its contactors are open, so that there is no light, and the arm is
+at rest, also where a command could not reach them.
 
 )md";
 
 constexpr char kTableHead[] =
     "| device | fault | on | must | within | detected | off, cycles | off, command | off, byte | relay open | stop, "
     "cycles | "
-    "stop | machine late | lost | session, left | tries | verdict |\n"
-    "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
+    "stop | box open | machine late | lost | session, left | tries | verdict |\n"
+    "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
 
 constexpr char kElsewhere[] = R"(
 ## What has no row
@@ -137,6 +136,12 @@ std::string times(const Row& row) {
          after(row.wire ? row.wire->rest : std::optional(r.arm_stop), r.detected);
 }
 
+/// Of what the watchdog box saw; "-" without one.
+template <class Marks>
+std::string box_open(const Marks& marks) {
+  return marks && marks->last_edge ? after(marks->cut, *marks->last_edge) : "-";
+}
+
 }  // namespace
 
 std::string after(std::optional<Stamp> when, Stamp since) {
@@ -149,7 +154,7 @@ std::string page_heading(const std::string& machine) {
   std::string text = kHeading;
   replace(text, "%MACHINE%", machine);
   replace(text, "%WIRE%", in_ms(kOnTheWire));
-  replace(text, "%RELAY%", in_ms(kRelayAlone));
+  replace(text, "%BOX%", in_ms(kBoxOpens));
   replace(text, "%LATE%", in_ms(kBearable));
   replace(text, "%STAMP%", in_ms(kStampError));
   return text + kTableHead;
@@ -159,13 +164,13 @@ std::string page_row(const Row& row, const std::string& why) {
   const Outcome& o = row.outcome;
   const std::string late = row.wire ? in_ms(row.wire->machine_late, 1) : "-";
   const bool lux_says = row.trial.fault.device == sim::FaultDevice::kLuxMeter;
-  return beginning(row.trial) + times(row) + " | " + late + " | " + lost(o) + " | " + cell(o.status) + "; " +
-         to_string(o.left) + (lux_says ? "; reading: " + cell(o.lux) : "") +
+  return beginning(row.trial) + times(row) + " | " + box_open(row.wire) + " | " + late + " | " + lost(o) + " | " +
+         cell(o.status) + "; " + to_string(o.left) + (lux_says ? "; reading: " + cell(o.lux) : "") +
          verdict_cells(why, too_late(row) ? row.wire->machine_late : Duration{});
 }
 
 std::string page_row(const Trial& trial, const std::string& why) {
-  return beginning(trial) + "- | - | - | - | - | - | - | - | - | -" + verdict_cells(why);
+  return beginning(trial) + "- | - | - | - | - | - | - | - | - | - | -" + verdict_cells(why);
 }
 
 std::string page_absences() {
@@ -195,30 +200,33 @@ std::string page_killed_heading() {
   };
   return "\n## The scanning process dies or stands still\nNeither laser nor arm has a watchdog here: none is known of "
          "the "
-         "real arm. Its guardian (docs/reference/safety.md) switches the\nlaser off, then brings the arm to rest. "
+         "real arm. The scan's guardian (docs/reference/safety.md) switches the\nlaser off, then brings the arm to "
+         "rest. "
          "Times are "
          "from the signal, at most a cycle (5 ms) after the last completed safety step.\n\n* Bounds of off byte and "
          "rest: " +
          bound(Ending::kKilled) +
          ", which is 100 and 150 ms after that step. Of a killed guardian, which the scan\n  notices: " +
          bound(Ending::kGuardianKilled) + ". After pulled lines are back: " + bound(Ending::kLinesPulled) +
-         ".\n* Killed for want of memory: its control group is killed at once, as the out-of-memory killer does to a "
+         ".\n* Box open: from its last heartbeat edge, at most " + in_ms(kBoxOpens) +
+         ", whoever is left.\n* Killed for want of memory: its control group is killed at once, as the out-of-memory "
+         "killer does to a "
          "group.\n* A scan that stood still goes on once laser and arm are safe. It must light and move nothing more, "
          "and "
-         "end.\n* Killed with its guardian: nobody is left, and nothing may have happened after 3 s.\n\n"
-         "| the scan is | carrier | off byte [ms] | rest [ms] | machine late [ms] | tries | verdict |\n"
-         "|---|---|---|---|---|---|---|\n";
+         "end.\n* Killed with its guardian: nobody is left but the box, and no byte may have come after 3 s.\n\n"
+         "| the scan is | carrier | off byte [ms] | rest [ms] | box open [ms] | machine late [ms] | tries | verdict |\n"
+         "|---|---|---|---|---|---|---|---|\n";
 }
 
 std::string page_killed_row(const std::string& carrier, const Killed& k, const std::string& why) {
   const std::string beginning = std::string("| ") + to_string(k.ending) + " | " + carrier + " | ";
-  if (!k.skipped.empty()) return beginning + "- | - | - | 0 | not made: " + cell(k.skipped) + " |\n";
-  return beginning + after(k.off_byte, k.when) + " | " + after(k.rest, k.when) + " | " + in_ms(k.machine_late, 1) +
-         verdict_cells(why, too_late(k) ? k.machine_late : Duration{});
+  if (!k.skipped.empty()) return beginning + "- | - | - | - | 0 | not made: " + cell(k.skipped) + " |\n";
+  return beginning + after(k.off_byte, k.when) + " | " + after(k.rest, k.when) + " | " + box_open(std::optional(k)) +
+         " | " + in_ms(k.machine_late, 1) + verdict_cells(why, too_late(k) ? k.machine_late : Duration{});
 }
 
 std::string page_killed_row(const std::string& carrier, Ending ending, const std::string& why) {
-  return std::string("| ") + to_string(ending) + " | " + carrier + " | - | - | -" + verdict_cells(why);
+  return std::string("| ") + to_string(ending) + " | " + carrier + " | - | - | - | -" + verdict_cells(why);
 }
 
 }  // namespace tankrig::scenarios

@@ -59,8 +59,10 @@ Row on_wire(const Trial& trial) {
   WireMarks& marks = *row.wire;
   const MonotonicClock clock;
   marks.rested_after = time_until([&] { return rig.arm().true_velocity_at(clock.now()).cwiseAbs().maxCoeff() < 1e-3; });
-  if (witness.latest() > kBearable)
-    time_until([&] { return !rig.relay().relay_closed(); });  // the box's watchdog had no time either
+  time_until([&] { return !rig.box().closed(); });
+  marks.last_edge = rig.box().last_edge();
+  marks.cut = rig.box().opened();
+  marks.fed = rig.box().closed();
   marks.off_byte = rig.relay().off_since();
   marks.opened = rig.relay().opened();
   marks.rest = rig.arm().rest_since();

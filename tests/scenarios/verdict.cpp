@@ -62,6 +62,9 @@ std::string late_on_wires(const Row& row) {
   const WireMarks& w = *row.wire;
   const Reach can = reach(row.trial.fault);
   if (can.off_byte && !w.off_byte) return "the line's last command does not say off";
+  if (!w.cut || !w.last_edge) return "the watchdog box was never closed";
+  if (*w.cut - *w.last_edge > kBoxOpens)
+    return "contactors open " + ms(*w.cut - *w.last_edge) + " after the box's last edge";
   if (w.rested_after > kArmAlone) return "the arm moves " + ms(*w.rested_after) + " after the scan";
   if (!row.outcome.reaction) return "";
   const Stamp detected = row.outcome.reaction->detected;
@@ -69,11 +72,7 @@ std::string late_on_wires(const Row& row) {
   if (can.off_byte) why = late_on_wire("off byte", w.off_byte, detected, kOnTheWire);
   if (why.empty() && can.contact) why = late_on_wire("contact open", w.opened, detected, kOnTheWire);
   if (why.empty() && can.arm) why = late_on_wire("demand for rest", w.rest, detected, kOnTheWire);
-  if (!why.empty()) return why;
-  const bool alone = !can.contact && !w.contact_closed;
-  if (alone && (!w.opened || *w.opened - row.outcome.begun > kRelayAlone))
-    return w.opened ? "contact open " + ms(*w.opened - row.outcome.begun) + " after the fault" : "contact open never";
-  return "";
+  return why;
 }
 
 /// What depends on time: whether the fault, and not a device that had none, ended the scan, and how soon.
@@ -102,7 +101,8 @@ std::string unsafe(const Row& row) {
   if (o.reaction && !o.reaction->laser_first) return "the arm was stopped before the laser was off";
   const auto stuck = [&](D device) { return row.trial.fault.device == device && row.trial.fault.kind == K::kStuck; };
   if (o.left.laser_dark && row.wire && row.wire->contact_closed) return "said to be off, but the contact is closed";
-  if (row.wire && row.wire->contact_closed && !stuck(D::kLaser)) return "the contact is closed";
+  if (row.wire && row.wire->contact_closed && reach(row.trial.fault).contact) return "the contact is closed";
+  if (row.wire && row.wire->fed) return "the watchdog box is closed";
   if (row.wire && !row.wire->rested_after) return "the arm moves";
   if (o.left.laser_dark && o.beam_left_on && !stuck(D::kBeam)) return "said to be off, but the beam is on";
   if (!o.left.arm_at_rest) return "";

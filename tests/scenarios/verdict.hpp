@@ -13,7 +13,10 @@ struct WireMarks {
   std::optional<Stamp> opened;    ///< the relay's contact
   std::optional<Stamp> rest;      ///< since when the newest demand on the arm's wire says rest
   bool contact_closed = false;    ///< after the scan
-  /// Until the arm rested after the scan, by its own watchdog where nobody could stop it; nothing: never.
+  /// The watchdog box, after the scan: its newest edge, its contactors' opening, and whether they are closed.
+  std::optional<Stamp> last_edge, cut;
+  bool fed = false;
+  /// Until the arm rested after the scan, for want of power where nobody could stop it; nothing: never.
   std::optional<Duration> rested_after;
   Duration machine_late{};  ///< MachineWitness, in this scan
 };
@@ -25,12 +28,12 @@ struct Row {
 };
 
 /// From detection to the byte that says off, the contact that opens and the demand for rest on the wire, at most: two
-/// cycles and the line take a tenth of it, the box's own watchdog five times as long.
+/// cycles and the line take a tenth of it.
 inline constexpr Duration kOnTheWire = std::chrono::milliseconds{200};
-/// Likewise for devices that nobody commands any more: the box's watchdog is 1 s after the last refresh, the arm's 500
-/// ms after the last demand and the time it takes to come to rest.
-inline constexpr Duration kRelayAlone = std::chrono::milliseconds{1300};
-inline constexpr Duration kArmAlone = std::chrono::milliseconds{800};
+/// From the watchdog box's last edge to both contactors open, at most.
+inline constexpr Duration kBoxOpens = std::chrono::milliseconds{200};
+/// From the scan's end to an arm at rest that nobody can command: the box, and the time it takes to come to rest.
+inline constexpr Duration kArmAlone = std::chrono::milliseconds{500};
 /// Of a recorded frame's stamp, against its exposure: half a frame's period.
 inline constexpr Duration kStampError = std::chrono::milliseconds{20};
 /// They are watched for so long.

@@ -32,17 +32,25 @@ Row good_row() {
   row.outcome.account["mono"] = {10, 0};
   row.outcome.stamp_error = 1ms;
   row.outcome.reaction = Reaction{kDetected, kDetected, kDetected, 0, 0, true};
-  row.wire = WireMarks{kDetected + 1ms, kDetected + 1ms, kDetected + 2ms, false, 0ms, {}};
+  row.wire = WireMarks{.off_byte = kDetected + 1ms,
+                       .opened = kDetected + 1ms,
+                       .rest = kDetected + 2ms,
+                       .last_edge = kDetected + 300ms,
+                       .cut = kDetected + 470ms,
+                       .rested_after = 0ms};
   return row;
 }
 
-/// The same with the relay's line pulled: no byte comes, the box opens by itself.
+/// The same with the relay's line pulled: no byte comes, its contact stays closed and nobody knows, the watchdog box takes
+/// its supply.
 Row unplugged_row() {
   Row row = good_row();
   row.trial.fault.device = D::kLaser;
   row.trial.fault.kind = K::kUnplugged;
   row.wire->off_byte.reset();
-  row.wire->opened = kBegun + 950ms;
+  row.wire->opened.reset();
+  row.wire->contact_closed = true;
+  row.outcome.left.laser_dark = false;
   return row;
 }
 
@@ -113,12 +121,15 @@ TEST(Verdict, AByteAContactOrADemandThatComesTooLateOrNeverIsWrong) {
   }
 }
 
-TEST(Verdict, ABoxThatMustOpenByItselfHasItsWatchdogsTime) {
-  Row row = unplugged_row();
-  row.wire->opened = kBegun + kRelayAlone + 1ms;
-  EXPECT_THAT(broken(row), HasSubstr("after the fault"));
-  row.wire->opened.reset();
-  EXPECT_THAT(broken(row), HasSubstr("never"));
+TEST(Verdict, AWatchdogBoxThatOpensTooLateOrWasNeverClosedIsWrong) {
+  for (Row row : {good_row(), unplugged_row()}) {
+    row.wire->cut = *row.wire->last_edge + kBoxOpens + 1ms;
+    EXPECT_THAT(broken(row), HasSubstr("contactors open 201.0 ms after the box's last edge"));
+    row.wire->cut.reset();
+    EXPECT_THAT(broken(row), HasSubstr("never closed"));
+    row.wire->fed = true;
+    EXPECT_THAT(broken(row), HasSubstr("the watchdog box is closed"));
+  }
 }
 
 TEST(Verdict, AClosedContactOrAMovingArmAfterTheScanIsWrong) {
@@ -129,7 +140,7 @@ TEST(Verdict, AClosedContactOrAMovingArmAfterTheScanIsWrong) {
   row.wire->rested_after.reset();
   EXPECT_THAT(broken(row), HasSubstr("arm moves"));
   row.wire->rested_after = kArmAlone + 1ms;
-  EXPECT_THAT(broken(row), HasSubstr("arm moves 801.0 ms after the scan"));
+  EXPECT_THAT(broken(row), HasSubstr("arm moves 501.0 ms after the scan"));
 }
 
 TEST(Verdict, AFaultThatIsDetectedTooLateIsWrong) {
@@ -231,6 +242,7 @@ TEST(Verdict, WhatIsLeftOnOrSaidToBeSafeOrRecordedIsJudgedOnEveryMachine) {
     EXPECT_NE(broken(row), "");
   };
   unsafe([](Row& row) { row.wire->contact_closed = true; });
+  unsafe([](Row& row) { row.wire->fed = true; });
   unsafe([](Row& row) { row.wire->rested_after.reset(); });
   unsafe([](Row& row) { row.outcome.beam_left_on = true; });
   unsafe([](Row& row) { row.outcome.moving = 0.1; });

@@ -12,6 +12,7 @@
 #include "drivers/can/open_can.hpp"
 #include "drivers/laser/relay_laser.hpp"
 #include "drivers/lux/open_lux_meter.hpp"
+#include "drivers/watchdog/watchdog_box.hpp"
 #include "rig/guardian/guardian_process.hpp"
 #include "rig/scan/scan_log.hpp"
 #include "session/recording/session_writer.hpp"
@@ -26,6 +27,8 @@ using namespace std::chrono_literals;
 constexpr Duration kWarmUp = 200ms;
 constexpr int kWidth = 160, kHeight = 120;
 constexpr int kArmOnTheBus = 0;  // it is the first there
+
+constexpr char kBox[] = "box";
 
 // As in a rig file.
 constexpr char kDevices[] = R"(
@@ -68,7 +71,7 @@ std::size_t hash_of(const cv::Mat& picture) {
 
 }  // namespace
 
-EmulatedRig::EmulatedRig(const std::filesystem::path& runtime, const sim::FaultPlan& plan, bool watchdogs)
+EmulatedRig::EmulatedRig(const std::filesystem::path& runtime, const sim::FaultPlan& plan)
     : script_(plan), laser_(kWarmUp, clock_) {
   const ConfigNode devices = devices_at(runtime);
   pictures_ = std::make_unique<sim::PictureFaults>("mono", script_);
@@ -76,7 +79,7 @@ EmulatedRig::EmulatedRig(const std::filesystem::path& runtime, const sim::FaultP
   sim::ArmEmulatorParameters parameters;
   parameters.power_up << 0, 0.12, 1.3, 0, 0.1;
   parameters.can_bitrate = 1'000'000;
-  if (!watchdogs) parameters.watchdog = 0s;
+  parameters.watchdog = 0s;
   arm_ = std::make_unique<sim::ArmEmulator>(arm5e(), parameters, clock_);
   CanSettings can;
   can.interface = "unix:" + (runtime / "arm.can").string();
@@ -85,9 +88,16 @@ EmulatedRig::EmulatedRig(const std::filesystem::path& runtime, const sim::FaultP
   arm_->serve(open_can(can, clock_));
   arm_->serve(runtime / "arm");
   save_arm_zero(runtime / "zero.yaml", {arm_->true_zero(), "emulated"});
-  sim::RelayEmulatorSettings box = sim::relay_emulator_settings_from(devices.child("laser"), nullptr, runtime);
-  if (!watchdogs) box.watchdog = 0s;
-  relay_ = std::make_unique<sim::RelayEmulator>(box, laser_);
+  sim::RelayEmulatorSettings relay = sim::relay_emulator_settings_from(devices.child("laser"), nullptr, runtime);
+  relay.watchdog = 0s;
+  relay_ = std::make_unique<sim::RelayEmulator>(relay, laser_);
+  const auto feed = [this](bool closed) {
+    arm_->set_fed(closed);
+    relay_->set_fed(closed);
+  };
+  feed(false);
+  box_ =
+      std::make_unique<sim::BoxEmulator>(sim::BoxEmulatorSettings{.name = runtime / kBox, .reset_after = 50ms}, feed);
   lux_ =
       std::make_unique<sim::LuxEmulator>(sim::lux_emulator_settings_from(devices.child("lux_meter"), nullptr, runtime),
                                          [this] { return sim::spoilt_lux(script_, kLux, clock_.now(), last_lux_); });
@@ -165,6 +175,9 @@ Outcome scan_wire(const std::filesystem::path& runtime, const std::string& carri
     driver->set_veto(guardian->taken_over());
     guardian->wait_until_ready();
   }
+  WatchdogBox box(
+      {.heartbeat = {.kind = HeartbeatKind::kBytes, .device = runtime / kBox}, .enable = {.kind = EnableKind::kReply}},
+      runtime, clock);
   driver->set_zero(load_arm_zero(runtime / "zero.yaml"));
   AravisCamera mono(aravis_settings_from(devices.child("camera"), {"mono", kWidth, kHeight, 1, 25}));
   const auto lux_meter = open_lux_meter(devices.child("lux_meter"), runtime);
@@ -204,6 +217,7 @@ Outcome scan_wire(const std::filesystem::path& runtime, const std::string& carri
                 return relay.interlock_closed().value_or(false);
               }};
   job.step_watch = guardian ? &*guardian : nullptr;
+  job.box = &box;
   try {
     const ScanResult result = run_scan(job);
     out.status = result.status;
