@@ -1,7 +1,8 @@
 # What `cmake --install` puts where, in two components: the program with all that a user of it needs, and the libraries from a
 # session to its report for other people's programs.
 set(CMAKE_INSTALL_DEFAULT_COMPONENT_NAME development)
-install(DIRECTORY etc/rigs etc/scenes etc/objects etc/benchmarks DESTINATION ${CMAKE_INSTALL_DATADIR}/tankrig COMPONENT program)
+install(DIRECTORY etc/rigs etc/scenes etc/objects etc/benchmarks DESTINATION ${CMAKE_INSTALL_DATADIR}/tankrig COMPONENT program
+  PATTERN "*.commission.yaml" EXCLUDE)  # a start-up test is of one rig
 install(FILES etc/limits.d/tankrig.conf DESTINATION ${CMAKE_INSTALL_DATADIR}/tankrig/limits.d COMPONENT program)
 install(DIRECTORY etc/systemd/ DESTINATION lib/systemd/system COMPONENT program)
 install(DIRECTORY etc/udev/ DESTINATION lib/udev/rules.d COMPONENT program)

@@ -8,6 +8,12 @@ namespace tankrig {
 
 std::string utc_now() { return fmt::format("{:%FT%TZ}", fmt::gmtime(std::time(nullptr))); }
 
+std::optional<std::time_t> time_of_utc(const std::string& text) {
+  std::tm then{};
+  const char* const end = ::strptime(text.c_str(), "%Y-%m-%dT%H:%M:%SZ", &then);
+  return end && *end == '\0' && end == text.c_str() + text.size() ? std::optional(::timegm(&then)) : std::nullopt;
+}
+
 ClockPair read_clock_pair(const Clock& clock) noexcept {
   constexpr int kTries = 3;
   ClockPair pair;

@@ -1,6 +1,8 @@
 // Wall time: for people, and to relate a run's stamps to it. Nothing is computed with it.
 #pragma once
 
+#include <ctime>
+#include <optional>
 #include <string>
 
 #include "core/clock.hpp"
@@ -9,6 +11,9 @@ namespace tankrig {
 
 /// Now, as "2026-01-31T12:00:00Z".
 std::string utc_now();
+
+/// Of such a text; nothing if it is none.
+std::optional<std::time_t> time_of_utc(const std::string& text);
 
 /// Wall time of t = wall_ns + (t - stamp), until somebody sets the wall clock.
 struct ClockPair {

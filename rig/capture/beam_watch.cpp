@@ -7,9 +7,7 @@
 namespace tankrig {
 namespace {
 
-// Triples of profiles in a line (StripeSign). A picture without a stripe has those that the arm's own edges make; how
-// many it has on the simulated rigs, and one with a stripe, docs/reference/safety.md says.
-constexpr int kPresent = 16, kAbsent = 12;
+constexpr int kAbsent = 12;               // triples; fewer are no stripe
 constexpr double kLeastContrast = 0.5;    // of a stray beam, relative to the newest stripe
 constexpr std::size_t kMostWaiting = 64;  // frames
 constexpr double kMoved = 2e-3;           // by so much a stripe's picture is another one [rad]
@@ -74,11 +72,11 @@ void BeamWatch::judge_lit(PerCamera& camera, const Waiting& frame) {
   if (!sign) return;
   const auto joints = joints_.interpolate(frame.middle);
   const bool expected = camera.in_view && joints.ok() && camera.in_view(joints.value().q);
-  if (sign->triples >= kPresent) camera.lit_contrast = sign->contrast;
-  if (sign->triples >= kPresent && joints.ok()) judge_repeats(camera, frame, joints.value().q);
+  if (sign->present()) camera.lit_contrast = sign->contrast;
+  if (sign->present() && joints.ok()) judge_repeats(camera, frame, joints.value().q);
   if (!expected) return;
   ++lit_;
-  lit_seen_ += sign->triples >= kPresent;
+  lit_seen_ += sign->present();
   camera.missing = sign->triples < kAbsent ? camera.missing + 1 : 0;
   if (camera.missing >= settings_.frames) verdict_ = BeamVerdict::kMissing;
 }
@@ -98,7 +96,7 @@ void BeamWatch::judge_dark(PerCamera& camera, const Waiting& frame) {
   if (!was_lit_ && camera.dark.count() < settings_.dark_frames) return camera.dark.add(frame.image);
   const auto sign = look_for_stripe(frame.image, camera.dark.mean());
   if (!sign) return;
-  const bool seen = sign->triples >= kPresent && sign->contrast >= kLeastContrast * camera.lit_contrast;
+  const bool seen = sign->present() && sign->contrast >= kLeastContrast * camera.lit_contrast;
   ++dark_;
   dark_clear_ += !seen;
   camera.stray = seen ? camera.stray + 1 : 0;

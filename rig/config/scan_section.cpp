@@ -156,6 +156,9 @@ const Setting<SafetySettings> kSafetyRows[] = {
     {"start_warning_s", &SafetySettings::start_warning, ConfigRange(0, 60),
      "between the operator's word and the first motion or light; left out: 3 with devices, 0 simulated"},
     {"warning_output", &SafetySettings::warning_output, kWarningOutputKeys},
+    {"commissioned_within_h", &SafetySettings::commissioned_within_h, ConfigRange(1, 168),
+     "motion and light need a passed `tankrig doctor --commission` that is no older; left out: 24 with devices, none "
+     "simulated"},
 };
 void check_hold_limit(const ConfigNode& node, const SafetySettings& s) {
   if (s.hold_limit > s.maximum_on)

@@ -20,6 +20,17 @@ Segment& hold(std::vector<Segment>& segments, const ScanSettings& s, const Joint
   return segments.back();
 }
 
+Segment way(const ScanSettings& s, const JointVector& from, const JointVector& to, const std::string& name) {
+  require_positive("move_velocity", s.move.velocity);
+  require_positive("move_acceleration", s.move.acceleration);
+  require_positive("move_jerk", s.move.jerk);
+  Segment segment;
+  segment.name = name;
+  segment.motion = JointMove(from, to, s.move.limits());
+  segment.duration = segment.motion.duration() + s.move.settle;
+  return segment;
+}
+
 void record(Segment& segment, Phase phase) {
   segment.phase = phase;
   segment.record_end = segment.end();
@@ -28,14 +39,18 @@ void record(Segment& segment, Phase phase) {
 }  // namespace
 
 ScanPlan make_move_plan(const ScanSettings& s, const JointVector& now, const JointVector& to, const std::string& name) {
-  require_positive("move_velocity", s.move.velocity);
-  require_positive("move_acceleration", s.move.acceleration);
-  require_positive("move_jerk", s.move.jerk);
-  Segment segment;
-  segment.name = name;
-  segment.motion = JointMove(now, to, s.move.limits());
-  segment.duration = segment.motion.duration() + s.move.settle;
-  return ScanPlan({segment});
+  return ScanPlan({way(s, now, to, name)});
+}
+
+ScanPlan make_rocking_plan(const ScanSettings& s, const JointVector& now, const JointVector& to, int times) {
+  std::vector<Segment> segments;
+  for (int i = 0; i < 2 * times; ++i) {
+    Segment one = i % 2 == 0 ? way(s, now, to, "to") : way(s, to, now, "fro");
+    one.begin = segments.empty() ? 0 : segments.back().end();
+    one.record_begin = one.record_end = one.begin;
+    segments.push_back(std::move(one));
+  }
+  return ScanPlan(std::move(segments));
 }
 
 ScanPlan make_lit_hold_plan(const ScanSettings& s, const JointVector& now, double lit_s) {

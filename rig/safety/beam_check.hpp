@@ -24,8 +24,14 @@ class DarkReference {
 
 /// Evidence of a stripe.
 struct StripeSign {
+  /// So many triples are a stripe. A picture without one has those that the arm's own edges make; how many it has on the
+  /// simulated rigs, and one with a stripe, docs/reference/safety.md says.
+  static constexpr int kPresent = 16;
+
   int triples = 0;      ///< of neighbouring profiles whose highest ridges lie in a line; noise gives one in 20 pictures
   double contrast = 0;  ///< their median ridge over what is beside it [grey levels of one channel]
+
+  bool present() const noexcept { return triples >= kPresent; }
 };
 
 /// Looks across columns and across rows; the better one counts. A ridge is brighter than both of its sides, so edges,

@@ -34,6 +34,8 @@ struct SafetySettings {
   EnableInput enable_input;
   std::optional<double> start_warning{};  ///< before a start; nothing: 3 on a rig with devices, 0 on a simulated one
   WarningOutput warning_output;
+  /// A start needs a passed start-up test that is no older; nothing: 24 on a rig with devices, none on a simulated one.
+  std::optional<double> commissioned_within_h{};
 };
 
 }  // namespace tankrig

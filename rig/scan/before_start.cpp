@@ -5,6 +5,11 @@
 #include "core/input_error.hpp"
 
 namespace tankrig {
+namespace {
+
+constexpr Duration kBoxOpens = std::chrono::seconds{1};  // usually within 200 ms
+
+}  // namespace
 
 JointVector read_posture(Arm& arm, Clock& clock, Duration timeout) {
   const Stamp deadline = clock.now() + timeout;
@@ -15,6 +20,17 @@ JointVector read_posture(Arm& arm, Clock& clock, Duration timeout) {
     if (news.ok() && news.value()) return news.value()->q;
     if (late) throw InputError(fmt::format("arm: found no joint state, expected one within {:g} s", seconds(timeout)));
     clock.sleep_until(clock.now() + arm.exchange_period());
+  }
+}
+
+void check_box_open(const SafetySettings& settings, const WatchdogBox& box, Clock& clock) {
+  if (settings.heartbeat_output.kind == HeartbeatKind::kNone || !box.reads_enable()) return;
+  for (const Stamp end = clock.now() + kBoxOpens; box.enabled(clock.now());) {
+    if (clock.now() >= end)
+      throw InputError(
+          "safety: enable_input: the watchdog box is enabled though it gets no heartbeat, expected it open within a "
+          "second: look for a bridged or welded contact; it would not open when the program dies");
+    clock.sleep_until(clock.now() + std::chrono::milliseconds(5));
   }
 }
 

@@ -4,6 +4,7 @@
 #include "core/clock.hpp"
 #include "drivers/arm/arm.hpp"
 #include "drivers/laser/laser.hpp"
+#include "drivers/watchdog/watchdog_box.hpp"
 #include "rig/plan/scan_settings.hpp"
 
 namespace tankrig {
@@ -13,6 +14,11 @@ inline constexpr char kInterlockOpen[] = "laser interlock: found open, expected 
 /// Reads joints until the arm has reported its posture: a plan starts there.
 /// Errors: InputError after `timeout`, or with a driver's failure other than silence.
 JointVector read_posture(Arm& arm, Clock& clock, Duration timeout);
+
+/// Waits until the watchdog box has opened for want of edges, as it must before the first step. One that does not would not
+/// open when they stop either. At once where the rig gives no edges or reads no enable input.
+/// Errors: InputError with the cure, after a second.
+void check_box_open(const SafetySettings& settings, const WatchdogBox& box, Clock& clock);
 
 /// run_scan's checks before anything moves.
 /// Errors: InputError if the laser warms up longer than the plan waits, or its interlock is open.

@@ -359,6 +359,7 @@ ScanResult run_scan(ScanJob& job) {
   if (job.clock.real_time())
     if (const std::string missing = check_real_time(job.settings.real_time); !missing.empty())
       job.sink.event(job.clock.now(), event_kind::kRealTime, missing);
+  if (job.box) check_box_open(job.settings.safety, *job.box, job.clock);
   if (job.plan.uses_laser()) check_laser_ready(job.settings, job.laser, job.interlock_closed && job.interlock_closed());
   check_light(job.plan, job.settings.safety);
   for (const ScanCamera& c : job.cameras)

@@ -75,7 +75,7 @@ struct ScanJob {
 /// rest, in every cycle until both are confirmed or rest_timeout has passed. A cycle that hangs in real time is noticed
 /// after heartbeat_timeout, and the same is done past it. After another rest_timeout it is left behind: then nothing is
 /// confirmed, and clock, devices and `stop` must live as long as the program (Cycle::any_left_behind()).
-/// Errors: those of check_laser_ready, check_light, check_witness and, in real time, check_real_time. Rethrows what the
+/// Errors: those of check_box_open, check_laser_ready, check_light, check_witness and, in real time, check_real_time. Rethrows what the
 /// sink or the progress callback throws, after an event if the sink still takes one. A failing device gives a status,
 /// not an exception.
 ScanResult run_scan(ScanJob& job);

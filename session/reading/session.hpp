@@ -59,6 +59,7 @@ struct SessionInfo {
   /// The run's clock and the wall clock, at the beginning and the end; no end under a virtual clock.
   std::optional<ClockPair> clock_begin, clock_end;
   std::string operator_name, notes;
+  std::string commission;  ///< who tried the rig's protection when, and what was waived; empty where none is asked for
   std::string rig, rig_hash;     ///< rig's name; SHA-256 of the resolved rig file copied as rig.yaml
   std::string calibration_hash;  ///< SHA-256 of cameras, calibration and object as written; the writer fills it in
   std::string software;          ///< tankrig's version

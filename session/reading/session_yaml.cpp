@@ -142,6 +142,7 @@ const Setting<Info> kSessionRows[] = {
     {"clock", {read_clock, write_clock, "", nullptr, is_there<&Info::clock_begin>}},
     {"operator", &Info::operator_name, "", Need::kRequired},
     {"notes", &Info::notes, "", Need::kRequired},
+    {"commission", &Info::commission, "", Need::kSparse},
     {"rig", &Info::rig, "", Need::kRequired},
     {"rig_sha256", &Info::rig_hash, "", Need::kRequired},
     {"software", &Info::software, "", Need::kRequired},

@@ -48,6 +48,7 @@ void BoxEmulator::receive(std::span<const std::uint8_t> bytes) {
 Duration BoxEmulator::tick() {
   if (!std::exchange(real_time_, true)) set_fifo("emulated-box", kEmulatedWirePriority);
   const Stamp now = MonotonicClock::one().now();
+  logic_.stop(stop_pressed_, now);
   logic_.tick(closed_, now);
   stuck_ = logic_.stuck();
   press_button(now);
@@ -60,8 +61,9 @@ Duration BoxEmulator::tick() {
 }
 
 void BoxEmulator::press_button(Stamp now) {
-  if (!logic_.ready() || logic_.coil()) ready_since_.reset();
-  if (logic_.ready() && !logic_.coil() && !ready_since_) ready_since_ = now;
+  const bool can_be_reset = logic_.ready() && !logic_.coil() && !stop_pressed_;
+  if (!can_be_reset) ready_since_.reset();
+  if (can_be_reset && !ready_since_) ready_since_ = now;
   logic_.button(!settings_.nobody_there && ready_since_ && now - *ready_since_ >= settings_.reset_after, now);
 }
 

@@ -33,6 +33,8 @@ class BoxEmulator {
 
   /// The contactors' contacts weld where they are.
   void set_welded(bool welded) noexcept { welded_ = welded; }
+  /// Somebody presses the stop, or releases it.
+  void press_stop(bool pressed) noexcept { stop_pressed_ = pressed; }
   void unplug() { server_.unplug(); }
   void plug() { server_.plug(); }
 
@@ -55,7 +57,7 @@ class BoxEmulator {
 
   const BoxEmulatorSettings settings_;
   const std::function<void(bool)> contactors_;
-  std::atomic<bool> welded_{false}, closed_{false}, stuck_{false};
+  std::atomic<bool> welded_{false}, closed_{false}, stuck_{false}, stop_pressed_{false};
   std::atomic<std::uint64_t> edges_{0};
   std::atomic<std::int64_t> last_edge_ns_{0}, opened_ns_{0};
   // Its thread's.

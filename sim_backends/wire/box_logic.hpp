@@ -24,11 +24,16 @@ class BoxLogic {
   }
   /// The button as it is now: only its way down counts, and only while the beats are good.
   void button(bool pressed, Stamp now) noexcept {
-    if (pressed && !pressed_ && ready() && !stuck_) {
+    if (pressed && !pressed_ && ready() && !stuck_ && !stopped_) {
       coil_ = true;
       switched_ = now;
     }
     pressed_ = pressed;
+  }
+  /// The stop's channels, in series with the coils: open, they drop, and stay so until the button is pressed again.
+  void stop(bool open, Stamp now) noexcept {
+    stopped_ = open;
+    if (open) drop(now);
   }
   /// Time passes; `contact_closed`: the contactors' feedback. A box that finds its button pressed or a contact closed at
   /// power-up does nothing for either.
@@ -57,7 +62,7 @@ class BoxLogic {
 
   int edges_ = 0;  // good ones in a row
   Stamp last_edge_{}, switched_{};
-  bool coil_ = false, pressed_ = true, stuck_ = false;
+  bool coil_ = false, pressed_ = true, stuck_ = false, stopped_ = false;
 };
 
 }  // namespace tankrig::sim

@@ -52,6 +52,7 @@ struct EmulatedTank::Impl {
       box.emplace(*settings.box, [this](bool closed) { feed(closed); });
       tell("watchdog box", settings.box->name.string());
     }
+    if (!settings.hand.empty()) hand.emplace(settings.hand, [this](HandDeed deed) { do_by_hand(deed); });
     if (!settings.truth.empty()) std::filesystem::create_directories(settings.truth);
     for (const GigeCameraSettings& camera : settings.cameras) {
       cameras.push_back(std::make_unique<GigeCameraEmulator>(camera, pictures_of(camera.user_id)));
@@ -79,6 +80,13 @@ struct EmulatedTank::Impl {
   void feed(bool closed) {
     if (arm) arm->set_fed(closed);
     if (relay) relay->set_fed(closed);
+  }
+
+  void do_by_hand(HandDeed deed) {
+    if (relay && (deed == HandDeed::kOpenLid || deed == HandDeed::kCloseLid))
+      relay->set_interlock_closed(deed == HandDeed::kCloseLid);
+    if (box && (deed == HandDeed::kPressStop || deed == HandDeed::kReleaseStop))
+      box->press_stop(deed == HandDeed::kPressStop);
   }
 
   void tell(const std::string& device, const std::string& where) {
@@ -144,6 +152,7 @@ struct EmulatedTank::Impl {
   std::optional<RelayEmulator> relay;
   std::optional<LuxEmulator> lux;
   std::optional<BoxEmulator> box;
+  std::optional<EmulatedHand> hand;
   std::vector<std::unique_ptr<ExposureTruth>> truths;
   std::vector<std::unique_ptr<PictureFaults>> spoilers;
   std::vector<std::unique_ptr<GigeCameraEmulator>> cameras;  // last: their threads ask the devices above

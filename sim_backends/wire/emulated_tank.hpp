@@ -13,6 +13,7 @@
 #include "sim_backends/wire/arm_emulator.hpp"
 #include "sim_backends/wire/box_emulator.hpp"
 #include "sim_backends/wire/can_hub.hpp"
+#include "sim_backends/wire/emulated_hand.hpp"
 #include "sim_backends/wire/gige_camera.hpp"
 #include "sim_backends/wire/lux_emulator.hpp"
 #include "sim_backends/wire/relay_emulator.hpp"
@@ -43,9 +44,13 @@ struct EmulatedTankSettings {
   Duration laser_warm_up = std::chrono::seconds{1};
   std::optional<LuxEmulatorSettings> lux;
   std::optional<BoxEmulatorSettings> box;  ///< feeds arm and laser
+  std::filesystem::path hand;              ///< socket of somebody at the lid and the stop; empty: nobody
   FaultPlan faults;                        ///< played from the moment every device answers
   std::filesystem::path truth;             ///< folder for CAMERA.csv with the truth of every exposure; empty: none
 };
+
+/// Where somebody at the tank is asked: EmulatedHand.
+std::filesystem::path hand_at(const std::filesystem::path& runtime);
 
 /// Every key of `emulation` with its default, range and meaning, as rows of a Markdown table.
 std::string emulation_key_rows();

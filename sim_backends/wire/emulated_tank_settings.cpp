@@ -127,9 +127,12 @@ EmulatedTankSettings emulated_tank_settings_from(const ConfigNode& devices, cons
     if (const auto b = behaviour("box")) read_settings(*b, kBoxEmulatorKeys, *s.box);
     s.box->name = device_path(heartbeat.device, runtime);
   }
+  if (s.laser || s.box) s.hand = hand_at(runtime);
   if (emulation) emulation->finish();
   return s;
 }
+
+std::filesystem::path hand_at(const std::filesystem::path& runtime) { return runtime / "hand"; }
 
 std::string emulation_key_rows() {
   return settings_rows("emulation.arm", kEmulatedArm) + settings_rows("emulation.cameras", kGige) +

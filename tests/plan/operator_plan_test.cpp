@@ -6,6 +6,7 @@
 
 #include "core/input_error.hpp"
 #include "rig/plan/motion_check.hpp"
+#include "tests/support/bench_right.hpp"
 #include "tests/support/mock_rig.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -116,7 +117,7 @@ TEST(MoveByHand, AStopOnTheWayLeavesTheArmAtRestOnTheWay) {
 
 TEST(MoveByHand, ALaserThatIsOnIsAFault) {
   HandRig rig;
-  ASSERT_TRUE(rig.laser->set(true).ok());
+  ASSERT_TRUE(BenchRight::light(*rig.laser).ok());
   rig.laser->faults.stuck_on = true;
   const ScanResult result = rig.run(make_move_plan(rig.s, rig.s.park, bent(rig.s.park, 1.3), "move"));
   EXPECT_THAT(result.status, HasSubstr("laser: on though not commanded"));

@@ -1,5 +1,6 @@
 #include "apps/tankrig/arm/arm_commands.hpp"
 
+#include "apps/tankrig/command_line/commissioned.hpp"
 #include "apps/tankrig/commands.hpp"
 #include "core/arm_model.hpp"
 
@@ -28,6 +29,7 @@ void add_motion_options(const ArmCommand& c) {
       ->check(CLI::PositiveNumber);
   c.app->add_flag("--dry-run", c.options.dry_run, "Check limits, speeds and clearance, but move nothing");
   c.app->add_flag("--yes", c.options.yes, "With devices: do not ask before anything moves");
+  add_waive_option(c.app, c.options.waived);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace tankrig::app {
 
@@ -12,6 +13,7 @@ struct ArmCommandOptions {
   std::string joint;             ///< one of kJointNames
   double angle_deg = 0;
   std::optional<double> velocity_deg_s;  ///< of the fastest joint; nothing: the rig file's, or the dead zone's end
+  std::vector<std::string> waived;       ///< "commission"
   bool relative = false, dry_run = false, yes = false, json = false;
 };
 

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "apps/tankrig/command_line/commissioned.hpp"
 #include "apps/tankrig/command_line/output.hpp"
 #include "apps/tankrig/command_line/rig_files.hpp"
 #include "apps/tankrig/command_line/service.hpp"
@@ -212,6 +213,7 @@ void Motion::end() noexcept {
 int move_arm(const ArmCommandOptions& options, const TargetFrom& target_from, bool hold_to_run) {
   Progress progress;
   const RigConfig rig = load_rig(find_rig(options.rig));
+  if (!options.dry_run) require_commission(rig, options.waived);
   const StopOnSignal stop_on_signal;  // before the devices: it outlives them
   const OwnBackend backend =
       make_backend(rig, {.carrier = options.carrier, .need = {.cameras = false}, .command = "arm motion"});

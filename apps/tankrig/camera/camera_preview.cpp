@@ -9,6 +9,7 @@
 #include "apps/tankrig/arm/arm_motion.hpp"
 #include "apps/tankrig/camera/camera_preview_output.hpp"
 #include "apps/tankrig/camera/preview_drawer.hpp"
+#include "apps/tankrig/command_line/commissioned.hpp"
 #include "apps/tankrig/command_line/confirm.hpp"
 #include "apps/tankrig/command_line/output.hpp"
 #include "apps/tankrig/command_line/progress.hpp"
@@ -35,6 +36,7 @@ struct CameraPreviewOptions {
   std::filesystem::path out = "preview.png";  ///< refreshed in place; the page that shows it lies beside it
   std::optional<double> seconds;              ///< nothing: until Ctrl-C, or what a virtual clock or the laser allows
   double rate_hz = 5;                         ///< refreshes per second, at most
+  std::vector<std::string> waived;            ///< "commission"
   bool laser = false, yes = false, json = false;
 };
 
@@ -254,6 +256,7 @@ int camera_preview(const CameraPreviewOptions& options) {
   page_of(options.out);
   Progress progress;
   const RigConfig rig = load_rig(find_rig(options.rig));
+  if (options.laser) require_commission(rig, options.waived);
   if (options.laser) confirm("The laser of " + rig.name + " will shine. Is everybody's sight protected?", options.yes);
   const StopOnSignal stop_on_signal;  // before the devices: it outlives them
   const RigCamera& chosen = choose_camera(rig, options.camera);
@@ -307,6 +310,7 @@ void add_camera(CLI::App& app, ChosenCommand& chosen) {
       ->check(CLI::PositiveNumber);
   c->add_option("--rate", o.rate_hz, "Highest refresh rate [Hz]")->check(CLI::Range(0.1, 30.0))->capture_default_str();
   c->add_flag("--laser", o.laser, "Ask, switch the laser on with the arm at rest, and mark the stripe");
+  add_waive_option(c, o.waived);
   c->add_flag("--yes", o.yes, "Do not ask before the laser is switched on");
   c->add_flag("--json", o.json, "Print one JSON object on standard output at the end");
 }

@@ -12,8 +12,10 @@
 #include "drivers/arm/arm5e.hpp"
 #include "drivers/camera/camera.hpp"
 #include "drivers/laser/laser.hpp"
+#include "drivers/laser/relay_proof.hpp"
 #include "drivers/lux/lux_meter.hpp"
 #include "drivers/watchdog/watchdog_box.hpp"
+#include "rig/commission/deed.hpp"
 #include "rig/config/rig_config.hpp"
 #include "rig/safety/step_watch.hpp"
 #include "sim_backends/faults/fault_script.hpp"
@@ -43,6 +45,12 @@ class Backend {
   virtual LuxMeter& lux_meter() = 0;
   /// Level of the laser's interlock - lid, key, door - at this moment. What cannot be read is open.
   virtual bool interlock_closed() const = 0;
+  /// Whether that is read at all; false: it is wired past this program.
+  virtual bool reads_interlock() const { return true; }
+  /// The proof test of the laser's relay; null if it has none.
+  virtual RelayProof* relay_proof() { return nullptr; }
+  /// Somebody stands at an emulated tank, and does it. False: people have to.
+  virtual bool does_by_hand(Deed /*deed*/) { return false; }
   /// What the user should know before the scan: parts of a scene that are not simulated, a calibration that is not the
   /// truth.
   virtual std::vector<std::string> warnings() const = 0;

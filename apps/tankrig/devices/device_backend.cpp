@@ -21,6 +21,7 @@
 #include "drivers/laser/relay_laser.hpp"
 #include "drivers/lux/open_lux_meter.hpp"
 #include "rig/guardian/guardian_process.hpp"
+#include "rig/scan/before_start.hpp"
 #include "sim_backends/wire/emulated_tank.hpp"
 #include "sim_backends/wire/private_network.hpp"
 
@@ -99,6 +100,20 @@ std::unique_ptr<Camera> open_camera(const RigCamera& camera, const CameraInfo& i
   return opened;
 }
 
+sim::HandDeed hand_deed(Deed deed) {
+  switch (deed) {
+    case Deed::kOpenLid:
+      return sim::HandDeed::kOpenLid;
+    case Deed::kCloseLid:
+      return sim::HandDeed::kCloseLid;
+    case Deed::kPressStop:
+      return sim::HandDeed::kPressStop;
+    case Deed::kReleaseStop:
+      break;
+  }
+  return sim::HandDeed::kReleaseStop;
+}
+
 constexpr Duration kGuardianEnds = std::chrono::seconds{5};  // usually within one
 
 /// Unless another program is at it, the laser first: it is off from here on, whatever else cannot be opened.
@@ -158,6 +173,7 @@ class DeviceBackend final : public Backend {
     if (need.arm && need.laser) try {
         const Waiting told("the watchdog box to answer");
         if (watched) box_.emplace(WatchdogSettings{safety.heartbeat_output, safety.enable_input}, runtime, clock_);
+        if (watched) check_box_open(safety, *box_, clock_);
         warning_ = open_warning_line(safety.warning_output, runtime);
       } catch (const InputError& e) {
         throw InputError(rig.file, std::string("scan: ") + e.what());
@@ -201,6 +217,12 @@ class DeviceBackend final : public Backend {
   bool interlock_closed() const override {
     if (!laser_ || wired_interlock_) return laser_ != nullptr;
     return laser_->interlock_closed().value_or(false);
+  }
+
+  bool reads_interlock() const override { return !wired_interlock_; }
+  RelayProof* relay_proof() override { return laser_.get(); }
+  bool does_by_hand(Deed deed) override {
+    return world() && sim::ask_hand(sim::hand_at(emulation_.runtime()), hand_deed(deed));
   }
 
   void record_wire(const std::filesystem::path& session) override {

@@ -62,6 +62,7 @@ sim::EmulatedTankSettings settings_of(const RigConfig& rig, const EmulateOptions
   if (!wanted("laser")) settings.laser.reset();
   if (!wanted("lux")) settings.lux.reset();
   if (!wanted("box")) settings.box.reset();
+  if (!settings.laser && !settings.box) settings.hand.clear();
   return settings;
 }
 

@@ -185,9 +185,10 @@ void check_lux(const std::string& lux) {
 }
 
 Recording record_session(const ScanOptions& options, const RigConfig& rig, const PipelineParameters& parameters,
-                         const ScanPlan& plan, Backend& backend, const fs::path& path, Progress& progress,
-                         Motion& motion) {
+                         const ScanPlan& plan, Backend& backend, const fs::path& path, const std::string& commission,
+                         Progress& progress, Motion& motion) {
   SessionInfo info = session_info_of(options, backend, path);
+  info.commission = commission;
   const bool meter = options.lux == "auto" && rig.scan.capture.read_lux;
   if (meter || options.lux != "auto") {
     info.lux_source = meter ? "meter" : "hand";

@@ -26,9 +26,10 @@ struct ScanOptions {
   std::string lux = "auto";  ///< "auto" reads the lux meter, or a value by hand
   std::string carrier;       ///< of the arm: "can" or "serial"; empty: the rig file's
   std::string operator_name, notes;
-  std::filesystem::path faults;  ///< fault plan for simulated or emulated devices; empty: none
-  std::filesystem::path out;     ///< session directory; empty: sessions/<rig>-<UTC>
-  std::string coverage_mm;       ///< thresholds of the scores; empty: the rig file's
+  std::filesystem::path faults;     ///< fault plan for simulated or emulated devices; empty: none
+  std::filesystem::path out;        ///< session directory; empty: sessions/<rig>-<UTC>
+  std::vector<std::string> waived;  ///< "commission"
+  std::string coverage_mm;          ///< thresholds of the scores; empty: the rig file's
   bool json = false, dry_run = false, yes = false;
 };
 
@@ -44,10 +45,10 @@ struct Recording {
   std::map<std::string, cv::Mat> unwritten;
 };
 
-/// Moves the arm and records the session.
+/// Moves the arm and records the session. `commission`: SessionInfo::commission.
 /// Errors: what the disk refuses.
 Recording record_session(const ScanOptions& options, const RigConfig& rig, const PipelineParameters& parameters,
-                         const ScanPlan& plan, Backend& backend, const std::filesystem::path& path, Progress& progress,
-                         Motion& motion);
+                         const ScanPlan& plan, Backend& backend, const std::filesystem::path& path,
+                         const std::string& commission, Progress& progress, Motion& motion);
 
 }  // namespace tankrig::app

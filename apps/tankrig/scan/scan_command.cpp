@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/tankrig/arm/arm_motion.hpp"
+#include "apps/tankrig/command_line/commissioned.hpp"
 #include "apps/tankrig/command_line/output.hpp"
 #include "apps/tankrig/command_line/progress.hpp"
 #include "apps/tankrig/command_line/rig_files.hpp"
@@ -179,6 +180,7 @@ int scan(const ScanOptions& options) {
     print_dry_run(rig, plan, check_plan(rig, plan), options.json);
     return kOk;
   }
+  const std::string commission = require_commission(rig, options.waived);
   const StopOnSignal stop_on_signal;  // before the devices: it outlives them
   BackendOptions devices;
   devices.world = options.world;
@@ -209,7 +211,7 @@ int scan(const ScanOptions& options) {
   Recording recording;
   Motion motion(*backend, rig.scan.safety, progress);
   try {
-    recording = record_session(options, rig, parameters, plan, *backend, path, progress, motion);
+    recording = record_session(options, rig, parameters, plan, *backend, path, commission, progress, motion);
     stops.reset();
     warning.reset();
   } catch (const NotOnDisk& e) {
@@ -284,6 +286,7 @@ void add_scan(CLI::App& app, ChosenCommand& chosen) {
   c->add_flag("--dry-run", o.dry_run,
               "Print path from the park posture, clearance, duration, disk need and view; use no device");
   c->add_flag("--yes", o.yes, "With devices: do not ask before anything moves or shines");
+  add_waive_option(c, o.waived);
   add_coverage_option(c, o.coverage_mm);
   add_json_flag(c, o.json);
 }

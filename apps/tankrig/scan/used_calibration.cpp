@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/shown_text.hpp"
+#include "core/utc.hpp"
 #include "session/checking/sha256.hpp"
 
 namespace tankrig::app {
@@ -14,9 +15,7 @@ constexpr double kOldDays = 30;
 
 /// Days from an ISO 8601 time, which the file's reader has checked.
 double days_since(const std::string& utc, std::time_t now) {
-  std::tm then{};
-  ::strptime(utc.c_str(), "%Y-%m-%dT%H:%M:%SZ", &then);
-  return std::difftime(now, ::timegm(&then)) / 86400;
+  return std::difftime(now, time_of_utc(utc).value_or(0)) / 86400;
 }
 
 }  // namespace

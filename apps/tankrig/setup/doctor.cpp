@@ -11,6 +11,7 @@
 #include "apps/tankrig/commands.hpp"
 #include "apps/tankrig/devices/camera_info.hpp"
 #include "apps/tankrig/scan/plan_check.hpp"
+#include "apps/tankrig/setup/commission_command.hpp"
 #include "core/clock.hpp"
 #include "core/input_error.hpp"
 #include "drivers/arm/arm5e_settings.hpp"
@@ -30,6 +31,8 @@ struct DoctorOptions {
   double seconds = 5;                           ///< of the latency test
   std::filesystem::path sessions = "sessions";  ///< where scans would be recorded
   bool json = false;
+  bool commission = false;  ///< the start-up test instead
+  CommissionOptions test;
 };
 
 namespace fs = std::filesystem;
@@ -215,6 +218,7 @@ void print_as_json(const std::vector<Finding>& found, const RigConfig& rig, int 
 
 /// kOk: all is well; kPartial: something is to be mended; kFailure: this machine cannot run this rig.
 int doctor(const DoctorOptions& options) {
+  if (options.commission) return run_commission(options.rig, options.sessions, options.test, options.json);
   Progress progress;
   const RigConfig rig = load_rig(find_rig(options.rig));
   const std::vector<Finding> found = examine(rig, options, progress);
@@ -233,12 +237,29 @@ void add_doctor(CLI::App& app, ChosenCommand& chosen) {
   DoctorOptions& o = options_of(c, chosen, &doctor);
   c->footer(
       "Example: tankrig doctor --rig tank-wire --seconds 60\n"
-      "Exit codes: 0 all is well; 1 this machine cannot run this rig; 3 something is bad");
+      "         tankrig doctor --commission --operator Anna --rig /var/lib/tankrig/pool\n"
+      "Exit codes: 0 all is well; 1 this machine cannot run this rig, or a step failed; 3 something is bad, or "
+      "stopped");
   add_rig_option(c, o.rig);
   c->add_option("--seconds", o.seconds, "Length of the latency test [s]")
       ->check(CLI::Range(0.1, 3600.0))
       ->capture_default_str();
   c->add_option("--sessions", o.sessions, "Folder for sessions, whose disk is measured")->capture_default_str();
+  CLI::Option* const test =
+      c->add_flag("--commission", o.commission,
+                  "Try what protects people instead, with somebody at the tank: the arm moves and the laser shines");
+  test->needs(c->add_option("--operator", o.test.operator_name, "With --commission: name of whoever stands at the tank")
+                  ->needs(test));
+  c->add_option("--waive", o.test.waived, "With --commission: leave this step out; repeat the option for more")
+      ->allow_extra_args(false)
+      ->check(CLI::IsMember(waivable_steps()))
+      ->needs(test);
+  c->add_option("--wait", o.test.wait_s, "With --commission: time for each thing that is asked for [s]")
+      ->check(CLI::Range(1.0, 600.0))
+      ->capture_default_str();
+  c->add_flag("--yes", o.test.yes, "With --commission, with devices: do not ask before anything moves or shines")
+      ->needs(test);
+  add_carrier_option(c, o.test.carrier);
   add_json_flag(c, o.json);
 }
 
