@@ -293,7 +293,7 @@ TEST(HeldToRun, AJogOnDevicesAsksWarnsAndMovesWhileAKeyIsHeld) {
                  rig = real_to_the_program(scratch_folder() / "real");
   OnTerminal jog;
   jog.run({"emulate", "--rig", served, "--device", "arm", "--device", "laser", "--", "tankrig", "arm", "jog", "--rig",
-           rig, "elbow", "80"});
+           rig, "elbow", "80", "--waive", "commission"});
   ASSERT_TRUE(jog.shows("[y/N]")) << jog.screen;
   EXPECT_THAT(jog.screen, HasSubstr("its arm will move for 6 s (elbow 51.6 to 80.0 deg)"));
   jog.press('y');
