@@ -21,10 +21,6 @@ void tell(const ProgressCallback& progress, const std::string& stage, double fra
   if (progress) progress(stage, fraction);
 }
 
-bool contains(const WorkspaceBox& box, const Vector3d& p) {
-  return (p.array() >= box.min.array()).all() && (p.array() <= box.max.array()).all();
-}
-
 bool dark(const FrameRecord& frame) { return frame.phase == Phase::kDarkBefore || frame.phase == Phase::kDarkAfter; }
 
 std::vector<cv::Mat> images_of(const Session& session, const std::vector<const FrameRecord*>& frames) {
@@ -178,6 +174,10 @@ void reconstruct_stereo(const Session& session, const PipelineParameters& parame
 }
 
 }  // namespace
+
+bool contains(const WorkspaceBox& box, const Vector3d& p) {
+  return (p.array() >= box.min.array()).all() && (p.array() <= box.max.array()).all();
+}
 
 std::vector<const FrameRecord*> frames_of(const Session& session, const CalibratedCamera& camera,
                                           bool (*wanted)(const FrameRecord&)) {

@@ -36,6 +36,8 @@ struct Reconstruction {
   double seconds = 0;
 };
 
+bool contains(const WorkspaceBox& box, const Vector3d& p);
+
 /// Frames of one camera, in file order.
 std::vector<const FrameRecord*> frames_of(const Session& session, const CalibratedCamera& camera,
                                           bool (*wanted)(const FrameRecord&));

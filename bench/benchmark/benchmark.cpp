@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "core/text_files.hpp"
+
 namespace tankrig {
 
 const char* Updater::column() const {
@@ -25,6 +27,8 @@ const char* Updater::column() const {
       return "Particles";
     case UpdaterKind::kSweepSpeed:
       return "SweepSpeed";
+    case UpdaterKind::kAlgorithm:
+      return "Algorithm";
   }
   return "";
 }
@@ -34,6 +38,10 @@ std::size_t Updater::count() const { return static_cast<std::size_t>(std::floor(
 /// From a whole number of millionths, so that 3 * 0.05 is the number that 0.15 reads as.
 double Updater::value(std::size_t index) const {
   return std::round((first + static_cast<double>(index) * step) * 1e6) / 1e6;
+}
+
+std::string Updater::shown(double value) const {
+  return kind == UpdaterKind::kAlgorithm ? clouds.at(static_cast<std::size_t>(value)) : exact_text(value);
 }
 
 std::size_t Benchmark::points() const {

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/external/limited_run.hpp"
 #include "core/enum_names.hpp"
 #include "core/frames.hpp"
 
@@ -106,11 +107,20 @@ enum class UpdaterKind : std::uint8_t {
   kNoise,
   kParticles,
   kSweepSpeed,
+  kAlgorithm,
 };
 template <>
-inline constexpr std::array kNames<UpdaterKind>{
-    "none",   "sceneFogUpdater",   "bagFogUpdater",      "currentForceUpdater", "armMoveUpdater",
-    "repeat", "sceneLightUpdater", "cameraNoiseUpdater", "particlesUpdater",    "sweepSpeedUpdater"};
+inline constexpr std::array kNames<UpdaterKind>{"none",
+                                                "sceneFogUpdater",
+                                                "bagFogUpdater",
+                                                "currentForceUpdater",
+                                                "armMoveUpdater",
+                                                "repeat",
+                                                "sceneLightUpdater",
+                                                "cameraNoiseUpdater",
+                                                "particlesUpdater",
+                                                "sweepSpeedUpdater",
+                                                "algorithmUpdater"};
 
 /// Of kCurrent.
 struct CurrentSwing {
@@ -129,13 +139,29 @@ struct Updater {
   std::string target;
   std::vector<std::vector<double>> arm_positions;  ///< kArmMove [rad]
   CurrentSwing current;
+  std::vector<std::string> clouds;  ///< kAlgorithm
   std::string bag, image_topic, info_topic, image_depth;
 
   /// How the column of its values is called: "Light", "Noise", "Iteration" ...
   const char* column() const;
   std::size_t count() const;
   double value(std::size_t index) const;
+  /// As tables show it: the cloud's name of kAlgorithm, else the number.
+  std::string shown(double value) const;
 };
+
+/// Somebody's program that makes a cloud of a session, under limits (docs/reference/algorithms.md).
+struct Algorithm {
+  int line = 0;
+  std::string name;               ///< of its cloud
+  std::filesystem::path program;  ///< as the file has it, below the file's folder; without a slash: one of PATH
+  std::vector<std::string> arguments;
+  bool by_laser = false;  ///< it uses the laser's camera, else the stereo pair
+  RunLimits limits;
+};
+
+/// What <topic> calls the cloud that an algorithmUpdater has chosen.
+inline constexpr const char* kChosenCloud = "algorithm";
 
 /// A global result: a muParser expression over measures and their details, "distance/battery", "laser.coverage".
 struct Function {
@@ -149,6 +175,7 @@ struct Function {
 struct Benchmark {
   std::filesystem::path file;
   Arithmetic arithmetic = Arithmetic::kPaper;  ///< of measures that do not say theirs
+  std::vector<Algorithm> algorithms;
   std::vector<Measure> measures;
   Trigger start, stop;
   std::vector<Function> functions;

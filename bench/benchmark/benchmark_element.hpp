@@ -25,6 +25,12 @@ Enum benchmark_choice(const XmlElement& element, const std::string& name) {
   element.fail("<" + element.name() + ">: found '" + name + "', expected one of: " + known);
 }
 
+/// As muParser's variables are called, so that a function can name it.
+bool is_benchmark_name(const std::string& name);
+
+/// What <algorithms> holds.
+std::vector<Algorithm> read_algorithms(const XmlElement& element);
+
 /// What <sceneUpdater> holds, nested ones after it.
 void read_updaters(const XmlElement& element, std::vector<Updater>& updaters);
 

@@ -107,13 +107,6 @@ const std::map<MeasureKind, std::vector<std::string>>& children_of_measures() {
   return table;
 }
 
-/// As muParser's variables are called, so that a function can name it.
-bool is_measure_name(const std::string& name) {
-  const auto letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; };
-  return name.size() <= 64 && letter(name.front()) &&
-         std::all_of(name.begin(), name.end(), [&](char c) { return letter(c) || (c >= '0' && c <= '9'); });
-}
-
 Arithmetic read_arithmetic(const XmlElement& element, Arithmetic by_default) {
   if (!element.attribute("arithmetic")) return by_default;
   const bool paper = element.attribute_choice("arithmetic", {"paper", "uwsim"}) == "paper";
@@ -134,7 +127,7 @@ Measure read_measure(const XmlElement& element, MeasureKind kind, Arithmetic by_
   measure.line = element.line();
   const XmlElement name = element.child("name");
   measure.name = name.text();
-  if (!is_measure_name(measure.name))
+  if (!is_benchmark_name(measure.name))
     name.fail("<name>: found '" + shown_text(measure.name) +
               "', expected at most 64 letters, digits and '_', a letter first: functions use it");
   for (const std::string& child : children_of_measures().at(kind))
@@ -174,7 +167,7 @@ Function read_function(const XmlElement& element, const std::vector<Measure>& me
   function.line = element.line();
   function.expression = element.text({"publishResult", "publishRate", "name"});
   function.name = element.attribute("name").value_or("TOTAL");
-  if (function.name.empty() || !is_measure_name(function.name))
+  if (function.name.empty() || !is_benchmark_name(function.name))
     element.fail("<function>: name: found '" + shown_text(function.name) + "', expected letters, digits and '_'");
   function.publish = element.attribute_choice("publishResult", {"false", "true"}) == "true";
   if (const auto rate = element.attribute("publishRate")) {
@@ -187,6 +180,12 @@ Function read_function(const XmlElement& element, const std::vector<Measure>& me
 }
 
 }  // namespace
+
+bool is_benchmark_name(const std::string& name) {
+  const auto letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; };
+  return name.size() <= 64 && letter(name.front()) &&
+         std::all_of(name.begin(), name.end(), [&](char c) { return letter(c) || (c >= '0' && c <= '9'); });
+}
 
 double benchmark_number(const XmlElement& element, Bounds bounds) {
   const std::string text = element.text();
@@ -215,10 +214,11 @@ Vector3d benchmark_position(const XmlElement& element) {
 
 Benchmark read_benchmark(const std::filesystem::path& file) {
   const XmlElement root = XmlElement::load(file, "benchmark", {"benchmark", kMostBytes, true});
-  root.expect({"measures", "startOn", "stopOn", "sceneUpdater"}, {"function"}, {}, {"arithmetic"});
+  root.expect({"algorithms", "measures", "startOn", "stopOn", "sceneUpdater"}, {"function"}, {}, {"arithmetic"});
   Benchmark benchmark;
   benchmark.file = file;
   benchmark.arithmetic = read_arithmetic(root, Arithmetic::kPaper);
+  if (root.has("algorithms")) benchmark.algorithms = read_algorithms(root.child("algorithms"));
   benchmark.measures = read_measures(root.child("measures"), benchmark.arithmetic);
   benchmark.start = read_trigger(root.child("startOn"));
   benchmark.stop = read_trigger(root.child("stopOn"));

@@ -96,9 +96,16 @@ std::string header(const Benchmark& benchmark) {
   return line + ",SimTime [s],error\n";
 }
 
+/// The values of a configuration's loops, each after a comma.
+std::string loop_cells(const Benchmark& benchmark, const ordered_json& row) {
+  std::string text;
+  for (std::size_t i = 0; i < row["values"].size(); ++i)
+    text += "," + benchmark.updaters[i].shown(row["values"][i].get<double>());
+  return text;
+}
+
 std::string row_of(const Benchmark& benchmark, std::size_t point, const ordered_json& row) {
-  std::string line = std::to_string(point);
-  for (const auto& value : row["values"]) line += "," + cell(value);
+  std::string line = std::to_string(point) + loop_cells(benchmark, row);
   const ordered_json none = ordered_json::object();
   const auto part = [&](const ordered_json& whole, const std::string& key) -> const ordered_json& {
     const auto found = whole.find(key);
@@ -116,7 +123,7 @@ std::string row_of(const Benchmark& benchmark, std::size_t point, const ordered_
   }
   for (const Function& function : benchmark.functions) line += "," + cell(part(part(row, "functions"), function.name));
   line += "," + cell(part(row, "simulated_s")) + ",";
-  if (row.contains("error")) line += csv_field(row["error"].get<std::string>());
+  line += csv_field(point_error(row));
   return line + "\n";
 }
 
@@ -131,8 +138,7 @@ void write_log(const fs::path& folder, const Benchmark& benchmark, const Measure
   for (const auto& [point, row] : rows) {
     if (!row.contains("logs") || !row["logs"].contains(measure.name)) continue;
     for (const auto& entry : row["logs"][measure.name]) {
-      text += std::to_string(point);
-      for (const auto& value : row["values"]) text += "," + cell(value);
+      text += std::to_string(point) + loop_cells(benchmark, row);
       for (const auto& value : entry) text += "," + cell(value);
       text += "\n";
     }
@@ -160,6 +166,16 @@ void PointStore::add(std::size_t point, ordered_json row) {
   write_all(file_, descriptor_, left);
   sync_file(file_, descriptor_);
   rows_[point] = std::move(row);
+}
+
+std::string point_error(const ordered_json& row) {
+  if (row.contains("error")) return row["error"].get<std::string>();
+  std::string text;
+  if (row.contains("measures"))
+    for (const auto& [name, values] : row["measures"].items())
+      if (values.contains("error"))
+        text += (text.empty() ? "" : "; ") + name + ": " + values["error"].get<std::string>();
+  return text;
 }
 
 std::pair<ordered_json, PointRows> read_points(const fs::path& folder) {

@@ -17,8 +17,12 @@
 namespace tankrig {
 
 /// Configurations by number. One is {"values": [...], "measures": {NAME: {DETAIL: number or null, ...}}, "functions":
-/// {NAME: number or null}, "simulated_s"}, or {"values": [...], "error": text}.
+/// {NAME: number or null}, "simulated_s"}, or {"values": [...], "error": text}. A measure whose algorithm failed has an
+/// "error" of its own beside the values of an empty cloud.
 using PointRows = std::map<std::size_t, nlohmann::ordered_json>;
+
+/// What failed in a configuration, measure by measure or as a whole; empty: nothing.
+std::string point_error(const nlohmann::ordered_json& row);
 
 /// The growing file. A line that was cut is left out, and its configuration is done again.
 /// Threads: any.

@@ -31,6 +31,7 @@ const std::map<UpdaterKind, std::vector<const char*>>& children_of_updaters() {
       {UpdaterKind::kNoise, {"initialValue", "finalValue", "step", "interval"}},
       {UpdaterKind::kParticles, {"initialValue", "finalValue", "step", "interval"}},
       {UpdaterKind::kSweepSpeed, {"initialValue", "finalValue", "step", "interval"}},
+      {UpdaterKind::kAlgorithm, {"interval"}},
   };
   return table;
 }
@@ -132,6 +133,7 @@ void read_updaters(const XmlElement& element, std::vector<Updater>& updaters) {
   if (has_bounds) known.insert(known.end(), {older_first.c_str(), older_last.c_str()});
   if (updater.kind != UpdaterKind::kNone) known.push_back("sceneUpdater");
   if (updater.kind == UpdaterKind::kArmMove) repeated = {"armPosition"};
+  if (updater.kind == UpdaterKind::kAlgorithm) repeated = {"cloud"};
   if (updater.kind == UpdaterKind::kCurrent) attributes = {"publishAsForce"};
   loop.expect(known, repeated, {}, attributes);
   if (updater.kind == UpdaterKind::kNone) return;
@@ -142,6 +144,11 @@ void read_updaters(const XmlElement& element, std::vector<Updater>& updaters) {
   if (updater.kind == UpdaterKind::kCurrent) (void)loop.child("target"), read_current(loop, updater);
   if (updater.kind == UpdaterKind::kArmMove) (void)loop.child("target"), read_arm_positions(loop, updater);
   if (updater.kind == UpdaterKind::kRepeat) updater.last = loop.integer("iterations", {1, kMostSteps}) - 1;
+  if (updater.kind == UpdaterKind::kAlgorithm) {
+    for (const XmlElement& cloud : loop.children("cloud")) updater.clouds.push_back(cloud.text());
+    if (updater.clouds.empty()) loop.fail("<algorithmUpdater>: found no <cloud>, expected at least one");
+    updater.last = static_cast<double>(updater.clouds.size() - 1);
+  }
   if (updater.kind == UpdaterKind::kBagFog) {
     updater.bag = loop.text("bag");
     updater.image_topic = loop.text("imageTopic");

@@ -43,15 +43,17 @@ struct Axes {
         if (benchmark.updaters[i].kind == kind) return static_cast<int>(i);
       return -1;
     };
-    const auto innermost_but = [&](int taken) {
+    const auto innermost_but = [&](int taken, bool curves) {
       for (int i = static_cast<int>(benchmark.updaters.size()) - 1; i >= 0; --i)
-        if (i != taken && benchmark.updaters[static_cast<std::size_t>(i)].kind != UpdaterKind::kRepeat) return i;
+        if (i != taken && benchmark.updaters[static_cast<std::size_t>(i)].kind != UpdaterKind::kRepeat &&
+            (curves || benchmark.updaters[static_cast<std::size_t>(i)].kind != UpdaterKind::kAlgorithm))
+          return i;
       return -1;
     };
     curve = find(UpdaterKind::kNoise);
     x = find(UpdaterKind::kLight);
-    if (x < 0) x = innermost_but(curve);
-    if (curve < 0) curve = innermost_but(x);
+    if (x < 0) x = innermost_but(curve, false);
+    if (curve < 0) curve = innermost_but(x, true);
   }
 };
 
@@ -69,6 +71,8 @@ const char* axis_label(const Updater& updater) {
       return "particles [1/m3]";
     case UpdaterKind::kSweepSpeed:
       return "sweep [rad/s]";
+    case UpdaterKind::kAlgorithm:
+      return "algorithm";
     default:
       return "iteration";
   }
@@ -152,7 +156,8 @@ std::string curve_table(const Benchmark& benchmark, const PointRows& rows, const
   text += line + "\n";
   for (std::size_t i = 0; i < curves.count(); ++i) {
     const double level = curves.value(i);
-    text += fmt::format("| {:g} |", level);
+    text += fmt::format("| {} |",
+                        curves.kind == UpdaterKind::kAlgorithm ? curves.shown(level) : fmt::format("{:g}", level));
     for (const Measure* measure : clouds_of(benchmark))
       text += " " +
               mean_and_range(values_where(rows, measure->name, as.detail,
@@ -247,8 +252,11 @@ Chart sweep_chart(const Benchmark& benchmark, const PointRows& rows, const std::
     ChartPanel panel{measure->name, axis_label(x), as.label, {}};
     for (const auto& [level, cells] : curves) {
       ChartCurve curve;
-      if (axes.curve >= 0)
-        curve.name = fmt::format("{} {:g}", benchmark.updaters[static_cast<std::size_t>(axes.curve)].column(), level);
+      if (axes.curve >= 0) {
+        const Updater& loop = benchmark.updaters[static_cast<std::size_t>(axes.curve)];
+        curve.name =
+            loop.kind == UpdaterKind::kAlgorithm ? loop.shown(level) : fmt::format("{} {:g}", loop.column(), level);
+      }
       for (const auto& [at, cell] : cells) {
         const Spread s = spread_of(cell.values);
         ChartPoint p{at, s.mean, cell.interval};
@@ -287,7 +295,7 @@ std::string sweep_page(const Benchmark& benchmark, const ordered_json& run, cons
                        const std::vector<std::string>& figures) {
   const Axes axes(benchmark);
   std::size_t failed = 0;
-  for (const auto& [point, row] : rows) failed += row.contains("error");
+  for (const auto& [point, row] : rows) failed += !point_error(row).empty();
   std::string text = fmt::format("# {}\n", benchmark.file.stem().string());
   text += fmt::format(
       "Made by `tankrig bench {}`: {} configurations of {}, {} failed. tankrig {}, rig {}, sensor {}, seed {}. "

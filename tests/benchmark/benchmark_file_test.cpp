@@ -187,6 +187,34 @@ TEST(BenchmarkFile, BombsAndDepthsAreRefusedAtOnce) {
   EXPECT_THROW(read_benchmark(large), InputError);
 }
 
+TEST(BenchmarkFile, ReadsAlgorithmsAndTheLoopOverThem) {
+  const Benchmark b = read_benchmark(kCorpus / "algorithms.xml");
+  ASSERT_THAT(b.algorithms, SizeIs(2));
+  const Algorithm& mine = b.algorithms[0];
+  EXPECT_EQ(mine.program, "bin/mine");
+  EXPECT_THAT(mine.arguments, ElementsAre("--fast", "two words"));
+  EXPECT_TRUE(mine.by_laser);
+  EXPECT_EQ(mine.limits.wall_s, 2.5);
+  EXPECT_EQ(mine.limits.cpu_s, 2);
+  EXPECT_EQ(mine.limits.memory_bytes, 512U << 20);
+  EXPECT_EQ(mine.limits.disk_bytes, 64U << 20);
+  EXPECT_EQ(mine.limits.processes, 8);
+  EXPECT_FALSE(b.algorithms[1].by_laser);
+  EXPECT_EQ(b.algorithms[1].limits.wall_s, RunLimits{}.wall_s);
+  EXPECT_EQ(b.points(), 3u);
+  EXPECT_STREQ(b.updaters[0].column(), "Algorithm");
+  EXPECT_EQ(b.updaters[0].shown(b.values(1)[0]), "mine");
+
+  expect_refused("algorithms.xml", "<name>theirs", "<name>mine", "<algorithm><name>", "'mine' again");
+  expect_refused("algorithms.xml", "<name>theirs", "<name>algorithm", "<algorithm><name>",
+                 "found 'algorithm', expected");
+  expect_refused("algorithms.xml", "<uses>stereo", "<uses>sonar", "<algorithm><name>",
+                 "found 'sonar', expected laser or");
+  expect_refused("algorithms.xml", "<timeLimit>2.5", "<timeLimit>-1", "<timeLimit>", "expected a number in");
+  expect_refused("algorithms.xml", "<program>theirs</program>", "", "<algorithm><name>", "<program>");
+  expect_refused("algorithms.xml", "<diskLimit>64", "<diskLimit>1e300", "<diskLimit>", "expected a number in");
+}
+
 TEST(BenchmarkFile, AForeignReaderAcceptsOurFilesBySchema) {
   if (std::system("command -v xmllint > /dev/null") != 0) GTEST_SKIP() << "no xmllint (Debian package libxml2-utils)";
   const std::string lint = "xmllint --noout --nonet --schema " + (kBenchmarks / "benchmark.xsd").string() + " ";
@@ -194,6 +222,7 @@ TEST(BenchmarkFile, AForeignReaderAcceptsOurFilesBySchema) {
   for (const auto& folder : {kBenchmarks, kCorpus})
     for (const auto& entry : std::filesystem::directory_iterator(folder))
       if (entry.path().extension() == ".xml") files.push_back(entry.path());
+  files.push_back(kBenchmarks / "../../examples/algorithms/external-algorithms.xml");
   ASSERT_GE(files.size(), 8u);
   for (const auto& file : files) {
     const bool hostile = file.filename() == "bomb.xml" || file.filename() == "deep.xml";

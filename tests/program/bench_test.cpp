@@ -31,10 +31,11 @@ std::string cloud(const std::string& name) {
   return text;
 }
 
-fs::path benchmark(const std::string& measures, const std::string& updater, const std::string& function) {
+fs::path benchmark(const std::string& measures, const std::string& updater, const std::string& function,
+                   const std::string& algorithms = "") {
   const fs::path file = scratch_folder() / "benchmark.xml";
-  write_text(file, "<benchmark><measures>" + measures + "</measures>" + kAlways + "<function>" + function +
-                       "</function>" + updater + "</benchmark>\n");
+  write_text(file, "<benchmark>" + algorithms + "<measures>" + measures + "</measures>" + kAlways + "<function>" +
+                       function + "</function>" + updater + "</benchmark>\n");
   return file;
 }
 
@@ -138,6 +139,125 @@ TEST(Bench, MeasuresTheRunAndNamesWhatTheRigCannotMean) {
   const double slow = points[0]["measures"]["t"]["time"], fast = points[1]["measures"]["t"]["time"];
   EXPECT_NEAR(slow - fast, 0.08 / 0.08 - 0.08 / 0.1, 0.1);  // the sweep is 0.08 rad long
   EXPECT_THAT(read_text(out / "logs" / "way.csv"), HasSubstr("point,SweepSpeed,time [s],distance [m]\n0,0.08,0.5"));
+}
+
+/// An <algorithm> that is a shell script; $1 is the session, $2 the cloud that it has to write.
+std::string script(const std::string& name, const std::string& text, const std::string& limits = "",
+                   const std::string& uses = "stereo") {
+  const fs::path file = scratch_folder() / (name + ".sh");
+  write_text(file, "#!/bin/sh\n" + text + "\n");
+  fs::permissions(file, fs::perms::owner_all);
+  return "<algorithm><name>" + name + "</name><program>./" + name + ".sh</program><uses>" + uses + "</uses>" + limits +
+         "</algorithm>";
+}
+
+const std::string kHeader =
+    "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\n";
+
+TEST(Bench, AProgramThatBehavesBadlyIsAResultAndTheSweepGoesOn) {
+  const fs::path rig = small_rig(scratch_folder() / "rig");
+  const auto writes = [](const std::string& cloud) { return "cat > $2 <<'END'\n" + cloud + "\nEND"; };
+  // Two points on the top of the box, which is at -0.26, 0.025, 1.02 in b.
+  const std::string good = kHeader + "comment frame b\nend_header\n-0.26 0.025 1.02\n-0.27 0.03 1.02";
+  const struct {
+    const char *name, *error;
+    std::string text, limits = "";
+  } bad[] = {
+      {"hangs", "ran longer than 0.5 s", "sleep 1000", "<timeLimit>0.5</timeLimit>"},
+      {"crashes", "killed by signal 11", writes(good) + "\nkill -SEGV $$"},
+      {"fails", "exit code 4: no stripe anywhere", writes(good) + "\necho no stripe anywhere; exit 4"},
+      {"bombs", "processes, expected at most 20", "bomb() { bomb | bomb & }; bomb; sleep 1000",
+       "<processLimit>20</processLimit>"},
+      {"fills", "wrote more than 2 MiB", "exec cat /dev/zero > $2", "<diskLimit>2</diskLimit>"},
+      {"forgets", "wrote no cloud", "exit 0"},
+      {"links", "is no regular file", "ln -s /etc/passwd $2"},
+      {"babbles", "cloud.ply", "head -c 100000 /dev/urandom > $2"},
+      {"cuts", "found 1 points, expected 2", writes(kHeader + "end_header\n0 0 0")},
+      {"nothing", "none of its 2 points is finite", writes(kHeader + "end_header\nnan 0 0\n0 inf 0")},
+      {"elsewhere", "expected b, the arm's base", writes(kHeader + "comment frame o\nend_header\n0 0 0\n0 0 1")},
+      {"far", "no point in the workspace", writes(kHeader + "end_header\n1e30 0 0\n0 -1e30 1")},
+  };
+  std::string algorithms = script("good", writes(good)) + script("gone", "");
+  std::string measures = cloud("stereo") + cloud("good") + cloud("gone");
+  fs::remove(scratch_folder() / "gone.sh");
+  for (const auto& b : bad) algorithms += script(b.name, b.text, b.limits), measures += cloud(b.name);
+  const fs::path file = benchmark(measures, loop("sceneLightUpdater", 0.5, 1, 0.5), "stereo.coverage",
+                                  "<algorithms>" + algorithms + "</algorithms>");
+  const fs::path out = scratch_folder() / "out";
+  const ProgramRun run = run_tankrig({"bench", file, "--rig", rig, "--out", out, "--jobs", "2"});
+  EXPECT_EQ(run.exit_code, 3) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("<algorithm> gone: './gone.sh' is no program, expected an executable file; left out"));
+  EXPECT_THAT(run.err, HasSubstr("runs good: "));
+  const nlohmann::json points = points_of(out);
+  ASSERT_EQ(points.size(), 2u);
+  for (const nlohmann::json& point : points) {
+    const nlohmann::json& m = point["measures"];
+    EXPECT_FALSE(point.contains("error"));
+    EXPECT_GT(m["stereo"]["coverage"], 0.1);
+    EXPECT_NEAR(m["good"]["mean_error"], 0, 1e-6);
+    EXPECT_FALSE(m["good"].contains("error"));
+    EXPECT_TRUE(m["gone"]["left_out"]);
+    for (const auto& b : bad) {
+      EXPECT_THAT(m[b.name].value("error", "none"), HasSubstr(b.error)) << b.name;
+      EXPECT_EQ(m[b.name]["coverage"], 0) << b.name;
+      EXPECT_TRUE(m[b.name]["mean_error"].is_null()) << b.name;
+    }
+  }
+  const std::string table = read_text(out / "results.csv");
+  EXPECT_THAT(table, HasSubstr("hangs: ran longer than 0.5 s"));
+  EXPECT_THAT(table, HasSubstr("fails: exit code 4: no stripe anywhere"));
+}
+
+TEST(Bench, AProgramGetsASessionOfItsCamerasAndNotTheAnswer) {
+  const fs::path rig = small_rig(scratch_folder() / "rig");
+  // What it finds becomes its last words.
+  const std::string look =
+      "cd $1 && echo $(ls | tr '\\n' ' ') $(ls frames | tr '\\n' ' ') $(grep -c object session.yaml) $(ls frames/* | "
+      "wc -l); "
+      "exit 9";
+  const fs::path file =
+      benchmark(cloud("by_laser") + cloud("by_stereo"), "<sceneUpdater><none/></sceneUpdater>", "by_laser",
+                "<algorithms>" + script("by_laser", look, "", "laser") + script("by_stereo", look) + "</algorithms>");
+  const fs::path out = scratch_folder() / "out";
+  EXPECT_EQ(run_tankrig({"bench", file, "--rig", rig, "--out", out}).exit_code, 3);
+  const nlohmann::json m = points_of(out)[0]["measures"];
+  EXPECT_THAT(m["by_laser"]["error"].get<std::string>(),
+              HasSubstr("cameras frames frames.csv joints.csv rig.yaml session.yaml mono 0"));
+  EXPECT_THAT(m["by_stereo"]["error"].get<std::string>(), HasSubstr("session.yaml left right 0"));
+}
+
+TEST(Bench, ALoopOverAlgorithmsMeasuresEachAndNamesIt) {
+  const fs::path rig = small_rig(scratch_folder() / "rig");
+  if (std::system("/usr/bin/python3 -c 'import numpy, yaml, PIL'") != 0)
+    GTEST_SKIP() << "no numpy, yaml or PIL for Python (Debian packages python3-numpy, python3-yaml, python3-pil)";
+  const fs::path examples = fs::path(TANKRIG_SOURCE_DIR) / "examples/algorithms";
+  const auto algorithm = [](const std::string& name, const fs::path& program, const std::string& uses) {
+    return "<algorithm><name>" + name + "</name><program>" + program.string() + "</program><uses>" + uses +
+           "</uses></algorithm>";
+  };
+  std::string measure = cloud("algorithm");
+  measure.replace(measure.find("<name>algorithm"), 15, "<name>chosen");
+  const fs::path file =
+      benchmark(measure,
+                "<sceneUpdater><algorithmUpdater><cloud>laser</cloud><cloud>numpy</cloud><cloud>sgbm</cloud><interval>0"
+                "</interval></algorithmUpdater></sceneUpdater>",
+                "chosen.coverage",
+                "<algorithms>" + algorithm("numpy", examples / "laser_numpy.py", "laser") +
+                    algorithm("sgbm", TANKRIG_SGBM_CLOUD, "stereo") + "</algorithms>");
+  const fs::path out = scratch_folder() / "out";
+  const ProgramRun run = run_tankrig({"bench", file, "--rig", rig, "--out", out});
+  ASSERT_EQ(run.exit_code, 0) << run.err << read_text(out / "results.csv");
+  const nlohmann::json points = points_of(out);
+  ASSERT_EQ(points.size(), 3u);
+  const auto chosen = [&](std::size_t i) { return points[i]["measures"]["chosen"]; };
+  EXPECT_LT(chosen(0)["mean_error"], 0.0005);
+  // The same stripe without a matched filter: a little coarser, over as much of the surface.
+  EXPECT_LT(chosen(1)["mean_error"], 0.002);
+  EXPECT_GT(chosen(1)["coverage"].get<double>(), 0.8 * chosen(0)["coverage"].get<double>());
+  EXPECT_TRUE(chosen(1)["drawn"]["by_frame"]);
+  EXPECT_LT(chosen(2)["mean_error"], 0.003);
+  EXPECT_GT(chosen(2)["of_ceiling"], 0.7);
+  EXPECT_THAT(read_text(out / "results.csv"), HasSubstr("\n1,numpy,"));
 }
 
 TEST(Bench, SaysTheCostAndWhatIsWrong) {

@@ -9,11 +9,13 @@
 #include <thread>
 
 #include "apps/tankrig/bench/bench_run.hpp"
+#include "apps/tankrig/bench/external_cloud.hpp"
 #include "apps/tankrig/command_line/output.hpp"
 #include "apps/tankrig/command_line/rig_files.hpp"
 #include "apps/tankrig/command_line/stop.hpp"
 #include "apps/tankrig/commands.hpp"
 #include "bench/benchmark/point_store.hpp"
+#include "bench/external/limited_run.hpp"
 #include "bench/sweep/sweep_report.hpp"
 #include "core/input_error.hpp"
 #include "core/shown_text.hpp"
@@ -83,7 +85,10 @@ class Sweep {
     tbb::task_arena one_core(1);
     try {
       while (const auto job = take())
-        one_core.execute([&] { finish(job->first, run_.evaluate(job->first, *job->second)); });
+        one_core.execute([&] {
+          ordered_json row = run_.evaluate(job->first, *job->second);
+          if (!row.is_null()) finish(job->first, std::move(row));
+        });
     } catch (...) {
       const std::lock_guard lock(mutex_);
       if (!failure_) failure_ = std::current_exception();
@@ -143,7 +148,7 @@ void write_results(const fs::path& folder, const Benchmark& benchmark, const ord
 
 std::size_t failed_points(const PointRows& rows) {
   return static_cast<std::size_t>(
-      std::count_if(rows.begin(), rows.end(), [](const auto& row) { return row.second.contains("error"); }));
+      std::count_if(rows.begin(), rows.end(), [](const auto& row) { return !point_error(row.second).empty(); }));
 }
 
 /// What the configurations from `begin` to `end` will cost: a scan and a configuration are timed.
@@ -185,6 +190,7 @@ int bench(const BenchOptions& options) {
   const double first_scan_s = elapsed_s(began);
   progress.finish_line();
   for (const std::string& refusal : run.refusals()) progress.warn(refusal);
+  for (const std::string& program : run.programs()) progress.note("runs " + program);
   const auto [begin, end] = shard_of(options.shard, run.benchmark().points());
   if (options.dry_run) return tell_cost(run, options, begin, end, jobs, first_scan_s);
 
@@ -253,6 +259,15 @@ int merge(const MergeOptions& options) {
   return kPartial;
 }
 
+struct ProgramOptions {
+  std::vector<std::string> run;
+};
+
+int run_program(const ProgramOptions& options) {
+  supervise_for_caller(options.run);
+  return kOk;
+}
+
 }  // namespace
 
 void add_bench(CLI::App& app, ChosenCommand& chosen) {
@@ -279,6 +294,12 @@ void add_bench(CLI::App& app, ChosenCommand& chosen) {
   c->add_option("--out", o.out, "Folder of the results; one of the same run goes on (default: benchmarks/NAME)");
   c->add_flag("--dry-run", o.dry_run, "Say what is left out, and the cost: one scan and one configuration are timed");
   add_json_flag(c, o.json);
+
+  // What BenchRun calls for an <algorithm>; not for people.
+  CLI::App* p = c->add_subcommand(kProgramCommand, "Run a program under limits (started by bench itself)")->group("");
+  p->footer("Example: tankrig bench program 60 60 2147483648 268435456 64 FOLDER /bin/true");
+  ProgramOptions& po = options_of(p, chosen, &run_program);
+  p->add_option("run", po.run, "Limits, folder, program and its arguments")->required();
 
   CLI::App* m = c->add_subcommand("merge", "Bring the results of shards together");
   MergeOptions& mo = options_of(m, chosen, &merge);

@@ -67,10 +67,12 @@ std::vector<std::string> BenchRun::write_pictures(const fs::path& folder) {
   for (std::size_t i = 0; i < measured_.size(); ++i) {
     const Measure& measure = benchmark_.measures[i];
     if (!measured_[i] || measure.kind != MeasureKind::kReconstruction3D) continue;
-    const std::string& method = names_.of(measure.topic);
+    const std::string method = cloud_of(measure, condition(0));
+    const std::string eyes = algorithm(method) ? (uses_laser(method) ? "laser" : "stereo") : method;
     const Score score =
-        score_reconstruction(shot, parameters_.thresholds, object_, reconstruct_session(shot, parameters_, method));
-    const CalibratedCamera& camera = shot.camera(by_laser(method) ? CameraRole::kMono : CameraRole::kLeft);
+        score_reconstruction(shot, parameters_.thresholds, object_, reconstruct(*scan_now, shot, method),
+                             session_ceiling(shot, object_, eyes, parameters_.thresholds));
+    const CalibratedCamera& camera = shot.camera(uses_laser(method) ? CameraRole::kMono : CameraRole::kLeft);
     CloudPictureOptions options;
     options.title = method;
     options.width = 560, options.height = 400;

@@ -6,6 +6,8 @@
 #include <set>
 
 #include "apps/tankrig/bench/bench_names.hpp"
+#include "apps/tankrig/bench/external_cloud.hpp"
+#include "apps/tankrig/command_line/stop.hpp"
 #include "bench/benchmark/function.hpp"
 #include "bench/metrics/bootstrap.hpp"
 #include "bench/metrics/metrics_json.hpp"
@@ -59,6 +61,13 @@ PointCloud cloud_until(const PointCloud& cloud, const std::vector<double>& frame
 
 }  // namespace
 
+std::string BenchRun::known_clouds() const {
+  std::string out;
+  for (const std::string& method : kMethods) out += (out.empty() ? "" : ", ") + method;
+  for (const Algorithm& external : benchmark_.algorithms) out += ", " + external.name;
+  return out;
+}
+
 std::string Condition::scan_key() const {
   std::string key = fmt::format("seed {}", world.seed);
   if (world.particles_per_m3) key += fmt::format(" particles {}", *world.particles_per_m3);
@@ -97,10 +106,60 @@ BenchRun::BenchRun(Benchmark benchmark, RigConfig rig, const sim::WorldOptions& 
                {"software", TANKRIG_VERSION},
                {"sensor", world_.sensor.value_or("scene")},
                {"seed", world_.seed}};
+  find_programs();
   refuse_updaters();
   const auto first = scan(condition(0));
   refuse_measures(first->trace());
   identity_["calibration_sha256"] = first->recorded().info.calibration_hash;
+}
+
+void BenchRun::find_programs() {
+  std::erase_if(benchmark_.algorithms, [&](Algorithm& algorithm) {
+    const std::string place =
+        fmt::format("{}:{}: <algorithm> {}: ", benchmark_.file.string(), algorithm.line, algorithm.name);
+    if (std::find(kMethods.begin(), kMethods.end(), algorithm.name) != kMethods.end())
+      throw InputError(place + "found the name of a cloud of ours, expected another");
+    const auto program = program_file(algorithm.program, benchmark_.file.parent_path());
+    if (!program) {
+      refusals_.push_back(place + "'" + algorithm.program.string() +
+                          "' is no program, expected an executable file; left out");
+      return true;
+    }
+    algorithm.program = *program;
+    identity_["algorithms"][algorithm.name] = sha256_of_text(read_whole_file(algorithm.program));
+    return false;
+  });
+}
+
+std::vector<std::string> BenchRun::programs() const {
+  std::vector<std::string> out;
+  for (const Algorithm& algorithm : benchmark_.algorithms)
+    out.push_back(algorithm.name + ": " + algorithm.program.string());
+  return out;
+}
+
+const Algorithm* BenchRun::algorithm(const std::string& cloud) const {
+  const auto found = std::ranges::find(benchmark_.algorithms, cloud, &Algorithm::name);
+  return found == benchmark_.algorithms.end() ? nullptr : &*found;
+}
+
+bool BenchRun::uses_laser(const std::string& cloud) const {
+  const Algorithm* const external = algorithm(cloud);
+  return external ? external->by_laser : by_laser(cloud);
+}
+
+bool BenchRun::has_cloud(const std::string& cloud) const {
+  return algorithm(cloud) || std::find(kMethods.begin(), kMethods.end(), cloud) != kMethods.end();
+}
+
+std::string BenchRun::cloud_of(const Measure& measure, const Condition& condition) const {
+  return measure.topic == kChosenCloud && !condition.cloud.empty() ? condition.cloud : names_.of(measure.topic);
+}
+
+Reconstruction BenchRun::reconstruct(const LayeredScan& scan, const Session& session, const std::string& cloud) const {
+  const Algorithm* const external = algorithm(cloud);
+  return external ? external_reconstruction(*external, scan, session, parameters_.workspace, StopOnSignal::requested())
+                  : reconstruct_session(session, parameters_, cloud);
 }
 
 void BenchRun::refuse_updaters() {
@@ -113,6 +172,12 @@ void BenchRun::refuse_updaters() {
       refuse(updater, "a bag's pictures have no joints to scan with; its loop is left out");
       return true;
     }
+    for (const std::string& cloud : updater.clouds)
+      if (!has_cloud(names_.of(cloud))) {
+        refuse(updater,
+               "this rig has no cloud '" + cloud + "', expected one of: " + known_clouds() + "; its loop is left out");
+        return true;
+      }
     if (updater.kind == UpdaterKind::kArmMove && names_.of(updater.target) != "end_effector" &&
         names_.of(updater.target) != "arm") {
       refuse(updater, "this rig has no arm '" + updater.target + "', expected arm; its loop is left out");
@@ -136,14 +201,15 @@ void BenchRun::refuse_measures(const RunTrace& trace) {
     refuse(trigger->line, what, why + "; " + (trigger == &benchmark_.start ? "starts at once" : "never stops"));
     trigger->kind = trigger == &benchmark_.start ? TriggerKind::kOnInit : TriggerKind::kNever;
   }
+  const Condition first = condition(0);
   for (std::size_t i = 0; i < benchmark_.measures.size(); ++i) {
     const Measure& measure = benchmark_.measures[i];
     std::string why = measure_refusal(measure, trace, names_);
     const bool cloud = measure.kind == MeasureKind::kReconstruction3D;
     if (why.empty() && cloud && names_.of(measure.target) != "object")
       why = "'" + measure.target + "' has no mesh, expected object";
-    if (why.empty() && cloud && std::find(kMethods.begin(), kMethods.end(), names_.of(measure.topic)) == kMethods.end())
-      why = "this rig has no cloud '" + measure.topic + "', expected one of: laser, laser_paper, stereo, stereo_paper";
+    if (why.empty() && cloud && !has_cloud(cloud_of(measure, first)))
+      why = "this rig has no cloud '" + measure.topic + "', expected one of: " + known_clouds();
     if (why.empty()) continue;
     measured_[i] = false;
     refuse(measure.line,
@@ -186,6 +252,9 @@ Condition BenchRun::condition(std::size_t point) const {
         break;
       case UpdaterKind::kArmMove:
         out.posture = between(updater.arm_positions, value);
+        break;
+      case UpdaterKind::kAlgorithm:
+        out.cloud = names_.of(updater.clouds.at(static_cast<std::size_t>(value)));
         break;
       case UpdaterKind::kNone:
       case UpdaterKind::kBagFog:
@@ -246,7 +315,7 @@ void BenchRun::measure_cloud(const Measure& measure, const LayeredScan& scan, co
     frame_times.resize(std::max(frame_times.size(), index + 1));
     frame_times[index] = seconds(frame.stamp - scan.recorded().frames.front().stamp) + trace.frames.front().t_s;
   }
-  const bool laser = by_laser(score.method());
+  const bool laser = uses_laser(score.method());
   double dark = 0;
   for (const TraceSample& sample : trace.samples)
     if (sample.phase == Phase::kDarkBefore) dark = sample.t_s;
@@ -282,7 +351,8 @@ void BenchRun::measure_cloud(const Measure& measure, const LayeredScan& scan, co
     out["drawn"] = {{"groups", intervals.groups}, {"by_frame", intervals.by_frame}};
     out["metrics"] = to_json(m);
   }
-  if (!score.reconstruction.reason.empty()) out["reason"] = score.reconstruction.reason;
+  if (!score.reconstruction.reason.empty())
+    out[algorithm(score.method()) ? "error" : "reason"] = score.reconstruction.reason;
   if (!score.reconstruction.warning.empty()) out["warning"] = score.reconstruction.warning;
   if (!measure.log_s) return;
   ordered_json& log = row["logs"][measure.name] = ordered_json::array();
@@ -304,9 +374,9 @@ ordered_json BenchRun::evaluate(std::size_t point, const LayeredScan& scan) cons
     std::set<std::string> methods;
     for (std::size_t i = 0; i < measured_.size(); ++i)
       if (measured_[i] && benchmark_.measures[i].kind == MeasureKind::kReconstruction3D)
-        methods.insert(names_.of(benchmark_.measures[i].topic));
+        methods.insert(cloud_of(benchmark_.measures[i], at));
     const auto wants = [&](bool laser) {
-      return std::any_of(methods.begin(), methods.end(), [&](const auto& m) { return by_laser(m) == laser; });
+      return std::any_of(methods.begin(), methods.end(), [&](const auto& m) { return uses_laser(m) == laser; });
     };
     const Session session = scan.session(at.pictures, wants(true), wants(false));
     std::map<std::string, Score> scores;
@@ -314,12 +384,14 @@ ordered_json BenchRun::evaluate(std::size_t point, const LayeredScan& scan) cons
       Ceiling ceiling;
       {
         const std::lock_guard lock(ceilings_mutex_);
-        auto [known, is_new] = ceilings_.try_emplace({&scan, method});
-        if (is_new) known->second = session_ceiling(session, object_, method, parameters_.thresholds);
+        const std::string eyes = algorithm(method) ? (uses_laser(method) ? "laser" : "stereo") : method;
+        auto [known, is_new] = ceilings_.try_emplace({&scan, eyes});
+        if (is_new) known->second = session_ceiling(session, object_, eyes, parameters_.thresholds);
         ceiling = known->second;
       }
       scores[method] = score_reconstruction(session, parameters_.thresholds, object_,
-                                            reconstruct_session(session, parameters_, method), std::move(ceiling));
+                                            reconstruct(scan, session, method), std::move(ceiling));
+      if (algorithm(method) && StopOnSignal::requested()) return nullptr;
     }
     DetailValues values;
     for (std::size_t i = 0; i < measured_.size(); ++i) {
@@ -331,7 +403,7 @@ ordered_json BenchRun::evaluate(std::size_t point, const LayeredScan& scan) cons
         continue;
       }
       if (measure.kind == MeasureKind::kReconstruction3D) {
-        measure_cloud(measure, scan, scores.at(names_.of(measure.topic)), row);
+        measure_cloud(measure, scan, scores.at(cloud_of(measure, at)), row);
       } else {
         const std::vector<bool> counts = counting(benchmark_, measure, scan.trace(), names_);
         const auto found = trace_values(measure, scan.trace(), names_, counts, counts.size());

@@ -20,6 +20,7 @@ struct Condition {
   sim::WorldOptions world;               ///< of the scan
   std::optional<double> sweep_velocity;  ///< [rad/s]
   std::optional<JointVector> posture;    ///< of the joints that do not sweep [rad]
+  std::string cloud;                     ///< that an algorithmUpdater has chosen
   PictureConditions pictures;
 
   /// Conditions with the same key share a scan.
@@ -41,17 +42,26 @@ class BenchRun {
   Condition condition(std::size_t point) const;
   /// The scan of a condition, made when it is first asked for. Only the newest stays.
   std::shared_ptr<const LayeredScan> scan(const Condition& condition);
-  /// The row of one configuration, as PointStore takes it. What fails is its "error".
+  /// The programs that it runs, each with what the file calls it.
+  std::vector<std::string> programs() const;
+  /// The row of one configuration, as PointStore takes it. What fails is its "error". Null: a stop came in the middle.
   nlohmann::ordered_json evaluate(std::size_t point, const LayeredScan& scan) const;
   /// Camera views over light and noise, and each measured cloud in the brightest, quietest configuration, as PNG in
   /// FOLDER/figures. Returns their names.
   std::vector<std::string> write_pictures(const std::filesystem::path& folder);
 
  private:
-  struct Shared;  ///< of one scan: ceilings
   RigConfig changed_rig(const Condition& condition) const;
   void refuse_updaters();
   void refuse_measures(const RunTrace& trace);
+  void find_programs();
+  const Algorithm* algorithm(const std::string& cloud) const;  ///< null: the cloud is ours
+  bool uses_laser(const std::string& cloud) const;
+  bool has_cloud(const std::string& cloud) const;
+  std::string known_clouds() const;
+  /// What the measure's topic means in a configuration.
+  std::string cloud_of(const Measure& measure, const Condition& condition) const;
+  Reconstruction reconstruct(const LayeredScan& scan, const Session& session, const std::string& cloud) const;
   void measure_cloud(const Measure& measure, const LayeredScan& scan, const Score& score,
                      nlohmann::ordered_json& row) const;
 

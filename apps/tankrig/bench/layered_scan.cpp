@@ -188,6 +188,8 @@ LayeredScan::LayeredScan(const RigConfig& rig, const sim::WorldOptions& world, P
   }
   layers_ = std::move(kept);
   trace_ = trace_of(rig, plan, sink, session_, backend_->world()->lux());
+  joints_ = std::move(sink.states);
+  rig_yaml_ = resolved_rig_yaml(rig, session_.info.object->mesh);
 }
 
 cv::Mat LayeredScan::picture(const FrameRecord& frame, const PictureConditions& conditions) const {

@@ -37,6 +37,8 @@ class LayeredScan {
 
   const RunTrace& trace() const { return trace_; }
   const Session& recorded() const { return session_; }  ///< without pictures
+  const std::vector<JointState>& joints() const { return joints_; }
+  const std::string& rig_yaml() const { return rig_yaml_; }  ///< as a session keeps it
   double simulated_s() const { return session_.info.simulated_s; }
 
  private:
@@ -46,6 +48,8 @@ class LayeredScan {
   std::map<FrameKey, std::shared_ptr<const sim::FrameLayers>> layers_;
   Session session_;
   RunTrace trace_;
+  std::vector<JointState> joints_;
+  std::string rig_yaml_;
 };
 
 }  // namespace tankrig::app

@@ -1,0 +1,152 @@
+#include "apps/tankrig/bench/external_cloud.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdlib>
+#include <set>
+#include <sstream>
+
+#include "bench/external/limited_run.hpp"
+#include "core/camera_file.hpp"
+#include "core/input_error.hpp"
+#include "reconstruction/cloud/cloud_io.hpp"
+#include "session/reading/session_tables.hpp"
+#include "session/reading/session_yaml.hpp"
+#include "session/recording/png_file.hpp"
+
+namespace fs = std::filesystem;
+
+namespace tankrig::app {
+namespace {
+
+constexpr std::size_t kMostPoints = 5'000'000;
+
+/// Removed with all that is in it.
+class ScratchFolder {
+ public:
+  ScratchFolder() {
+    std::string name = (fs::temp_directory_path() / "tankrig-algorithm-XXXXXX").string();
+    if (!::mkdtemp(name.data())) throw CannotWrite(fs::path(name), errno);
+    path_ = name;
+  }
+  ~ScratchFolder() {
+    std::error_code left_behind;
+    fs::remove_all(path_, left_behind);
+  }
+  ScratchFolder(const ScratchFolder&) = delete;
+  ScratchFolder& operator=(const ScratchFolder&) = delete;
+  const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+};
+
+/// What the program may know: its cameras, their frames, the arm and the laser.
+void write_session(const fs::path& folder, const LayeredScan& scan, const Session& session, bool laser) {
+  SessionInfo info = session.info;
+  info.object.reset();
+  std::erase_if(info.cameras, [&](const CalibratedCamera& c) { return (c.role == CameraRole::kMono) != laser; });
+  std::erase_if(info.account, [&](const auto& entry) { return !info.has_camera(entry.first); });
+  std::erase_if(info.counts, [&](const auto& entry) {
+    const std::string camera = entry.first.substr(0, entry.first.find('.'));
+    return session.info.has_camera(camera) && !info.has_camera(camera);
+  });
+  std::string frames = frames_header(), joints = joints_header();
+  for (const JointState& state : scan.joints()) joints += joints_line(state);
+  for (const CalibratedCamera& camera : info.cameras) fs::create_directories(folder / "frames" / camera.name);
+  for (FrameRecord frame : session.frames) {
+    if (!info.has_camera(frame.camera)) continue;
+    if (laser && frame.q) frame.cPl = session.laser_plane(frame);
+    frames += frames_line(frame);
+    const fs::path file = folder / frame.file;
+    write_whole_file(file, png_of(session.image(frame), file));
+  }
+  fs::create_directories(folder / "cameras");
+  for (const CalibratedCamera& camera : info.cameras) {
+    write_camera_file(folder / "cameras" / (camera.name + ".yaml"), camera.model, camera.name);
+    write_opencv_camera_file(folder / "cameras" / (camera.name + ".opencv.yml"), camera.model, camera.name);
+  }
+  write_whole_file(folder / "frames.csv", frames);
+  write_whole_file(folder / "joints.csv", joints);
+  write_whole_file(folder / "rig.yaml", scan.rig_yaml());
+  write_whole_file(folder / "session.yaml", session_yaml(info));
+}
+
+/// Its cloud in b; frames that the session does not have become unknown.
+/// Errors: InputError, whose message does not name the folder.
+PointCloud cloud_of_program(const fs::path& file, const Session& session, bool laser) {
+  if (!fs::exists(fs::symlink_status(file))) throw InputError("wrote no cloud, expected one at its last argument");
+  if (!fs::is_regular_file(fs::symlink_status(file))) throw InputError("its cloud is no regular file");
+  PointCloud cloud;
+  try {
+    cloud = read_cloud(file);
+  } catch (const InputError& e) {
+    std::string what = e.what();
+    if (what.starts_with(file.string())) what.erase(0, file.parent_path().string().size() + 1);
+    throw InputError(what);
+  }
+  if (!cloud.frame.empty() && cloud.frame != "b")
+    throw InputError("its cloud is in the frame " + cloud.frame + ", expected b, the arm's base");
+  if (cloud.points.size() > kMostPoints)
+    throw InputError(fmt::format("its cloud has {} points, expected at most {}", cloud.points.size(), kMostPoints));
+  if (cloud.points.empty())
+    throw InputError(cloud.invalid ? fmt::format("none of its {} points is finite", cloud.invalid)
+                                   : std::string("its cloud has no points"));
+  cloud.frame = "b";
+  std::set<std::int64_t> frames;
+  if (laser)
+    for (const FrameRecord& frame : session.frames)
+      if (frame.camera == session.camera(CameraRole::kMono).name) frames.insert(static_cast<std::int64_t>(frame.index));
+  for (CloudPoint& point : cloud.points)
+    if (!frames.contains(point.frame)) point.frame = -1;
+  return cloud;
+}
+
+}  // namespace
+
+std::optional<fs::path> program_file(const fs::path& named, const fs::path& folder) {
+  const auto runs = [](const fs::path& file) { return fs::is_regular_file(file) && ::access(file.c_str(), X_OK) == 0; };
+  if (named.has_parent_path()) {
+    const fs::path file = fs::absolute(folder / named).lexically_normal();
+    return runs(file) ? std::optional(file) : std::nullopt;
+  }
+  const char* const path = std::getenv("PATH");
+  std::istringstream folders(path ? path : "/usr/bin:/bin");
+  for (std::string one; std::getline(folders, one, ':');)
+    if (fs::path(one).is_absolute() && runs(one / named)) return one / named;
+  return std::nullopt;
+}
+
+Reconstruction external_reconstruction(const Algorithm& algorithm, const LayeredScan& scan, const Session& session,
+                                       const std::optional<WorkspaceBox>& workspace, const std::atomic<bool>& stop) {
+  Reconstruction out;
+  out.method = algorithm.name;
+  out.cloud.frame = "b";
+  const ScratchFolder scratch;
+  const fs::path folder = scratch.path() / "session", cloud = scratch.path() / "work" / "cloud.ply";
+  fs::create_directories(cloud.parent_path());
+  write_session(folder, scan, session, algorithm.by_laser);
+  LimitedRun run{{algorithm.program.string()}, scratch.path(), algorithm.limits};
+  run.command.insert(run.command.end(), algorithm.arguments.begin(), algorithm.arguments.end());
+  run.command.insert(run.command.end(), {folder.string(), cloud.string()});
+  out.reason = run_limited({"tankrig", "bench", kProgramCommand, "--"}, run, stop);
+  if (!out.reason.empty()) {
+    if (const std::string said = last_words(run); !said.empty()) out.reason += ": " + said;
+    return out;
+  }
+  try {
+    out.cloud = cloud_of_program(cloud, session, algorithm.by_laser);
+  } catch (const InputError& e) {
+    out.reason = e.what();
+    return out;
+  }
+  if (workspace)
+    out.rejected = std::erase_if(out.cloud.points, [&](const CloudPoint& p) { return !contains(*workspace, p.p); });
+  if (out.cloud.points.empty()) out.reason = "its cloud has no point in the workspace";
+  if (out.cloud.invalid > 0) out.warning = fmt::format("{} points were not finite and are left out", out.cloud.invalid);
+  return out;
+}
+
+}  // namespace tankrig::app

@@ -1,0 +1,20 @@
+// The descendants of this process and what they use, from /proc.
+#pragma once
+
+#include <sys/types.h>
+
+#include <cstdint>
+#include <vector>
+
+namespace tankrig {
+
+struct ProcessUse {
+  pid_t process = 0;
+  double cpu_s = 0;  ///< its own and that of children that it waited for
+  std::uint64_t memory_bytes = 0;
+};
+
+/// Zombies are left out.
+std::vector<ProcessUse> descendants();
+
+}  // namespace tankrig

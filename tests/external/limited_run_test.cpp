@@ -1,0 +1,99 @@
+// Programs that behave badly: each is ended, named, and leaves nothing behind.
+#include "bench/external/limited_run.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <csignal>
+
+#include "bench/external/process_tree.hpp"
+#include "tests/support/sanitizers.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace tankrig {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::MatchesRegex;
+
+/// A shell script as the program.
+class LimitedRunTest : public ::testing::Test {
+ protected:
+  std::string end_of(const std::string& script, const RunLimits& limits = {}) {
+    const auto program = folder_.write("program", "#!/bin/sh\n" + script + "\n");
+    ::chmod(program.c_str(), 0755);
+    std::filesystem::create_directories(folder_.path() / "work");
+    run_ = {{program.string(), "one", "two words"}, folder_.path(), limits};
+    const std::string end = supervise(run_, -1);
+    EXPECT_THAT(descendants(), IsEmpty()) << script;
+    return end;
+  }
+
+  TemporaryFolder folder_;
+  LimitedRun run_;
+};
+
+TEST_F(LimitedRunTest, RunsAProgramWithItsArgumentsInItsFolder) {
+  EXPECT_EQ(end_of("echo \"$1|$2|$#|$(pwd)|$TMPDIR|$(cat | wc -c)\" > said"), "");
+  const std::string work = (folder_.path() / "work").string();
+  EXPECT_EQ(folder_.read("work/said"), "one|two words|2|" + work + "|" + work + "|0\n");
+}
+
+TEST_F(LimitedRunTest, SaysHowItFailed) {
+  EXPECT_EQ(end_of("echo no such picture >&2; exit 3"), "exit code 3");
+  EXPECT_EQ(last_words(run_), "no such picture");
+  EXPECT_THAT(end_of("kill -SEGV $$"), HasSubstr("killed by signal 11"));
+  run_.command.front() = (folder_.path() / "gone").string();
+  EXPECT_EQ(supervise(run_, -1), "cannot be run: No such file or directory");
+}
+
+TEST_F(LimitedRunTest, EndsOneThatHangsEvenIfItIgnoresSignals) {
+  EXPECT_EQ(end_of("trap '' TERM INT HUP; while :; do sleep 1000; done", {.wall_s = 0.3}), "ran longer than 0.3 s");
+}
+
+TEST_F(LimitedRunTest, EndsOneThatComputesInManyProcesses) {
+  EXPECT_EQ(end_of("(while :; do :; done) & (while :; do :; done) & wait", {.wall_s = 60, .cpu_s = 0.5}),
+            "took more than 0.5 s of processor time");
+}
+
+TEST_F(LimitedRunTest, EndsAForkBombAndOneThatLeavesItsGroup) {
+  EXPECT_THAT(end_of("bomb() { bomb | bomb & }; bomb; sleep 1000", {.processes = 20}),
+              MatchesRegex("had [0-9]+ processes, expected at most 20"));
+  EXPECT_EQ(end_of("for i in 1 2 3; do setsid sleep 1000 & done; (setsid sleep 1000 &); exit 0"), "");
+}
+
+TEST_F(LimitedRunTest, EndsOneThatFillsTheDisk) {
+  const RunLimits limits{.disk_bytes = 4 << 20};
+  EXPECT_EQ(end_of("exec cat /dev/zero > big", limits), "wrote more than 4 MiB");
+  EXPECT_LE(std::filesystem::file_size(folder_.path() / "work/big"), limits.disk_bytes);
+  std::filesystem::remove(folder_.path() / "work/big");
+  EXPECT_EQ(end_of("i=0; while :; do i=$((i + 1)); head -c 1000000 /dev/zero > small$i; done", limits),
+            "wrote more than 4 MiB");
+}
+
+TEST_F(LimitedRunTest, EndsOneThatFillsTheMemory) {
+  TANKRIG_SKIP_SANITIZED("limits memory");
+  const RunLimits limits{.memory_bytes = 64 << 20};
+  EXPECT_EQ(end_of("test $(ulimit -v) = 65536", limits), "");
+  EXPECT_NE(end_of("tail /dev/zero", limits), "");
+  EXPECT_EQ(
+      end_of("for i in 1 2 3 4; do (head -c 40000000 /dev/zero | tail -c 40000000 | (sleep 1000; cat)) & done; wait",
+             limits),
+      "took more than 64 MiB of memory");
+}
+
+TEST_F(LimitedRunTest, EndsWithItsCaller) {
+  int alive[2];
+  ASSERT_EQ(::pipe(alive), 0);
+  end_of("exit 0");
+  run_.command = {"/bin/sleep", "1000"};
+  ::close(alive[1]);
+  EXPECT_EQ(supervise(run_, alive[0]), "was stopped");
+  ::close(alive[0]);
+  EXPECT_THAT(descendants(), IsEmpty());
+}
+
+}  // namespace
+}  // namespace tankrig
