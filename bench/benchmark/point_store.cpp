@@ -168,6 +168,12 @@ void PointStore::add(std::size_t point, ordered_json row) {
   rows_[point] = std::move(row);
 }
 
+void drop_loops_left_out(Benchmark& benchmark, const ordered_json& run) {
+  if (!run.contains(kLoopsLeftOut)) return;
+  for (const auto& line : run[kLoopsLeftOut])
+    std::erase_if(benchmark.updaters, [&](const Updater& updater) { return line == updater.line; });
+}
+
 std::string point_error(const ordered_json& row) {
   if (row.contains("error")) return row["error"].get<std::string>();
   std::string text;

@@ -24,6 +24,12 @@ using PointRows = std::map<std::size_t, nlohmann::ordered_json>;
 /// What failed in a configuration, measure by measure or as a whole; empty: nothing.
 std::string point_error(const nlohmann::ordered_json& row);
 
+/// The lines of the loops that a run left out, among what was run.
+inline constexpr const char* kLoopsLeftOut = "loops_left_out";
+
+/// A benchmark as that run had it: without those loops.
+void drop_loops_left_out(Benchmark& benchmark, const nlohmann::ordered_json& run);
+
 /// The growing file. A line that was cut is left out, and its configuration is done again.
 /// Threads: any.
 class PointStore {

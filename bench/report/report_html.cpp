@@ -1,14 +1,13 @@
 #include "bench/report/report_html.hpp"
 
 #include <fmt/format.h>
-#include <openssl/evp.h>
 
 #include <algorithm>
 #include <mstch/mstch.hpp>
 
 #include "bench/report/figures.hpp"
+#include "bench/report/picture_uri.hpp"
 #include "core/atomic_file.hpp"
-#include "core/regular_file.hpp"
 
 namespace tankrig {
 
@@ -134,18 +133,8 @@ array threshold_rows(const std::vector<ReportMethod>& methods) {
   return rows;
 }
 
-std::string base64(const std::string& bytes) {
-  std::string out((bytes.size() + 2) / 3 * 4 + 1, '\0');
-  out.resize(EVP_EncodeBlock(reinterpret_cast<unsigned char*>(out.data()),
-                             reinterpret_cast<const unsigned char*>(bytes.data()), static_cast<int>(bytes.size())));
-  return out;
-}
-
 map picture_node(const ReportPicture& picture) {
-  const std::string bytes = read_regular_file(picture.file, kMostPictureBytes, "a PNG or JPEG picture");
-  const char* kind = bytes.starts_with("\x89PNG") ? "png" : bytes.starts_with("\xff\xd8") ? "jpeg" : nullptr;
-  if (!kind) throw InputError(picture.file, "cannot be read, expected a PNG or JPEG picture");
-  return {{"caption", picture.caption}, {"kind", std::string(kind)}, {"base64", base64(bytes)}};
+  return {{"caption", picture.caption}, {"uri", picture_uri(picture.file)}};
 }
 
 array picture_groups(const std::vector<ReportPicture>& pictures) {

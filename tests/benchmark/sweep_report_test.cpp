@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 
 #include "bench/sweep/strip.hpp"
+#include "bench/sweep/sweep_html.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace tankrig {
 namespace {
@@ -51,6 +53,36 @@ TEST(SweepChart, HasACurveForEveryNoiseAveragedOverSeeds) {
   ASSERT_THAT(noisy.points, SizeIs(3));
   EXPECT_DOUBLE_EQ(noisy.points[1].x, 0.5);
   EXPECT_NEAR(noisy.points[1].y, 40.5, 1e-9);
+}
+
+TEST(SweepHtml, HoldsFiguresTablesFailuresAndWhatMakesItAgain) {
+  Grid grid;
+  grid.rows[3]["measures"]["laser"]["error"] = "<b>ran longer than 1 s";
+  grid.rows.erase(5);
+  const nlohmann::ordered_json run{{"rig", "tank-sim"},
+                                   {"preset", "fine"},
+                                   {"sensor", "emva1288"},
+                                   {"seed", 4},
+                                   {"benchmark_sha256", "0123"},
+                                   {"software", "9.9.9"},
+                                   {"algorithms", {{"mine", "4567"}}}};
+  const TemporaryFolder folder;
+  folder.write("figures/views_light.png", "\x89PNG picture");
+  const std::string page = sweep_html(folder.path(), grid.benchmark, run, grid.rows);
+  EXPECT_THAT(page, HasSubstr("tankrig bench grid.xml --rig tank-sim --preset fine --sensor emva1288 --seed 4"));
+  for (const char* hash : {"0123", "4567", "9.9.9"}) EXPECT_THAT(page, HasSubstr(hash));
+  EXPECT_THAT(page, HasSubstr("1 configurations are missing"));
+  EXPECT_THAT(page, HasSubstr("<td>laser: &lt;b&gt;ran longer than 1 s</td>"));
+  EXPECT_THAT(page, HasSubstr("In the form of the paper&#39;s Figure 8"));
+  EXPECT_THAT(page, HasSubstr("data:image/png;base64,iVBORyBwaWN0dXJl"));
+  EXPECT_THAT(page, HasSubstr("<polyline"));
+  for (const char* foreign : {"http://", "https://", "src=\"figures", "<script"}) {
+    std::string rest = page;
+    for (auto at = rest.find("http://www.w3.org/2000/svg"); at != std::string::npos;
+         at = rest.find("http://www.w3.org/2000/svg"))
+      rest.erase(at, 26);
+    EXPECT_EQ(rest.find(foreign), std::string::npos) << foreign;
+  }
 }
 
 TEST(SweepChart, LeavesOutWhatHasNoValue) {

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "apps/tankrig/bench/bench_results.hpp"
 #include "apps/tankrig/bench/bench_run.hpp"
 #include "apps/tankrig/bench/external_cloud.hpp"
 #include "apps/tankrig/command_line/output.hpp"
@@ -16,7 +17,6 @@
 #include "apps/tankrig/commands.hpp"
 #include "bench/benchmark/point_store.hpp"
 #include "bench/external/limited_run.hpp"
-#include "bench/sweep/sweep_report.hpp"
 #include "core/input_error.hpp"
 #include "core/shown_text.hpp"
 #include "core/text_files.hpp"
@@ -137,20 +137,6 @@ class Sweep {
   std::exception_ptr failure_;
 };
 
-/// Tables, curves and the page.
-void write_results(const fs::path& folder, const Benchmark& benchmark, const ordered_json& run, const PointRows& rows,
-                   const std::vector<std::string>& pictures) {
-  write_result_tables(folder, benchmark, run, rows);
-  std::vector<std::string> figures = write_sweep_figures(folder, benchmark, rows);
-  figures.insert(figures.end(), pictures.begin(), pictures.end());
-  write_whole_file(folder / "results.md", sweep_page(benchmark, run, rows, figures));
-}
-
-std::size_t failed_points(const PointRows& rows) {
-  return static_cast<std::size_t>(
-      std::count_if(rows.begin(), rows.end(), [](const auto& row) { return !point_error(row.second).empty(); }));
-}
-
 /// What the configurations from `begin` to `end` will cost: a scan and a configuration are timed.
 int tell_cost(BenchRun& run, const BenchOptions& options, std::size_t begin, std::size_t end, unsigned jobs,
               double first_scan_s) {
@@ -196,14 +182,15 @@ int bench(const BenchOptions& options) {
 
   const fs::path folder = options.out.empty() ? default_folder(options.file) : options.out;
   PointStore store(folder, run.identity());
+  keep_benchmark(folder, options.file);
   if (store.reused() > 0)
     progress.note(fmt::format("{} configurations of {} reused from {}", store.reused(), run.benchmark().points(),
                               folder.string()));
   const Clock_::time_point swept = Clock_::now();
   Sweep(run, store, progress, begin, end)(jobs);
   progress.finish_line();
-  write_results(folder, run.benchmark(), run.identity(), store.rows(),
-                StopOnSignal::requested() ? std::vector<std::string>() : run.write_pictures(folder));
+  if (!StopOnSignal::requested()) run.write_pictures(folder);
+  write_results(folder, run.benchmark(), run.identity(), store.rows());
   std::size_t missing = 0;
   for (std::size_t point = begin; point < end; ++point) missing += !store.rows().contains(point);
   const std::size_t failed = failed_points(store.rows());
@@ -223,13 +210,13 @@ int bench(const BenchOptions& options) {
                 {"wall_s", took},
                 {"left_out", run.refusals()}});
   else
-    std::printf("%zu configurations in %.1f s with %u jobs (%zu reused): %s\n", done, took, jobs, store.reused(),
-                printable((folder / "results.csv").string()).c_str());
+    std::printf("%zu configurations in %.1f s with %u jobs (%zu reused): look at %s\n", done, took, jobs,
+                store.reused(), printable((folder / "report.html").string()).c_str());
   return missing > 0 || failed > 0 ? kPartial : kOk;
 }
 
 int merge(const MergeOptions& options) {
-  const Benchmark benchmark = read_benchmark(options.file);
+  Benchmark benchmark = read_benchmark(options.file);
   ordered_json run;
   PointRows rows;
   for (const fs::path& folder : options.folders) {
@@ -241,10 +228,12 @@ int merge(const MergeOptions& options) {
   if (run["benchmark_sha256"] != ordered_json(sha256_of_text(read_whole_file(options.file))))
     throw InputError(options.file, "is not the benchmark that was run, expected the file with the SHA-256 " +
                                        run["benchmark_sha256"].dump());
+  drop_loops_left_out(benchmark, run);
   PointStore store(options.out, run);
+  keep_benchmark(options.out, options.file);
   for (const auto& [point, row] : rows)
     if (!store.rows().contains(point)) store.add(point, row);
-  write_results(options.out, benchmark, run, store.rows(), {});
+  write_results(options.out, benchmark, run, store.rows());
   std::vector<std::size_t> missing;
   for (std::size_t point = 0; point < benchmark.points(); ++point)
     if (!store.rows().contains(point)) missing.push_back(point);

@@ -9,6 +9,7 @@
 #include "apps/tankrig/bench/external_cloud.hpp"
 #include "apps/tankrig/command_line/stop.hpp"
 #include "bench/benchmark/function.hpp"
+#include "bench/benchmark/point_store.hpp"
 #include "bench/metrics/bootstrap.hpp"
 #include "bench/metrics/metrics_json.hpp"
 #include "bench/metrics/uwsim_metrics.hpp"
@@ -107,6 +108,7 @@ BenchRun::BenchRun(Benchmark benchmark, RigConfig rig, const sim::WorldOptions& 
                {"sensor", world_.sensor.value_or("scene")},
                {"seed", world_.seed}};
   find_programs();
+  if (!rig_.preset.empty()) identity_["preset"] = rig_.preset;
   refuse_updaters();
   const auto first = scan(condition(0));
   refuse_measures(first->trace());
@@ -167,7 +169,7 @@ void BenchRun::refuse_updaters() {
     refusals_.push_back(fmt::format("{}:{}: <{}>: {}", benchmark_.file.string(), updater.line,
                                     kNames<UpdaterKind>[static_cast<std::size_t>(updater.kind)], why));
   };
-  std::erase_if(benchmark_.updaters, [&](const Updater& updater) {
+  const auto cannot_be_meant = [&](const Updater& updater) {
     if (updater.kind == UpdaterKind::kBagFog) {
       refuse(updater, "a bag's pictures have no joints to scan with; its loop is left out");
       return true;
@@ -188,6 +190,11 @@ void BenchRun::refuse_updaters() {
                           "' on a fixed rig: the current drifts the water's particles, steadily, without swing");
     }
     return false;
+  };
+  std::erase_if(benchmark_.updaters, [&](const Updater& updater) {
+    if (!cannot_be_meant(updater)) return false;
+    identity_[kLoopsLeftOut].push_back(updater.line);
+    return true;
   });
 }
 

@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "apps/tankrig/bench/bench_results.hpp"
 #include "apps/tankrig/command_line/output.hpp"
 #include "apps/tankrig/command_line/rig_files.hpp"
 #include "apps/tankrig/command_line/stop.hpp"
@@ -89,6 +90,7 @@ int reconstruct(const ReconstructOptions& options) {
 }
 
 int report(const ReportOptions& options) {
+  if (holds_benchmark(options.session)) return report_benchmark(options.session, options.json);
   Progress progress;
   const SessionLock at_rest(options.session);
   const Session session = open_with_warnings(options.session, progress).session;
@@ -127,8 +129,9 @@ void add_reconstruct(CLI::App& app, ChosenCommand& chosen) {
 }
 
 void add_report(CLI::App& app, ChosenCommand& chosen) {
-  CLI::App* c =
-      app.add_subcommand("report", "Reconstruct and score a session again, and write its pictures and its report.html");
+  CLI::App* c = app.add_subcommand("report",
+                                   "Reconstruct and score a session again, and write its pictures and its report.html; "
+                                   "or a benchmark's page from its results");
   ReportOptions& o = options_of(c, chosen, &report);
   c->footer("Example: tankrig report sessions/monday --coverage 1,2,5,10");
   add_session_option(c, o.session);

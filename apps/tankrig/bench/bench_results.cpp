@@ -1,0 +1,71 @@
+#include "apps/tankrig/bench/bench_results.hpp"
+
+#include <algorithm>
+#include <cstdio>
+
+#include "apps/tankrig/command_line/output.hpp"
+#include "bench/sweep/sweep_html.hpp"
+#include "bench/sweep/sweep_report.hpp"
+#include "core/input_error.hpp"
+#include "core/shown_text.hpp"
+#include "core/text_files.hpp"
+#include "session/checking/sha256.hpp"
+
+namespace fs = std::filesystem;
+using nlohmann::ordered_json;
+
+namespace tankrig::app {
+namespace {
+
+constexpr const char* kBenchmark = "benchmark.xml";
+
+/// Pictures that need the rig to be made again, in the order of the page.
+std::vector<std::string> pictures_there(const fs::path& folder, const Benchmark& benchmark) {
+  std::vector<std::string> names{"views_light.png", "views_noise.png"};
+  for (const Measure& measure : benchmark.measures) names.push_back("cloud_" + measure.name + ".png");
+  std::erase_if(names, [&](const std::string& name) { return !fs::exists(folder / "figures" / name); });
+  return names;
+}
+
+}  // namespace
+
+void keep_benchmark(const fs::path& folder, const fs::path& file) {
+  write_whole_file(folder / kBenchmark, read_whole_file(file));
+}
+
+void write_results(const fs::path& folder, const Benchmark& benchmark, const ordered_json& run, const PointRows& rows) {
+  write_result_tables(folder, benchmark, run, rows);
+  std::vector<std::string> figures = write_sweep_figures(folder, benchmark, rows);
+  for (std::string& picture : pictures_there(folder, benchmark)) figures.push_back(std::move(picture));
+  write_whole_file(folder / "results.md", sweep_page(benchmark, run, rows, figures));
+  write_file_durably(folder / "report.html", sweep_html(folder, benchmark, run, rows));
+}
+
+std::size_t failed_points(const PointRows& rows) {
+  return static_cast<std::size_t>(
+      std::ranges::count_if(rows, [](const auto& row) { return !point_error(row.second).empty(); }));
+}
+
+bool holds_benchmark(const fs::path& folder) { return fs::exists(folder / "points.jsonl"); }
+
+int report_benchmark(const fs::path& folder, bool json) {
+  const auto [run, rows] = read_points(folder);
+  const fs::path file = folder / kBenchmark;
+  if (run.value("benchmark_sha256", "") != sha256_of_text(read_whole_file(file)))
+    throw InputError(file, "is not the benchmark that was run, expected the file with the SHA-256 " +
+                               run.value("benchmark_sha256", "none"));
+  Benchmark benchmark = read_benchmark(file);
+  drop_loops_left_out(benchmark, run);
+  benchmark.file = fs::path(run.value("benchmark", kBenchmark)).filename();
+  write_results(folder, benchmark, run, rows);
+  const std::size_t failed = failed_points(rows);
+  const std::size_t missing = benchmark.points() - std::min(benchmark.points(), rows.size());
+  if (json)
+    print_json({{"folder", folder.string()}, {"points", rows.size()}, {"missing", missing}, {"failed", failed}});
+  else
+    std::printf("%zu configurations of %zu, %zu failed: look at %s\n", rows.size(), benchmark.points(), failed,
+                printable((folder / "report.html").string()).c_str());
+  return missing > 0 || failed > 0 ? kPartial : kOk;
+}
+
+}  // namespace tankrig::app

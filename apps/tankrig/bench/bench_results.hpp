@@ -1,0 +1,29 @@
+// What `tankrig bench` leaves in its folder, and the same again from points.jsonl alone.
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "bench/benchmark/point_store.hpp"
+
+namespace tankrig::app {
+
+/// Puts a copy of the benchmark file into the folder: its results can be read without anything else.
+void keep_benchmark(const std::filesystem::path& folder, const std::filesystem::path& file);
+
+/// Tables, curves, results.md and report.html, with the pictures that figures/ has.
+void write_results(const std::filesystem::path& folder, const Benchmark& benchmark, const nlohmann::ordered_json& run,
+                   const PointRows& rows);
+
+/// Whether `folder` holds the results of a benchmark.
+bool holds_benchmark(const std::filesystem::path& folder);
+
+/// Configurations in which something failed.
+std::size_t failed_points(const PointRows& rows);
+
+/// `tankrig report FOLDER` for such a folder: write_results() again. Returns the exit code: kPartial if configurations
+/// are missing or failed.
+/// Errors: InputError.
+int report_benchmark(const std::filesystem::path& folder, bool json);
+
+}  // namespace tankrig::app

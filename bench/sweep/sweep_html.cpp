@@ -1,0 +1,145 @@
+#include "bench/sweep/sweep_html.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <mstch/mstch.hpp>
+
+#include "bench/report/picture_uri.hpp"
+#include "bench/sweep/sweep_report.hpp"
+#include "bench/sweep/sweep_tables.hpp"
+#include "bench/sweep/sweep_values.hpp"
+
+namespace tankrig {
+
+extern const char* const kSweepTemplate;  ///< sweep.html.mustache, compiled in
+
+namespace {
+
+using mstch::array;
+using mstch::map;
+using nlohmann::ordered_json;
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMostFailures = 50;  ///< on the page; results.csv has all
+
+std::string text_of(const ordered_json& run, const char* key) {
+  const auto found = run.find(key);
+  if (found == run.end() || found->is_null()) return "";
+  return found->is_string() ? found->get<std::string>() : found->dump();
+}
+
+/// Beside the paper's Figures 8 and 9, if light and noise are the axes.
+array chart_nodes(const Benchmark& benchmark, const PointRows& rows) {
+  array nodes;
+  const SweepAxes axes(benchmark);
+  if (clouds_of(benchmark).empty() || axes.x < 0) return nodes;
+  for (const ShownFigure& figure : shown_figures()) {
+    std::string heading = figure.label;
+    heading[0] = static_cast<char>(std::toupper(heading[0]));
+    std::string caption =
+        "A dot is the mean over all other loops. Bars: 95 % intervals, of the mean where there are three values or "
+        "more.";
+    if (axes.are_papers(benchmark) && figure.detail == std::string("coverage"))
+      caption = "In the form of the paper's Figure 8. " + caption;
+    if (axes.are_papers(benchmark) && figure.detail == std::string("outliers"))
+      caption = "In the form of the paper's Figure 9. " + caption;
+    nodes.push_back(map{
+        {"heading", heading}, {"svg", chart_svg(sweep_chart(benchmark, rows, figure.detail))}, {"caption", caption}});
+  }
+  return nodes;
+}
+
+mstch::node pictures(const fs::path& folder, const std::vector<std::pair<std::string, std::string>>& wanted) {
+  array nodes;
+  for (const auto& [name, caption] : wanted) {
+    const fs::path file = folder / "figures" / name;
+    if (fs::exists(file)) nodes.push_back(map{{"uri", picture_uri(file)}, {"caption", caption}});
+  }
+  if (nodes.empty()) return nullptr;
+  return map{{"pictures", nodes}};
+}
+
+array table_nodes(std::vector<SweepTable> tables, SweepTable failures) {
+  if (failures.rows.size() > kMostFailures) {
+    failures.note = fmt::format("The first {} of {}; results.csv has all.", kMostFailures, failures.rows.size());
+    failures.rows.resize(kMostFailures);
+  }
+  if (!failures.rows.empty()) tables.insert(tables.begin(), std::move(failures));
+  array nodes;
+  for (const SweepTable& table : tables) {
+    array rows;
+    for (const auto& row : table.rows) rows.push_back(map{{"cells", array(row.begin(), row.end())}});
+    nodes.push_back(map{{"heading", table.heading},
+                        {"note", table.note},
+                        {"columns", array(table.columns.begin(), table.columns.end())},
+                        {"rows", rows}});
+  }
+  return nodes;
+}
+
+/// The options that a scan and a benchmark share.
+std::string shared_options(const ordered_json& run) {
+  std::string text = " --rig " + text_of(run, "rig");
+  if (const std::string preset = text_of(run, "preset"); !preset.empty()) text += " --preset " + preset;
+  if (const std::string sensor = text_of(run, "sensor"); sensor != "scene") text += " --sensor " + sensor;
+  return text;
+}
+
+array fact_nodes(const ordered_json& run) {
+  array nodes;
+  const std::pair<const char*, const char*> facts[] = {{"software", "tankrig"},
+                                                       {"rig", "rig"},
+                                                       {"sensor", "sensor model"},
+                                                       {"seed", "seed of the first iteration"},
+                                                       {"benchmark_sha256", "SHA-256 of the benchmark file"},
+                                                       {"rig_sha256", "SHA-256 of the rig file, resolved"},
+                                                       {"scene_sha256", "SHA-256 of the scene"},
+                                                       {"object_sha256", "SHA-256 of the object's mesh"},
+                                                       {"calibration_sha256", "SHA-256 of the calibration"}};
+  for (const auto& [key, what] : facts) nodes.push_back(map{{"what", std::string(what)}, {"value", text_of(run, key)}});
+  if (run.contains("algorithms"))
+    for (const auto& [name, hash] : run["algorithms"].items())
+      nodes.push_back(map{{"what", "SHA-256 of the program " + name}, {"value", hash.get<std::string>()}});
+  return nodes;
+}
+
+}  // namespace
+
+std::string sweep_html(const fs::path& folder, const Benchmark& benchmark, const ordered_json& run,
+                       const PointRows& rows) {
+  const std::size_t missing = benchmark.points() - std::min(benchmark.points(), rows.size());
+  const SweepTable failures = failures_table(benchmark, rows);
+  array warnings;
+  if (missing > 0)
+    warnings.push_back(fmt::format("{} configurations are missing: run the benchmark again, it goes on.", missing));
+  if (!failures.rows.empty())
+    warnings.push_back(fmt::format("Something failed in {} configurations.", failures.rows.size()));
+  std::vector<std::pair<std::string, std::string>> views{{"views_light.png", "Over light, without added noise"},
+                                                         {"views_noise.png", "Over noise, in the brightest light"}},
+      clouds;
+  for (const Measure* measure : clouds_of(benchmark))
+    clouds.emplace_back(
+        "cloud_" + measure->name + ".png",
+        measure->name + " in the brightest, quietest configuration: green on the object, black ground, blue outliers");
+  std::string loops;
+  for (const Updater& updater : benchmark.updaters)
+    loops += fmt::format("{}{} {}", loops.empty() ? "" : " x ", updater.count(), updater.column());
+  return mstch::render(
+      kSweepTemplate,
+      map{{"title", benchmark.file.stem().string()},
+          {"summary", fmt::format("{} configurations of {} ({}), {} with a failure.", rows.size(), benchmark.points(),
+                                  loops.empty() ? "no loop" : loops, failures.rows.size())},
+          {"warnings", warnings},
+          {"charts", chart_nodes(benchmark, rows)},
+          {"views", pictures(folder, views)},
+          {"clouds", pictures(folder, clouds)},
+          {"tables", table_nodes(sweep_tables(benchmark, rows), failures)},
+          {"scan_command", "tankrig scan" + shared_options(run) + " --light LIGHT --noise NOISE --seed SEED"},
+          {"command", "tankrig bench " + benchmark.file.filename().string() + shared_options(run) + " --seed " +
+                          text_of(run, "seed")},
+          {"facts", fact_nodes(run)}});
+}
+
+}  // namespace tankrig

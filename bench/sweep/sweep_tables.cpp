@@ -1,0 +1,146 @@
+#include "bench/sweep/sweep_tables.hpp"
+
+#include <fmt/format.h>
+
+#include <cctype>
+#include <functional>
+
+#include "bench/sweep/sweep_values.hpp"
+
+using nlohmann::ordered_json;
+
+namespace tankrig {
+namespace {
+
+/// Values of a detail at the configurations for which `wanted` holds.
+template <class Wanted>
+std::vector<double> values_where(const PointRows& rows, const std::string& measure, const std::string& detail,
+                                 Wanted wanted) {
+  std::vector<double> out;
+  for (const auto& [point, row] : rows)
+    if (wanted(row))
+      if (const auto value = value_of(row, measure, detail)) out.push_back(*value);
+  return out;
+}
+
+/// "50.2 (46.1 to 54.4)"
+std::string mean_and_range(const std::vector<double>& values, const ShownFigure& as) {
+  if (values.empty()) return "none";
+  const Spread s = spread_of(values);
+  return fmt::format("{} ({} to {})", number_text(as.factor * s.mean, as.digits),
+                     number_text(as.factor * s.low, as.digits), number_text(as.factor * s.high, as.digits));
+}
+
+SweepTable grid_table(const Benchmark& benchmark, const PointRows& rows) {
+  SweepTable table{"Over the whole grid", "Mean ± standard deviation over the configurations.", {"measure"}, {}};
+  for (const ShownFigure& column : shown_figures()) table.columns.emplace_back(column.label);
+  for (const Measure* measure : clouds_of(benchmark)) {
+    table.rows.push_back({measure->name});
+    for (const ShownFigure& column : shown_figures()) {
+      const Spread s = spread_of(values_where(rows, measure->name, column.detail, [](const auto&) { return true; }));
+      table.rows.back().push_back(s.n == 0 ? "none"
+                                           : fmt::format("{} ± {}", number_text(column.factor * s.mean, column.digits),
+                                                         number_text(column.factor * s.sd, column.digits)));
+    }
+  }
+  return table;
+}
+
+SweepTable curve_table(const Benchmark& benchmark, const PointRows& rows, const SweepAxes& axes,
+                       const ShownFigure& as) {
+  const auto loop = static_cast<std::size_t>(axes.curve);
+  const Updater& curves = benchmark.updaters[loop];
+  SweepTable table{as.label, "Mean (range) over all others.", {axis_label(curves)}, {}};
+  table.heading[0] = static_cast<char>(std::toupper(table.heading[0]));
+  for (const Measure* measure : clouds_of(benchmark)) table.columns.push_back(measure->name);
+  for (std::size_t i = 0; i < curves.count(); ++i) {
+    const double level = curves.value(i);
+    const auto at_level = [&](const ordered_json& row) { return row["values"][loop] == level; };
+    table.rows.push_back({level_text(curves, level)});
+    for (const Measure* measure : clouds_of(benchmark))
+      table.rows.back().push_back(mean_and_range(values_where(rows, measure->name, as.detail, at_level), as));
+  }
+  return table;
+}
+
+/// The paper's text on its Figures 8 and 9, and what was found here under the same words.
+SweepTable paper_table(const Benchmark& benchmark, const PointRows& rows, const SweepAxes& axes) {
+  const auto x = static_cast<std::size_t>(axes.x), noise = static_cast<std::size_t>(axes.curve);
+  const auto light = [&](const ordered_json& row) { return row["values"][x].get<double>(); };
+  const auto noise_of = [&](const ordered_json& row) { return row["values"][noise].get<double>(); };
+  const auto anywhere = [](const ordered_json&) { return true; };
+  const auto bright = [&](const ordered_json& row) { return light(row) >= 0.5; };
+  const auto dark = [&](const ordered_json& row) { return light(row) <= 0.2; };
+  const auto very_bright = [&](const ordered_json& row) { return light(row) >= 0.8; };
+  const auto clean = [&](const ordered_json& row) { return bright(row) && noise_of(row) == 0; };
+  const auto noisy = [&](const ordered_json& row) { return bright(row) && noise_of(row) >= 0.1; };
+  const struct {
+    const char *what, *paper, *detail;
+    std::function<bool(const ordered_json&)> wanted;
+    const char* only;
+  } lines[] = {
+      {"laser: coverage [%], everywhere", "about 50 in almost every situation", "coverage", anywhere, "laser"},
+      {"stereo: coverage [%], light 0.5 and more", "40 in good light", "coverage", bright, "stereo"},
+      {"stereo: coverage [%], light 0.2 and less", "needs some light", "coverage", dark, "stereo"},
+      {"laser: mean error [mm], everywhere", "4", "mean_error", anywhere, "laser"},
+      {"stereo: mean error [mm], light 0.5 and more", "4", "mean_error", bright, "stereo"},
+      {"laser: standard deviation [mm]", "negligible", "stddev", anywhere, "laser"},
+      {"stereo: standard deviation [mm], light 0.5 and more", "negligible", "stddev", bright, "stereo"},
+      {"laser: outliers [%], light 0.2 and less", "fewer in the dark", "outliers", dark, "laser"},
+      {"laser: outliers [%], light 0.8 and more", "more in the presence of light", "outliers", very_bright, "laser"},
+      {"stereo: outliers [%], light 0.2 and less", "more in the absence of light", "outliers", dark, "stereo"},
+      {"stereo: outliers [%], light 0.8 and more", "fewer in light", "outliers", very_bright, "stereo"},
+      {"stereo: outliers [%], light 0.5 and more, no noise", "not negligible: floating particles", "outliers", clean,
+       "stereo"},
+      {"laser: outliers [%], light 0.5 and more, noise 0.10", "higher noise, more outliers", "outliers", noisy,
+       "laser"},
+      {"stereo: outliers [%], light 0.5 and more, noise 0.10", "higher noise, more outliers", "outliers", noisy,
+       "stereo"},
+  };
+  SweepTable table{"Beside the paper's text",
+                   "The paper gives no table of its figures. Means over the configurations that the words name, with "
+                   "their range.",
+                   {"what, mean (range)", "the paper"},
+                   {}};
+  const auto clouds = clouds_of(benchmark);
+  for (const Measure* measure : clouds) table.columns.push_back(measure->name);
+  for (const auto& line : lines) {
+    table.rows.push_back({line.what, line.paper});
+    for (const Measure* measure : clouds)
+      table.rows.back().push_back(measure->topic.find(line.only) == std::string::npos
+                                      ? ""
+                                      : mean_and_range(values_where(rows, measure->name, line.detail, line.wanted),
+                                                       shown_figure_of(line.detail)));
+  }
+  return table;
+}
+
+}  // namespace
+
+std::vector<SweepTable> sweep_tables(const Benchmark& benchmark, const PointRows& rows) {
+  const SweepAxes axes(benchmark);
+  std::vector<SweepTable> tables;
+  if (clouds_of(benchmark).empty() || axes.x < 0) return tables;
+  tables.push_back(grid_table(benchmark, rows));
+  if (axes.are_papers(benchmark)) tables.push_back(paper_table(benchmark, rows, axes));
+  if (axes.curve >= 0)
+    for (const ShownFigure& as : shown_figures()) tables.push_back(curve_table(benchmark, rows, axes, as));
+  return tables;
+}
+
+SweepTable failures_table(const Benchmark& benchmark, const PointRows& rows) {
+  SweepTable table{"What failed", "", {"configuration"}, {}};
+  for (const Updater& updater : benchmark.updaters) table.columns.emplace_back(updater.column());
+  table.columns.emplace_back("error");
+  for (const auto& [point, row] : rows) {
+    const std::string error = point_error(row);
+    if (error.empty()) continue;
+    table.rows.push_back({std::to_string(point)});
+    for (std::size_t i = 0; i < benchmark.updaters.size(); ++i)
+      table.rows.back().push_back(level_text(benchmark.updaters[i], row["values"][i].get<double>()));
+    table.rows.back().push_back(error);
+  }
+  return table;
+}
+
+}  // namespace tankrig

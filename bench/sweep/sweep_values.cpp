@@ -1,0 +1,106 @@
+#include "bench/sweep/sweep_values.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace tankrig {
+namespace {
+
+constexpr ShownFigure kShown[] = {{"coverage", "coverage of the surface [%]", 100, 1},
+                                  {"outliers", "outliers [%]", 100, 2},
+                                  {"mean_error", "mean error [mm]", 1000, 3},
+                                  {"stddev", "standard deviation [mm]", 1000, 3},
+                                  {"of_ceiling", "coverage of what can be seen [%]", 100, 1}};
+
+}  // namespace
+
+std::span<const ShownFigure> shown_figures() { return kShown; }
+
+const ShownFigure& shown_figure_of(const std::string& detail) {
+  return *std::ranges::find_if(kShown, [&](const ShownFigure& figure) { return detail == figure.detail; });
+}
+
+std::string number_text(double value, int digits) { return fmt::format("{:.{}f}", value, digits); }
+
+SweepAxes::SweepAxes(const Benchmark& benchmark) {
+  const auto find = [&](UpdaterKind kind) {
+    for (std::size_t i = 0; i < benchmark.updaters.size(); ++i)
+      if (benchmark.updaters[i].kind == kind) return static_cast<int>(i);
+    return -1;
+  };
+  const auto innermost_but = [&](int taken, bool curves) {
+    for (int i = static_cast<int>(benchmark.updaters.size()) - 1; i >= 0; --i)
+      if (i != taken && benchmark.updaters[static_cast<std::size_t>(i)].kind != UpdaterKind::kRepeat &&
+          (curves || benchmark.updaters[static_cast<std::size_t>(i)].kind != UpdaterKind::kAlgorithm))
+        return i;
+    return -1;
+  };
+  curve = find(UpdaterKind::kNoise);
+  x = find(UpdaterKind::kLight);
+  if (x < 0) x = innermost_but(curve, false);
+  if (curve < 0) curve = innermost_but(x, true);
+}
+
+bool SweepAxes::are_papers(const Benchmark& benchmark) const {
+  const auto is = [&](int loop, UpdaterKind kind) {
+    return loop >= 0 && benchmark.updaters[static_cast<std::size_t>(loop)].kind == kind;
+  };
+  return is(x, UpdaterKind::kLight) && is(curve, UpdaterKind::kNoise);
+}
+
+std::string level_text(const Updater& updater, double value) {
+  return updater.kind == UpdaterKind::kAlgorithm ? updater.shown(value) : fmt::format("{:g}", value);
+}
+
+const char* axis_label(const Updater& updater) {
+  switch (updater.kind) {
+    case UpdaterKind::kLight:
+      return "ambient light [share of the reference]";
+    case UpdaterKind::kNoise:
+      return "noise [share of full scale]";
+    case UpdaterKind::kFog:
+      return "added attenuation [1/m]";
+    case UpdaterKind::kCurrent:
+      return "current [m/s]";
+    case UpdaterKind::kParticles:
+      return "particles [1/m3]";
+    case UpdaterKind::kSweepSpeed:
+      return "sweep [rad/s]";
+    case UpdaterKind::kAlgorithm:
+      return "algorithm";
+    default:
+      return "iteration";
+  }
+}
+
+std::optional<double> value_of(const nlohmann::ordered_json& row, const std::string& measure,
+                               const std::string& detail) {
+  if (!row.contains("measures") || !row["measures"].contains(measure)) return std::nullopt;
+  const auto& values = row["measures"][measure];
+  if (!values.contains(detail) || !values[detail].is_number()) return std::nullopt;
+  return values[detail].get<double>();
+}
+
+Spread spread_of(const std::vector<double>& values) {
+  Spread s;
+  s.n = values.size();
+  if (values.empty()) return s;
+  for (const double v : values) s.mean += v / static_cast<double>(s.n);
+  for (const double v : values) s.sd += (v - s.mean) * (v - s.mean);
+  s.sd = s.n > 1 ? std::sqrt(s.sd / static_cast<double>(s.n - 1)) : 0;
+  s.low = *std::min_element(values.begin(), values.end());
+  s.high = *std::max_element(values.begin(), values.end());
+  return s;
+}
+
+std::vector<const Measure*> clouds_of(const Benchmark& benchmark) {
+  std::vector<const Measure*> out;
+  for (const Measure& measure : benchmark.measures)
+    if (measure.kind == MeasureKind::kReconstruction3D && measure.arithmetic == Arithmetic::kPaper)
+      out.push_back(&measure);
+  return out;
+}
+
+}  // namespace tankrig
