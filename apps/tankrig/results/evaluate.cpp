@@ -5,6 +5,7 @@
 #include "apps/tankrig/command_line/output.hpp"
 #include "apps/tankrig/commands.hpp"
 #include "apps/tankrig/results/coverage_option.hpp"
+#include "apps/tankrig/results/peer_definitions.hpp"
 #include "apps/tankrig/results/summary.hpp"
 #include "apps/tankrig/session/open_session.hpp"
 #include "bench/metrics/alignment.hpp"
@@ -26,6 +27,8 @@ struct EvaluateOptions {
   std::optional<double> inlier_m, outlier_m, ground_m;
   std::string coverage_mm;   ///< empty: as by default
   std::string ground_plane;  ///< "a,b,c,d" in the object's frame; empty: horizontal, below the mesh
+  std::optional<double> tolerance_m;
+  std::vector<double> scanner;  ///< x, y, z in the cloud's frame; empty: none
   bool json = false;
 };
 
@@ -44,7 +47,21 @@ ExitCode no_score(const PointCloud& cloud, const EvaluateOptions& options) {
   return kPartial;
 }
 
+void check_definition(const EvaluateOptions& o) {
+  const bool peers = o.definition == "tanks_and_temples" || o.definition == "eth3d";
+  if (o.definition != "paper" && (!o.verdict.empty() || o.inlier_m || o.outlier_m || !o.coverage_mm.empty()))
+    throw InputError("evaluate: --verdict, --inlier, --outlier and --coverage belong to --definition paper");
+  if (o.definition == "uwsim" && (o.ground_m || !o.ground_plane.empty()))
+    throw InputError("evaluate: --ground and --ground-plane do not belong to --definition uwsim");
+  if (!peers && o.tolerance_m)
+    throw InputError("evaluate: --tolerance belongs to --definition tanks_and_temples and eth3d");
+  if ((o.definition == "eth3d") != !o.scanner.empty())
+    throw InputError(o.scanner.empty() ? "evaluate: found no --scanner, expected where ETH3D's laser scanner stands"
+                                       : "evaluate: --scanner belongs to --definition eth3d");
+}
+
 int evaluate(const EvaluateOptions& options) {
+  check_definition(options);
   if (!options.verdict.empty() && options.verdict.extension() != ".ply")
     throw InputError(options.verdict, "found extension '" + options.verdict.extension().string() + "', expected .ply");
   if (!options.verdict.empty()) check_in_no_session(options.verdict);
@@ -60,12 +77,8 @@ int evaluate(const EvaluateOptions& options) {
 
   nlohmann::json result;
   bool scored = false;
+  const bool peers = options.definition == "tanks_and_temples" || options.definition == "eth3d";
   if (options.definition == "uwsim") {
-    if (!options.verdict.empty() || options.inlier_m || options.outlier_m || options.ground_m ||
-        !options.ground_plane.empty() || !options.coverage_mm.empty())
-      throw InputError(
-          "evaluate: --verdict, --inlier, --outlier, --coverage, --ground and --ground-plane belong to --definition "
-          "paper");
     const UwsimMetrics metrics = uwsim_metrics(cloud, mesh);
     scored = metrics.inliers > 0;
     result = to_json(metrics);
@@ -77,6 +90,14 @@ int evaluate(const EvaluateOptions& options) {
     set_coverage(thresholds, options.coverage_mm);
     if (!options.ground_plane.empty()) thresholds.ground = parse_plane(options.ground_plane);
     const ObjectSurface object(std::move(mesh), thresholds.surface_samples);
+    if (peers) {
+      PeerOptions peer{options.definition == "eth3d", options.tolerance_m.value_or(0.010), std::nullopt};
+      if (peer.eth3d)
+        peer.scanner = cMo.inverse() * Vector3d(options.scanner[0], options.scanner[1], options.scanner[2]);
+      result = peer_scores(cloud, object, thresholds, peer);
+      options.json ? print_json(result) : void(std::printf("%s", peer_table(result).c_str()));
+      return result.contains("aligned") ? kOk : no_score(given, options);
+    }
     const Metrics metrics = tankrig::evaluate(cloud, object, thresholds);
     if (!options.verdict.empty()) write_verdict_cloud(options.verdict, cloud, metrics.verdicts);
     result = to_json(metrics);
@@ -105,8 +126,9 @@ void add_evaluate(CLI::App& app, ChosenCommand& chosen) {
   c->add_option("--pose", o.pose, "YAML file: translation_m and quaternion_xyzw of the mesh's frame in the cloud's")
       ->required();
   c->add_option("--definition", o.definition,
-                "Scores as the paper words them, or as UWSim's benchmark module computes them")
-      ->check(CLI::IsMember({"paper", "uwsim"}))
+                "Scores as the paper words them, as UWSim's benchmark module computes them, or as the benchmarks "
+                "Tanks and Temples and ETH3D define them")
+      ->check(CLI::IsMember({"paper", "uwsim", "tanks_and_temples", "eth3d"}))
       ->capture_default_str();
   c->add_option("--inlier", o.inlier_m, "Inlier threshold [m] (default 0.010)")->check(CLI::PositiveNumber);
   c->add_option("--outlier", o.outlier_m, "Outlier threshold [m] (default 0.010)")->check(CLI::PositiveNumber);
@@ -116,6 +138,11 @@ void add_evaluate(CLI::App& app, ChosenCommand& chosen) {
   c->add_option("--ground-plane", o.ground_plane,
                 "Ground plane a,b,c,d in the object's frame, in metres (default: level, at the mesh's lowest point)");
   c->add_option("--verdict", o.verdict, "Coloured cloud to write, .ply: ground black, object green, outliers blue");
+  c->add_option("--tolerance", o.tolerance_m, "Of Tanks and Temples and of ETH3D [m] (default 0.010)")
+      ->check(CLI::PositiveNumber);
+  c->add_option("--scanner", o.scanner, "Where ETH3D's laser scanner stands: x,y,z in the cloud's frame [m]")
+      ->delimiter(',')
+      ->expected(3);
   add_json_flag(c, o.json);
 }
 
