@@ -49,10 +49,14 @@ ExitCode no_score(const PointCloud& cloud, const EvaluateOptions& options) {
 
 void check_definition(const EvaluateOptions& o) {
   const bool peers = o.definition == "tanks_and_temples" || o.definition == "eth3d";
-  if (o.definition != "paper" && (!o.verdict.empty() || o.inlier_m || o.outlier_m || !o.coverage_mm.empty()))
+  const bool papers = !o.verdict.empty() || o.inlier_m || o.outlier_m || !o.coverage_mm.empty();
+  const bool ground = o.ground_m || !o.ground_plane.empty();
+  if (o.definition == "uwsim" && (papers || ground))
+    throw InputError(
+        "evaluate: --verdict, --inlier, --outlier, --coverage, --ground and --ground-plane belong to --definition "
+        "paper");
+  if (peers && papers)
     throw InputError("evaluate: --verdict, --inlier, --outlier and --coverage belong to --definition paper");
-  if (o.definition == "uwsim" && (o.ground_m || !o.ground_plane.empty()))
-    throw InputError("evaluate: --ground and --ground-plane do not belong to --definition uwsim");
   if (!peers && o.tolerance_m)
     throw InputError("evaluate: --tolerance belongs to --definition tanks_and_temples and eth3d");
   if ((o.definition == "eth3d") != !o.scanner.empty())
