@@ -7,20 +7,10 @@
 #include <limits>
 #include <nanoflann.hpp>
 
+#include "bench/metrics/tree_points.hpp"
+
 namespace tankrig {
 namespace {
-
-/// The cloud as nanoflann asks for it.
-struct Points {
-  const std::vector<Vector3d>& p;
-
-  std::size_t kdtree_get_point_count() const { return p.size(); }
-  double kdtree_get_pt(std::size_t i, std::size_t axis) const { return p[i][static_cast<int>(axis)]; }
-  template <class Box>
-  bool kdtree_get_bbox(Box&) const {
-    return false;
-  }
-};
 
 /// What a search has found so far: the squared distance to beat.
 struct Nearest {
@@ -35,14 +25,14 @@ struct Nearest {
   }
 };
 
-using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Points>, Points, 3>;
+using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, TreePoints>, TreePoints, 3>;
 
 /// Squared distance of each sample to the nearest point, or infinity beyond `reach` [m].
 std::vector<double> nearest_squared(const std::vector<SurfaceSample>& samples, const std::vector<Vector3d>& points,
                                     double reach) {
   std::vector<double> result(samples.size(), std::numeric_limits<double>::infinity());
   if (points.empty()) return result;
-  const Points cloud{points};
+  const TreePoints cloud{points};
   const Tree tree(3, cloud, nanoflann::KDTreeSingleIndexAdaptorParams(12));
   const double reach_squared = reach * reach * (1 + 1e-9);
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, samples.size(), 512), [&](const auto& range) {

@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "bench/metrics/line_of_sight.hpp"
+#include "bench/metrics/tree_points.hpp"
 
 namespace tankrig {
 namespace {
@@ -16,17 +17,6 @@ namespace {
 constexpr double kVoxel = 0.010;               // ETH3D's, of its averages [m]
 constexpr double kBeamRadius = 0.5 * 0.00225;  // at the scanner [m]
 const double kBeamSpread = std::tan(from_degrees(0.011));
-
-struct Points {
-  const std::vector<Vector3d>& p;
-
-  std::size_t kdtree_get_point_count() const { return p.size(); }
-  double kdtree_get_pt(std::size_t i, std::size_t axis) const { return p[i][static_cast<int>(axis)]; }
-  template <class Box>
-  bool kdtree_get_bbox(Box&) const {
-    return false;
-  }
-};
 
 class Tree {
  public:
@@ -49,8 +39,9 @@ class Tree {
   }
 
  private:
-  Points points_;
-  nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Points>, Points, 3, std::size_t> tree_;
+  TreePoints points_;
+  nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, TreePoints>, TreePoints, 3, std::size_t>
+      tree_;
 };
 
 using Voxel = std::tuple<std::int64_t, std::int64_t, std::int64_t>;

@@ -226,6 +226,23 @@ TEST(Bench, AProgramGetsASessionOfItsCamerasAndNotTheAnswer) {
   EXPECT_THAT(m["by_stereo"]["error"].get<std::string>(), HasSubstr("session.yaml left right 0"));
 }
 
+TEST(Bench, AMethodOnTheLibraryScoresAsTheSameMethodInside) {
+  const fs::path rig = small_rig(scratch_folder() / "rig");
+  const fs::path file = benchmark(cloud("laser") + cloud("outside"), loop("sceneLightUpdater", 0.5, 0.5, 1),
+                                  "outside.coverage - laser.coverage",
+                                  "<algorithms><algorithm><name>outside</name><program>" TANKRIG_LIBRARY_CLOUD
+                                  "</program><argument>3</argument><uses>laser</uses></algorithm></algorithms>");
+  const fs::path out = scratch_folder() / "out";
+  const ProgramRun run = run_tankrig({"bench", file, "--rig", rig, "--out", out});
+  ASSERT_EQ(run.exit_code, 0) << run.err << read_text(out / "results.csv");
+  const nlohmann::json m = points_of(out)[0]["measures"];
+  EXPECT_EQ(m["outside"]["metrics"]["points"], m["laser"]["metrics"]["points"]);
+  EXPECT_EQ(m["outside"]["drawn"], m["laser"]["drawn"]);
+  // A cloud's file has coordinates of 24 bits.
+  for (const char* detail : {"mean_error", "coverage", "outliers", "of_ceiling"})
+    EXPECT_NEAR(m["outside"][detail], m["laser"][detail].get<double>(), 1e-5) << detail;
+}
+
 TEST(Bench, ALoopOverAlgorithmsMeasuresEachAndNamesIt) {
   const fs::path rig = small_rig(scratch_folder() / "rig");
   if (std::system("/usr/bin/python3 -c 'import numpy, yaml, PIL'") != 0)
