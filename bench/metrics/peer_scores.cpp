@@ -18,9 +18,9 @@ constexpr double kVoxel = 0.010;               // ETH3D's, of its averages [m]
 constexpr double kBeamRadius = 0.5 * 0.00225;  // at the scanner [m]
 const double kBeamSpread = std::tan(from_degrees(0.011));
 
-class Tree {
+class NearestPoints {
  public:
-  explicit Tree(const std::vector<Vector3d>& points) : points_{points}, tree_(3, points_) {}
+  explicit NearestPoints(const std::vector<Vector3d>& points) : points_{points}, tree_(3, points_) {}
 
   /// Infinity without points.
   double squared_distance(const Vector3d& p) const {
@@ -71,7 +71,7 @@ std::vector<Vector3d> thinned(const std::vector<Vector3d>& points, double size) 
 
 /// Share of `points` nearer than tau to `others`.
 double share_near(const std::vector<Vector3d>& points, const std::vector<Vector3d>& others, double tau) {
-  const Tree tree(others);
+  const NearestPoints tree(others);
   const auto near =
       std::ranges::count_if(points, [&](const Vector3d& p) { return tree.squared_distance(p) < tau * tau; });
   return static_cast<double>(near) / static_cast<double>(points.size());
@@ -130,7 +130,7 @@ class Beams {
   }
   const TruthScan& scan_;
   std::vector<Vector3d> directions_;
-  Tree tree_;
+  NearestPoints tree_;
 };
 
 }  // namespace
@@ -154,7 +154,7 @@ Eth3dScore eth3d_score(const std::vector<Vector3d>& cloud, const std::vector<Tru
   score.tolerance_m = tolerance_m;
   std::vector<Vector3d> finite;
   std::ranges::copy_if(cloud, std::back_inserter(finite), [](const Vector3d& p) { return p.allFinite(); });
-  const Tree tree(finite);
+  const NearestPoints tree(finite);
   VoxelShare complete, accurate;
   std::deque<Beams> beams;  // they stay where they are: their trees point into them
   for (const TruthScan& scan : scans) {
