@@ -16,6 +16,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "bench/external/process_tree.hpp"
@@ -34,6 +35,7 @@ constexpr int kLook_ms = 20;
 constexpr int kLooksPerAccount = 3;  // /proc and the folder are looked through this seldom
 constexpr double kEnding_s = 10;     // for all that it started to be gone
 constexpr const char* kWell = "ended well";
+constexpr const char* kRun = "run.json";  // what is run, for the supervisor
 
 double since(Clock_::time_point begin) { return std::chrono::duration<double>(Clock_::now() - begin).count(); }
 
@@ -181,10 +183,12 @@ std::string supervise(const LimitedRun& run, int caller) {
 
 std::string run_limited(const std::vector<std::string>& words, const LimitedRun& run, const std::atomic<bool>& stop) {
   const RunLimits& l = run.limits;
+  const nlohmann::json said_to_it{{"command", run.command},     {"wall_s", l.wall_s},
+                                  {"cpu_s", l.cpu_s},           {"memory_bytes", l.memory_bytes},
+                                  {"disk_bytes", l.disk_bytes}, {"processes", l.processes}};
+  write_whole_file(run.folder / kRun, said_to_it.dump() + "\n");
   std::vector<std::string> arguments = words;
-  arguments.insert(arguments.end(), {exact_text(l.wall_s), exact_text(l.cpu_s), std::to_string(l.memory_bytes),
-                                     std::to_string(l.disk_bytes), std::to_string(l.processes), run.folder.string()});
-  arguments.insert(arguments.end(), run.command.begin(), run.command.end());
+  arguments.push_back(run.folder.string());
   std::vector<char*> argv;
   for (std::string& argument : arguments) argv.push_back(argument.data());
   argv.push_back(nullptr);
@@ -227,16 +231,19 @@ std::string run_limited(const std::vector<std::string>& words, const LimitedRun&
   return said == kWell ? "" : said;
 }
 
-void supervise_for_caller(const std::vector<std::string>& arguments) {
+void supervise_for_caller(const fs::path& folder) {
+  const fs::path file = folder / kRun;
   LimitedRun run;
-  RunLimits& l = run.limits;
-  if (arguments.size() < 7 || !parse_number(arguments[0], l.wall_s) || !parse_number(arguments[1], l.cpu_s) ||
-      !parse_number(arguments[2], l.memory_bytes) || !parse_number(arguments[3], l.disk_bytes) ||
-      !parse_number(arguments[4], l.processes))
-    throw InputError("found " + std::to_string(arguments.size()) +
-                     " arguments, expected WALL_S CPU_S MEMORY_BYTES DISK_BYTES PROCESSES FOLDER PROGRAM...");
-  run.folder = arguments[5];
-  run.command.assign(arguments.begin() + 6, arguments.end());
+  run.folder = folder;
+  try {
+    const auto said = nlohmann::json::parse(read_whole_file(file));
+    run.command = said.at("command").get<std::vector<std::string>>();
+    run.limits = {said.at("wall_s"), said.at("cpu_s"), said.at("memory_bytes"), said.at("disk_bytes"),
+                  said.at("processes")};
+  } catch (const nlohmann::json::exception& e) {
+    throw InputError(file, std::string("is no run of a program: ") + e.what());
+  }
+  if (run.command.empty()) throw InputError(file, "command: found nothing, expected a program");
   const std::string wrong = supervise(run, STDIN_FILENO);
   std::printf("%s", wrong.empty() ? kWell : wrong.c_str());
 }

@@ -31,16 +31,16 @@ struct LimitedRun {
 /// Threads: the only one of its process, which from then on adopts what its descendants leave behind.
 std::string supervise(const LimitedRun& run, int caller);
 
-/// supervise() in a process of its own: this program, called again with `words` and then the run. Its supervisor ends
+/// supervise() in a process of its own: this program, called again with `words` and the folder. Its supervisor ends
 /// the run if this process dies.
 /// Threads: any.
 /// Errors: InputError if no process can be started.
 std::string run_limited(const std::vector<std::string>& words, const LimitedRun& run, const std::atomic<bool>& stop);
 
-/// The other side of run_limited(), with its arguments after `words`: supervises, and says on standard output how the run
-/// ended.
+/// The other side of run_limited(), with the folder as its argument after `words`: supervises, and says on standard output
+/// how the run ended.
 /// Errors: InputError.
-void supervise_for_caller(const std::vector<std::string>& arguments);
+void supervise_for_caller(const std::filesystem::path& folder);
 
 /// The last line that it printed, for a message; empty if there is none.
 std::string last_words(const LimitedRun& run);

@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "tests/program/program.hpp"
+#include "tests/support/sanitizers.hpp"
 
 namespace fs = std::filesystem;
 
@@ -227,6 +228,7 @@ TEST(Bench, AProgramGetsASessionOfItsCamerasAndNotTheAnswer) {
 }
 
 TEST(Bench, AMethodOnTheLibraryScoresAsTheSameMethodInside) {
+  TANKRIG_SKIP_SANITIZED("the program's memory is limited");
   const fs::path rig = small_rig(scratch_folder() / "rig");
   const fs::path file = benchmark(cloud("laser") + cloud("outside"), loop("sceneLightUpdater", 0.5, 0.5, 1),
                                   "outside.coverage - laser.coverage",
@@ -244,6 +246,7 @@ TEST(Bench, AMethodOnTheLibraryScoresAsTheSameMethodInside) {
 }
 
 TEST(Bench, ALoopOverAlgorithmsMeasuresEachAndNamesIt) {
+  TANKRIG_SKIP_SANITIZED("the programs' memory is limited");
   const fs::path rig = small_rig(scratch_folder() / "rig");
   if (std::system("/usr/bin/python3 -c 'import numpy, yaml, PIL'") != 0)
     GTEST_SKIP() << "no numpy, yaml or PIL for Python (Debian packages python3-numpy, python3-yaml, python3-pil)";

@@ -249,11 +249,11 @@ int merge(const MergeOptions& options) {
 }
 
 struct ProgramOptions {
-  std::vector<std::string> run;
+  fs::path folder;
 };
 
 int run_program(const ProgramOptions& options) {
-  supervise_for_caller(options.run);
+  supervise_for_caller(options.folder);
   return kOk;
 }
 
@@ -286,9 +286,9 @@ void add_bench(CLI::App& app, ChosenCommand& chosen) {
 
   // What BenchRun calls for an <algorithm>; not for people.
   CLI::App* p = c->add_subcommand(kProgramCommand, "Run a program under limits (started by bench itself)")->group("");
-  p->footer("Example: tankrig bench program 60 60 2147483648 268435456 64 FOLDER /bin/true");
+  p->footer("Example: tankrig bench program FOLDER");
   ProgramOptions& po = options_of(p, chosen, &run_program);
-  p->add_option("run", po.run, "Limits, folder, program and its arguments")->required();
+  p->add_option("folder", po.folder, "Where run.json says what is run")->required()->check(CLI::ExistingDirectory);
 
   CLI::App* m = c->add_subcommand("merge", "Bring the results of shards together");
   MergeOptions& mo = options_of(m, chosen, &merge);

@@ -131,7 +131,7 @@ Reconstruction external_reconstruction(const Algorithm& algorithm, const Layered
   LimitedRun run{{algorithm.program.string()}, scratch.path(), algorithm.limits};
   run.command.insert(run.command.end(), algorithm.arguments.begin(), algorithm.arguments.end());
   run.command.insert(run.command.end(), {folder.string(), cloud.string()});
-  out.reason = run_limited({"tankrig", "bench", kProgramCommand, "--"}, run, stop);
+  out.reason = run_limited({"tankrig", "bench", kProgramCommand}, run, stop);
   if (!out.reason.empty()) {
     if (const std::string said = last_words(run); !said.empty()) out.reason += ": " + said;
     return out;
