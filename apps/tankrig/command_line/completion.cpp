@@ -33,7 +33,8 @@ using CommandVisit = std::function<void(const std::string& name, const CLI::App&
 /// `command` and all below it, parents first.
 void visit_commands(const std::string& name, const CLI::App& command, const CommandVisit& visit) {
   visit(name, command);
-  for (const CLI::App* below : command.get_subcommands([](const CLI::App* c) { return !c->get_name().empty(); }))
+  for (const CLI::App* below :
+       command.get_subcommands([](const CLI::App* c) { return !c->get_name().empty() && !c->get_group().empty(); }))
     visit_commands(name + " " + below->get_name(), *below, visit);
 }
 
@@ -90,7 +91,8 @@ std::string bash_completion(const CLI::App& app) {
   std::string words, values;
   visit_commands("tankrig", app, [&](const std::string& name, const CLI::App& command) {
     std::string commands, options;
-    for (const CLI::App* below : command.get_subcommands([](const CLI::App* c) { return !c->get_name().empty(); }))
+    for (const CLI::App* below :
+         command.get_subcommands([](const CLI::App* c) { return !c->get_name().empty() && !c->get_group().empty(); }))
       commands += " " + below->get_name();
     for (const CLI::Option* option : options_with_groups(command)) {
       if (option->get_positional()) commands += named_values(*option);
