@@ -96,6 +96,19 @@ std::string header(const Benchmark& benchmark) {
   return line + ",SimTime [s],error\n";
 }
 
+std::string words(const ordered_json& text) { return text.is_string() ? text.get<std::string>() : text.dump(); }
+
+/// The file may be from elsewhere, and what follows takes a row's values for its loops'.
+void check_values(const fs::path& folder, const Benchmark& benchmark, const PointRows& rows) {
+  for (const auto& [point, row] : rows) {
+    const ordered_json expected =
+        point < benchmark.points() ? ordered_json(benchmark.values(point)) : ordered_json("no such configuration");
+    if (row["values"] != expected)
+      throw InputError(folder / kPoints, fmt::format("configuration {}: values: found {}, expected {}", point,
+                                                     row["values"].dump(), words(expected)));
+  }
+}
+
 /// The values of a configuration's loops, each after a comma.
 std::string loop_cells(const Benchmark& benchmark, const ordered_json& row) {
   std::string text;
@@ -175,12 +188,11 @@ void drop_loops_left_out(Benchmark& benchmark, const ordered_json& run) {
 }
 
 std::string point_error(const ordered_json& row) {
-  if (row.contains("error")) return row["error"].get<std::string>();
+  if (row.contains("error")) return words(row["error"]);
   std::string text;
   if (row.contains("measures"))
     for (const auto& [name, values] : row["measures"].items())
-      if (values.contains("error"))
-        text += (text.empty() ? "" : "; ") + name + ": " + values["error"].get<std::string>();
+      if (values.contains("error")) text += (text.empty() ? "" : "; ") + name + ": " + words(values["error"]);
   return text;
 }
 
@@ -194,6 +206,7 @@ std::pair<ordered_json, PointRows> read_points(const fs::path& folder) {
 
 void write_result_tables(const fs::path& folder, const Benchmark& benchmark, const ordered_json& run,
                          const PointRows& rows) {
+  check_values(folder, benchmark, rows);
   std::string table = header(benchmark);
   ordered_json all{{"run", run}, {"points", ordered_json::array()}};
   for (const auto& [point, row] : rows) {

@@ -9,6 +9,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <csignal>
@@ -34,6 +35,8 @@ using Clock_ = std::chrono::steady_clock;
 constexpr int kLook_ms = 20;
 constexpr int kLooksPerAccount = 3;  // /proc and the folder are looked through this seldom
 constexpr double kEnding_s = 10;     // for all that it started to be gone
+// Of this user, before a bomb can start no more: beyond what a desktop or other configurations start meanwhile.
+constexpr std::size_t kTaskRoom = 4096;
 constexpr const char* kWell = "ended well";
 constexpr const char* kRun = "run.json";  // what is run, for the supervisor
 
@@ -46,39 +49,53 @@ double children_cpu_s() {
   return s(use.ru_utime) + s(use.ru_stime);
 }
 
-/// Files that vanish meanwhile count as nothing.
+/// Whatever has a name counts as a block at least. What vanishes meanwhile counts as nothing.
 std::uint64_t bytes_below(const fs::path& folder) {
+  constexpr std::uint64_t kBlock = 4096;
   std::uint64_t sum = 0;
   std::error_code gone;
-  for (fs::recursive_directory_iterator entry(folder, gone), end; !gone && entry != end; entry.increment(gone)) {
+  for (fs::recursive_directory_iterator entry(folder, fs::directory_options::skip_permission_denied, gone), end;
+       !gone && entry != end; entry.increment(gone)) {
     std::error_code no_file;
-    if (!entry->is_regular_file(no_file) || entry->is_symlink(no_file)) continue;
-    const std::uint64_t size = entry->file_size(no_file);
-    if (!no_file) sum += size;
+    const bool file = entry->symlink_status(no_file).type() == fs::file_type::regular;
+    const std::uint64_t size = file ? entry->file_size(no_file) : 0;
+    if (!no_file) sum += std::max(size, kBlock);
   }
   return sum;
 }
 
-void set_limit(int resource, double most) {
-  const rlimit limit{static_cast<rlim_t>(most), static_cast<rlim_t>(most)};
-  if (::setrlimit(static_cast<__rlimit_resource>(resource), &limit) != 0) ::_exit(126);
+/// In the child: says through `failed` why the program cannot be run.
+[[noreturn]] void give_up(int failed, int error) {
+  (void)!::write(failed, &error, sizeof error);
+  ::_exit(127);
 }
 
-/// In the child: never returns. An error number through `failed` says that the program cannot be run.
-[[noreturn]] void become(const LimitedRun& run, int failed) {
+void set_limit(int resource, double most, int failed) {
+  const auto which = static_cast<__rlimit_resource>(resource);
+  rlimit limit{};
+  if (::getrlimit(which, &limit) != 0) give_up(failed, errno);
+  limit.rlim_cur = limit.rlim_max = std::min(limit.rlim_max, static_cast<rlim_t>(most));
+  if (::setrlimit(which, &limit) != 0) give_up(failed, errno);
+}
+
+/// In the child: the program, or give_up().
+[[noreturn]] void become(const LimitedRun& run, std::size_t users_tasks, int failed) {
   ::setpgid(0, 0);
+  ::prctl(PR_SET_PDEATHSIG, SIGKILL);
   for (int signal = 1; signal < NSIG; ++signal) ::signal(signal, SIG_DFL);
   sigset_t none;
   ::sigemptyset(&none);
   ::sigprocmask(SIG_SETMASK, &none, nullptr);
-  set_limit(RLIMIT_CORE, 0);
-  set_limit(RLIMIT_CPU, run.limits.cpu_s + 1);
-  set_limit(RLIMIT_AS, static_cast<double>(run.limits.memory_bytes));
-  set_limit(RLIMIT_FSIZE, static_cast<double>(run.limits.disk_bytes));
+  const RunLimits& limits = run.limits;
+  set_limit(RLIMIT_CORE, 0, failed);
+  set_limit(RLIMIT_CPU, limits.cpu_s + 1, failed);
+  set_limit(RLIMIT_AS, static_cast<double>(limits.memory_bytes), failed);
+  set_limit(RLIMIT_FSIZE, static_cast<double>(limits.disk_bytes), failed);
+  set_limit(RLIMIT_NPROC, static_cast<double>(users_tasks + kTaskRoom) + limits.processes, failed);
   const std::string work = (run.folder / "work").string(), output = (run.folder / "output.txt").string();
   const int in = ::open("/dev/null", O_RDONLY);
   const int out = ::open(output.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_APPEND, 0600);
-  if (in < 0 || out < 0 || ::chdir(work.c_str()) != 0) ::_exit(126);
+  if (in < 0 || out < 0 || ::chdir(work.c_str()) != 0) give_up(failed, errno);
   ::dup2(in, STDIN_FILENO);
   ::dup2(out, STDOUT_FILENO);
   ::dup2(out, STDERR_FILENO);
@@ -97,9 +114,11 @@ void set_limit(int resource, double most) {
     return out_words;
   };
   ::execve(command.front().c_str(), pointers(command).data(), pointers(variables).data());
-  const int error = errno;
-  (void)!::write(failed, &error, sizeof error);
-  ::_exit(127);
+  give_up(failed, errno);
+}
+
+std::string too_much_written(const RunLimits& limits) {
+  return fmt::format("wrote more than {} MiB", limits.disk_bytes >> 20);
 }
 
 /// Empty: within the limits.
@@ -113,15 +132,14 @@ std::string broken_limit(const LimitedRun& run, double cpu_before, std::uint64_t
     return fmt::format("had {} processes, expected at most {}", processes.size(), limits.processes);
   if (memory > limits.memory_bytes) return fmt::format("took more than {} MiB of memory", limits.memory_bytes >> 20);
   if (cpu > limits.cpu_s) return fmt::format("took more than {:g} s of processor time", limits.cpu_s);
-  if (bytes_below(run.folder) > disk_before + limits.disk_bytes)
-    return fmt::format("wrote more than {} MiB", limits.disk_bytes >> 20);
+  if (bytes_below(run.folder) > disk_before + limits.disk_bytes) return too_much_written(limits);
   return "";
 }
 
 std::string in_words(const RunLimits& limits, int status) {
   if (WIFEXITED(status)) return WEXITSTATUS(status) == 0 ? "" : fmt::format("exit code {}", WEXITSTATUS(status));
   const int signal = WTERMSIG(status);
-  if (signal == SIGXFSZ) return fmt::format("wrote more than {} MiB", limits.disk_bytes >> 20);
+  if (signal == SIGXFSZ) return too_much_written(limits);
   if (signal == SIGXCPU) return fmt::format("took more than {:g} s of processor time", limits.cpu_s);
   return fmt::format("killed by signal {} ({})", signal, ::strsignal(signal));
 }
@@ -152,9 +170,10 @@ std::string supervise(const LimitedRun& run, int caller) {
   const double cpu_before = children_cpu_s();
   const std::uint64_t disk_before = bytes_below(run.folder);
   const Clock_::time_point begin = Clock_::now();
+  const std::size_t users_tasks = tasks_of_user();
   const pid_t program = ::fork();
   if (program < 0) throw InputError(std::string("fork: ") + std::strerror(errno));
-  if (program == 0) become(run, failed[1]);
+  if (program == 0) become(run, users_tasks, failed[1]);
   ::setpgid(program, program);
   ::close(failed[1]);
   int error = 0;
@@ -176,8 +195,9 @@ std::string supervise(const LimitedRun& run, int caller) {
   }
   if (!end_all(program)) end = end->empty() ? "left processes that cannot be killed" : *end;
   if (not_run) end = std::string("cannot be run: ") + std::strerror(error);
-  if (end->empty() && bytes_below(run.folder) > disk_before + run.limits.disk_bytes)
-    end = fmt::format("wrote more than {} MiB", run.limits.disk_bytes >> 20);
+  // A file at its limit ends what writes it, not what started that.
+  const std::uint64_t disk = bytes_below(run.folder), most = disk_before + run.limits.disk_bytes;
+  if (disk > most || (disk == most && !end->empty())) end = too_much_written(run.limits);
   return *end;
 }
 
@@ -250,7 +270,9 @@ void supervise_for_caller(const fs::path& folder) {
 
 std::string last_words(const LimitedRun& run) {
   constexpr std::streamoff kTail = 4096;
-  std::ifstream file(run.folder / "output.txt", std::ios::binary | std::ios::ate);
+  const fs::path output = run.folder / "output.txt";
+  if (!fs::is_regular_file(fs::symlink_status(output))) return "";  // it may have put something else there
+  std::ifstream file(output, std::ios::binary | std::ios::ate);
   if (!file) return "";
   const std::streamoff size = file.tellg();
   file.seekg(std::max<std::streamoff>(0, size - kTail));

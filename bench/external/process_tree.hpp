@@ -3,6 +3,7 @@
 
 #include <sys/types.h>
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -14,7 +15,10 @@ struct ProcessUse {
   std::uint64_t memory_bytes = 0;
 };
 
-/// Zombies are left out.
+/// Zombies too: they are processes until somebody waits for them.
 std::vector<ProcessUse> descendants();
+
+/// Processes and threads of the user whom this process runs as.
+std::size_t tasks_of_user();
 
 }  // namespace tankrig

@@ -47,7 +47,10 @@ class NearestPoints {
 using Voxel = std::tuple<std::int64_t, std::int64_t, std::int64_t>;
 
 Voxel voxel_of(const Vector3d& p, const Vector3d& origin, double size) {
-  const auto place = [&](int axis) { return static_cast<std::int64_t>(std::floor((p[axis] - origin[axis]) / size)); };
+  constexpr double kFar = 9e18;  // beyond it all is one
+  const auto place = [&](int axis) {
+    return static_cast<std::int64_t>(std::clamp(std::floor((p[axis] - origin[axis]) / size), -kFar, kFar));
+  };
   return {place(0), place(1), place(2)};
 }
 

@@ -24,7 +24,7 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kMostFailures = 50;  ///< on the page; results.csv has all
 
-std::string text_of(const ordered_json& run, const char* key) {
+std::string text_of(const ordered_json& run, const std::string& key) {
   const auto found = run.find(key);
   if (found == run.end() || found->is_null()) return "";
   return found->is_string() ? found->get<std::string>() : found->dump();
@@ -101,7 +101,7 @@ array fact_nodes(const ordered_json& run) {
   for (const auto& [key, what] : facts) nodes.push_back(map{{"what", std::string(what)}, {"value", text_of(run, key)}});
   if (run.contains("algorithms"))
     for (const auto& [name, hash] : run["algorithms"].items())
-      nodes.push_back(map{{"what", "SHA-256 of the program " + name}, {"value", hash.get<std::string>()}});
+      nodes.push_back(map{{"what", "SHA-256 of the program " + name}, {"value", text_of(run["algorithms"], name)}});
   return nodes;
 }
 

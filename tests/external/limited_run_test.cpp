@@ -24,6 +24,7 @@ class LimitedRunTest : public ::testing::Test {
   std::string end_of(const std::string& script, const RunLimits& limits = {}) {
     const auto program = folder_.write("program", "#!/bin/sh\n" + script + "\n");
     ::chmod(program.c_str(), 0755);
+    for (const char* before : {"work", "output.txt"}) std::filesystem::remove_all(folder_.path() / before);
     std::filesystem::create_directories(folder_.path() / "work");
     run_ = {{program.string(), "one", "two words"}, folder_.path(), limits};
     const std::string end = supervise(run_, -1);
@@ -47,6 +48,8 @@ TEST_F(LimitedRunTest, SaysHowItFailed) {
   EXPECT_THAT(end_of("kill -SEGV $$"), HasSubstr("killed by signal 11"));
   run_.command.front() = (folder_.path() / "gone").string();
   EXPECT_EQ(supervise(run_, -1), "cannot be run: No such file or directory");
+  std::filesystem::remove(folder_.path() / "work");
+  EXPECT_EQ(supervise(run_, -1), "cannot be run: No such file or directory");
 }
 
 TEST_F(LimitedRunTest, EndsOneThatHangsEvenIfItIgnoresSignals) {
@@ -68,9 +71,31 @@ TEST_F(LimitedRunTest, EndsOneThatFillsTheDisk) {
   const RunLimits limits{.disk_bytes = 4 << 20};
   EXPECT_EQ(end_of("exec cat /dev/zero > big", limits), "wrote more than 4 MiB");
   EXPECT_LE(std::filesystem::file_size(folder_.path() / "work/big"), limits.disk_bytes);
-  std::filesystem::remove(folder_.path() / "work/big");
   EXPECT_EQ(end_of("i=0; while :; do i=$((i + 1)); head -c 1000000 /dev/zero > small$i; done", limits),
             "wrote more than 4 MiB");
+}
+
+TEST_F(LimitedRunTest, CountsWhatItPrintsEmptyFilesAndFilesOfItsChildren) {
+  const RunLimits limits{.disk_bytes = 1 << 20};
+  EXPECT_EQ(end_of("exec yes", limits), "wrote more than 1 MiB");
+  EXPECT_EQ(end_of("yes; exit 1", limits), "wrote more than 1 MiB");
+  EXPECT_LE(std::filesystem::file_size(folder_.path() / "output.txt"), limits.disk_bytes);
+  EXPECT_EQ(end_of("i=0; while :; do i=$((i + 1)); mkdir -p d$((i / 9)); : > d$((i / 9))/f$i; done", limits),
+            "wrote more than 1 MiB");
+}
+
+TEST_F(LimitedRunTest, CountsProcessesThatNobodyWaitedFor) {
+  EXPECT_THAT(end_of("for i in $(seq 40); do sleep 0 & done; exec sleep 1000", {.processes = 20}),
+              MatchesRegex("had [0-9]+ processes, expected at most 20"));
+}
+
+TEST_F(LimitedRunTest, LeavesAUserFewMoreTasksWhateverABombDoes) {
+  EXPECT_EQ(end_of("test $(sed -n 's/^Max processes *\\([0-9]*\\) .*/\\1/p' /proc/self/limits) -lt 100000"), "");
+}
+
+TEST_F(LimitedRunTest, ReadsNoWordsFromAPipe) {
+  EXPECT_EQ(end_of("rm ../output.txt; mkfifo ../output.txt; exit 1"), "exit code 1");
+  EXPECT_EQ(last_words(run_), "");
 }
 
 TEST_F(LimitedRunTest, EndsOneThatFillsTheMemory) {

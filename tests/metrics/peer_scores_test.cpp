@@ -41,6 +41,13 @@ TEST(TanksAndTemples, ThinsSoThatACrowdCountsOnce) {
   EXPECT_DOUBLE_EQ(*score.precision, 10.0 / 11);
 }
 
+TEST(TanksAndTemples, TakesWhateverIsFinite) {
+  std::vector<Vector3d> cloud = row(10);
+  cloud.emplace_back(1e300, -1e300, 0);
+  EXPECT_DOUBLE_EQ(tanks_and_temples_score(cloud, row(10), 0.010).recall, 1);
+  EXPECT_EQ(eth3d_score(cloud, {{{0, 0, 1}, row(10)}}, 0.005).accurate, 10u);
+}
+
 TEST(TanksAndTemples, OfAnEmptyCloudIsNoPrecisionAndNothingRecalled) {
   const TanksAndTemplesScore score =
       tanks_and_temples_score({{std::numeric_limits<double>::quiet_NaN(), 0, 0}}, row(10), 0.010);

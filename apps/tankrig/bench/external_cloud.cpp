@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include <cerrno>
 #include <cstdlib>
 #include <set>
 #include <sstream>
 
+#include "apps/tankrig/bench/scratch_folder.hpp"
 #include "bench/external/limited_run.hpp"
 #include "core/camera_file.hpp"
 #include "core/input_error.hpp"
@@ -22,26 +22,6 @@ namespace tankrig::app {
 namespace {
 
 constexpr std::size_t kMostPoints = 5'000'000;
-
-/// Removed with all that is in it.
-class ScratchFolder {
- public:
-  ScratchFolder() {
-    std::string name = (fs::temp_directory_path() / "tankrig-algorithm-XXXXXX").string();
-    if (!::mkdtemp(name.data())) throw CannotWrite(fs::path(name), errno);
-    path_ = name;
-  }
-  ~ScratchFolder() {
-    std::error_code left_behind;
-    fs::remove_all(path_, left_behind);
-  }
-  ScratchFolder(const ScratchFolder&) = delete;
-  ScratchFolder& operator=(const ScratchFolder&) = delete;
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
 
 /// What the program may know: its cameras, their frames, the arm and the laser.
 void write_session(const fs::path& folder, const LayeredScan& scan, const Session& session, bool laser) {
@@ -77,8 +57,10 @@ void write_session(const fs::path& folder, const LayeredScan& scan, const Sessio
 /// Its cloud in b; frames that the session does not have become unknown.
 /// Errors: InputError, whose message does not name the folder.
 PointCloud cloud_of_program(const fs::path& file, const Session& session, bool laser) {
-  if (!fs::exists(fs::symlink_status(file))) throw InputError("wrote no cloud, expected one at its last argument");
-  if (!fs::is_regular_file(fs::symlink_status(file))) throw InputError("its cloud is no regular file");
+  std::error_code unreachable;
+  const fs::file_status status = fs::symlink_status(file, unreachable);
+  if (!fs::exists(status)) throw InputError("wrote no cloud, expected one at its last argument");
+  if (!fs::is_regular_file(status)) throw InputError("its cloud is no regular file");
   PointCloud cloud;
   try {
     cloud = read_cloud(file);
@@ -104,31 +86,17 @@ PointCloud cloud_of_program(const fs::path& file, const Session& session, bool l
   return cloud;
 }
 
-}  // namespace
-
-std::optional<fs::path> program_file(const fs::path& named, const fs::path& folder) {
-  const auto runs = [](const fs::path& file) { return fs::is_regular_file(file) && ::access(file.c_str(), X_OK) == 0; };
-  if (named.has_parent_path()) {
-    const fs::path file = fs::absolute(folder / named).lexically_normal();
-    return runs(file) ? std::optional(file) : std::nullopt;
-  }
-  const char* const path = std::getenv("PATH");
-  std::istringstream folders(path ? path : "/usr/bin:/bin");
-  for (std::string one; std::getline(folders, one, ':');)
-    if (fs::path(one).is_absolute() && runs(one / named)) return one / named;
-  return std::nullopt;
-}
-
-Reconstruction external_reconstruction(const Algorithm& algorithm, const LayeredScan& scan, const Session& session,
-                                       const std::optional<WorkspaceBox>& workspace, const std::atomic<bool>& stop) {
+/// As external_reconstruction(), with the folder that it works in.
+Reconstruction run_in(const fs::path& place, const Algorithm& algorithm, const LayeredScan& scan,
+                      const Session& session, const std::optional<WorkspaceBox>& workspace,
+                      const std::atomic<bool>& stop) {
   Reconstruction out;
   out.method = algorithm.name;
   out.cloud.frame = "b";
-  const ScratchFolder scratch;
-  const fs::path folder = scratch.path() / "session", cloud = scratch.path() / "work" / "cloud.ply";
+  const fs::path folder = place / "session", cloud = place / "work" / "cloud.ply";
   fs::create_directories(cloud.parent_path());
   write_session(folder, scan, session, algorithm.by_laser);
-  LimitedRun run{{algorithm.program.string()}, scratch.path(), algorithm.limits};
+  LimitedRun run{{algorithm.program.string()}, place, algorithm.limits};
   run.command.insert(run.command.end(), algorithm.arguments.begin(), algorithm.arguments.end());
   run.command.insert(run.command.end(), {folder.string(), cloud.string()});
   out.reason = run_limited({"tankrig", "bench", kProgramCommand}, run, stop);
@@ -146,6 +114,33 @@ Reconstruction external_reconstruction(const Algorithm& algorithm, const Layered
     out.rejected = std::erase_if(out.cloud.points, [&](const CloudPoint& p) { return !contains(*workspace, p.p); });
   if (out.cloud.points.empty()) out.reason = "its cloud has no point in the workspace";
   if (out.cloud.invalid > 0) out.warning = fmt::format("{} points were not finite and are left out", out.cloud.invalid);
+  return out;
+}
+
+}  // namespace
+
+std::optional<fs::path> program_file(const fs::path& named, const fs::path& folder) {
+  const auto runs = [](const fs::path& file) {
+    std::error_code unreachable;
+    return fs::is_regular_file(file, unreachable) && ::access(file.c_str(), X_OK) == 0;
+  };
+  if (named.has_parent_path()) {
+    const fs::path file = fs::absolute(folder / named).lexically_normal();
+    return runs(file) ? std::optional(file) : std::nullopt;
+  }
+  const char* const path = std::getenv("PATH");
+  std::istringstream folders(path ? path : "/usr/bin:/bin");
+  for (std::string one; std::getline(folders, one, ':');)
+    if (fs::path(one).is_absolute() && runs(one / named)) return one / named;
+  return std::nullopt;
+}
+
+Reconstruction external_reconstruction(const Algorithm& algorithm, const LayeredScan& scan, const Session& session,
+                                       const std::optional<WorkspaceBox>& workspace, const std::atomic<bool>& stop) {
+  ScratchFolder scratch("tankrig-algorithm");
+  Reconstruction out = run_in(scratch.path(), algorithm, scan, session, workspace, stop);
+  if (!scratch.remove())
+    out.warning += (out.warning.empty() ? "" : "; ") + scratch.path().string() + " cannot be removed";
   return out;
 }
 

@@ -3,10 +3,9 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <cstdlib>
 
 #include "apps/tankrig/arm/arm_motion.hpp"
+#include "apps/tankrig/bench/scratch_folder.hpp"
 #include "apps/tankrig/command_line/stop.hpp"
 #include "apps/tankrig/scan/plan_check.hpp"
 #include "bench/metrics/triangle_mesh.hpp"
@@ -46,22 +45,15 @@ class MemorySink final : public ScanSink {
 
 /// Through the text of its files and back, as a session that is opened: the same bits.
 Session as_opened(SessionInfo info, const std::vector<FrameRecord>& frames) {
-  std::string name = (fs::temp_directory_path() / "tankrig-bench-XXXXXX").string();
-  if (!::mkdtemp(name.data())) throw CannotWrite(fs::path(name), errno);
-  const fs::path folder = name;
+  const ScratchFolder scratch("tankrig-bench");
+  const fs::path& folder = scratch.path();
+  write_whole_file(folder / "session.yaml", session_yaml(info));
+  std::string table = frames_header();
+  for (const FrameRecord& frame : frames) table += frames_line(frame);
+  write_whole_file(folder / "frames.csv", table);
   Session session;
-  try {
-    write_whole_file(folder / "session.yaml", session_yaml(info));
-    std::string table = frames_header();
-    for (const FrameRecord& frame : frames) table += frames_line(frame);
-    write_whole_file(folder / "frames.csv", table);
-    session.info = read_session_yaml(folder / "session.yaml");
-    session.frames = read_frames_csv(folder / "frames.csv").records;
-  } catch (...) {
-    fs::remove_all(folder);
-    throw;
-  }
-  fs::remove_all(folder);
+  session.info = read_session_yaml(folder / "session.yaml");
+  session.frames = read_frames_csv(folder / "frames.csv").records;
   session.path = "scan in memory";
   return session;
 }
