@@ -44,7 +44,7 @@ const std::vector<Rule>& rules() {
       {"reconstruction", {"core", "reconstruction"}},
       {"bench", {"core", "reconstruction", "bench"}},
       {"pipeline", {"core", "session", "calibration", "reconstruction", "bench", "pipeline"}},
-      {"examples", {"core", "session", "calibration", "reconstruction", "bench", "pipeline"}},
+      {"examples", {"core", "session", "calibration", "reconstruction", "bench", "pipeline", "examples"}},
       {"apps",
        {"core", "drivers", "sim_backends", "session", "rig", "calibration", "reconstruction", "bench", "pipeline",
         "apps"}},

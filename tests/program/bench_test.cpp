@@ -100,6 +100,21 @@ TEST(Bench, GivesTheSameTablesForAnyJobsShardsAndInterruptions) {
   ASSERT_EQ(run_tankrig({"bench", "merge", file, folder("a"), folder("b"), "--out", folder("both")}).exit_code, 0);
   EXPECT_EQ(read_text(folder("both") / "results.csv"), table);
 
+  // From its results alone, and not from those of another file or with a line from elsewhere.
+  const fs::path both = folder("both");
+  for (const char* made : {"results.csv", "report.html"}) fs::remove(both / made);
+  EXPECT_EQ(run_tankrig({"report", both}).exit_code, 0);
+  EXPECT_EQ(read_text(both / "results.csv"), table);
+  EXPECT_THAT(read_text(both / "report.html"), HasSubstr("<polyline"));
+  const std::string all = read_text(both / "points.jsonl");
+  write_text(both / "points.jsonl", all + "{\"point\": 3, \"values\": [0.75, 1]}\n");
+  const ProgramRun foreign = run_tankrig({"report", both});
+  EXPECT_EQ(foreign.exit_code, 1);
+  EXPECT_THAT(foreign.err, HasSubstr("points.jsonl: configuration 3: values: found [0.75,1], expected [0.75]"));
+  write_text(both / "points.jsonl", all);
+  write_text(both / "benchmark.xml", read_text(file) + " ");
+  EXPECT_THAT(run_tankrig({"report", both}).err, HasSubstr("is not the benchmark that was run"));
+
   const ProgramRun other = bench(folder("one"), {"--seed", "2"});
   EXPECT_EQ(other.exit_code, 1);
   EXPECT_THAT(other.err, HasSubstr("holds results of another run: seed is 1, expected 2"));
@@ -257,24 +272,27 @@ TEST(Bench, ALoopOverAlgorithmsMeasuresEachAndNamesIt) {
   };
   std::string measure = cloud("algorithm");
   measure.replace(measure.find("<name>algorithm"), 15, "<name>chosen");
-  const fs::path file =
-      benchmark(measure,
-                "<sceneUpdater><algorithmUpdater><cloud>laser</cloud><cloud>numpy</cloud><cloud>sgbm</cloud><interval>0"
-                "</interval></algorithmUpdater></sceneUpdater>",
-                "chosen.coverage",
-                "<algorithms>" + algorithm("numpy", examples / "laser_numpy.py", "laser") +
-                    algorithm("sgbm", TANKRIG_SGBM_CLOUD, "stereo") + "</algorithms>");
+  const fs::path file = benchmark(measure,
+                                  "<sceneUpdater><algorithmUpdater><cloud>laser</cloud><cloud>numpy</"
+                                  "cloud><cloud>sgbm</cloud><cloud>pcl</cloud><interval>0"
+                                  "</interval></algorithmUpdater></sceneUpdater>",
+                                  "chosen.coverage",
+                                  "<algorithms>" + algorithm("numpy", examples / "laser_numpy.py", "laser") +
+                                      algorithm("sgbm", TANKRIG_SGBM_CLOUD, "stereo") +
+                                      algorithm("pcl", TANKRIG_PCL_CLOUD, "laser") + "</algorithms>");
   const fs::path out = scratch_folder() / "out";
   const ProgramRun run = run_tankrig({"bench", file, "--rig", rig, "--out", out});
   ASSERT_EQ(run.exit_code, 0) << run.err << read_text(out / "results.csv");
   const nlohmann::json points = points_of(out);
-  ASSERT_EQ(points.size(), 3u);
+  ASSERT_EQ(points.size(), 4u);
   const auto chosen = [&](std::size_t i) { return points[i]["measures"]["chosen"]; };
   EXPECT_LT(chosen(0)["mean_error"], 0.0005);
   // The same stripe without a matched filter: a little coarser, over as much of the surface.
-  EXPECT_LT(chosen(1)["mean_error"], 0.002);
-  EXPECT_GT(chosen(1)["coverage"].get<double>(), 0.8 * chosen(0)["coverage"].get<double>());
-  EXPECT_TRUE(chosen(1)["drawn"]["by_frame"]);
+  for (const std::size_t i : {std::size_t{1}, std::size_t{3}}) {
+    EXPECT_LT(chosen(i)["mean_error"], 0.002) << i;
+    EXPECT_GT(chosen(i)["coverage"].get<double>(), 0.8 * chosen(0)["coverage"].get<double>()) << i;
+    EXPECT_TRUE(chosen(i)["drawn"]["by_frame"]) << i;
+  }
   EXPECT_LT(chosen(2)["mean_error"], 0.003);
   EXPECT_GT(chosen(2)["of_ceiling"], 0.7);
   EXPECT_THAT(read_text(out / "results.csv"), HasSubstr("\n1,numpy,"));
