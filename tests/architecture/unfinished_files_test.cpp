@@ -9,7 +9,7 @@
 namespace tankrig::testing {
 namespace {
 
-constexpr char kForeign[] = "examples/algorithms/";  // know nothing of tankrig; read after their exit code
+constexpr char kForeign[] = "examples/algorithms/";               // know nothing of tankrig; read after their exit code
 constexpr char kGrows[] = "sim_backends/wire/emulated_tank.cpp";  // what was exposed, line by line, in no session
 
 TEST(UnfinishedFiles, HaveOneSuffixAndNoStreamWritesAFileInItsPlace) {
