@@ -29,6 +29,10 @@ const char* Updater::column() const {
       return "SweepSpeed";
     case UpdaterKind::kAlgorithm:
       return "Algorithm";
+    case UpdaterKind::kCalibrationError:
+      return "CalibrationError";
+    case UpdaterKind::kLux:
+      return "Lux";
   }
   return "";
 }

@@ -108,6 +108,8 @@ enum class UpdaterKind : std::uint8_t {
   kParticles,
   kSweepSpeed,
   kAlgorithm,
+  kCalibrationError,
+  kLux,
 };
 template <>
 inline constexpr std::array kNames<UpdaterKind>{"none",
@@ -120,7 +122,15 @@ inline constexpr std::array kNames<UpdaterKind>{"none",
                                                 "cameraNoiseUpdater",
                                                 "particlesUpdater",
                                                 "sweepSpeedUpdater",
-                                                "algorithmUpdater"};
+                                                "algorithmUpdater",
+                                                "calibrationErrorUpdater",
+                                                "luxUpdater"};
+
+/// Of kCalibrationError: what of a pose is wrong, in its own frame.
+struct PoseError {
+  int axis = 0;        ///< 0 x, 1 y, 2 z
+  bool turns = false;  ///< about the axis [rad]; else along it [m]
+};
 
 /// Of kCurrent.
 struct CurrentSwing {
@@ -140,6 +150,7 @@ struct Updater {
   std::vector<std::vector<double>> arm_positions;  ///< kArmMove [rad]
   CurrentSwing current;
   std::vector<std::string> clouds;  ///< kAlgorithm
+  PoseError error;                  ///< kCalibrationError
   std::string bag, image_topic, info_topic, image_depth;
 
   /// How the column of its values is called: "Light", "Noise", "Iteration" ...

@@ -1,11 +1,13 @@
 // From <sceneUpdater> to the loops of the product.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 
 #include "bench/benchmark/benchmark_element.hpp"
 #include "core/arm_model.hpp"
+#include "core/shown_text.hpp"
 
 namespace tankrig {
 namespace {
@@ -32,6 +34,8 @@ const std::map<UpdaterKind, std::vector<const char*>>& children_of_updaters() {
       {UpdaterKind::kParticles, {"initialValue", "finalValue", "step", "interval"}},
       {UpdaterKind::kSweepSpeed, {"initialValue", "finalValue", "step", "interval"}},
       {UpdaterKind::kAlgorithm, {"interval"}},
+      {UpdaterKind::kCalibrationError, {"initialValue", "finalValue", "step", "interval", "target", "error"}},
+      {UpdaterKind::kLux, {"initialValue", "finalValue", "step", "interval"}},
   };
   return table;
 }
@@ -47,6 +51,10 @@ Bounds bounds_of(UpdaterKind kind) {
       return {0, 1e5};
     case UpdaterKind::kSweepSpeed:
       return {0.01, 1};
+    case UpdaterKind::kCalibrationError:
+      return {-0.5, 0.5};
+    case UpdaterKind::kLux:
+      return {0, 1e6};
     default:
       return kNotNegative;
   }
@@ -113,6 +121,18 @@ void read_arm_positions(const XmlElement& element, Updater& updater) {
   updater.step = benchmark_number(element, "step", {1e-4, 1e6});
 }
 
+void read_pose_error(const XmlElement& element, Updater& updater) {
+  (void)element.child("target");
+  constexpr std::string_view kErrors[] = {"x", "y", "z", "aboutX", "aboutY", "aboutZ"};
+  const std::string error = element.text("error");
+  const auto found = std::ranges::find(kErrors, error);
+  if (found == std::end(kErrors))
+    element.child("error").fail("<error>: found '" + shown_text(error) +
+                                "', expected x, y, z, aboutX, aboutY or aboutZ");
+  const auto place = static_cast<int>(found - kErrors);
+  updater.error = {place % 3, place > 2};
+}
+
 }  // namespace
 
 void read_updaters(const XmlElement& element, std::vector<Updater>& updaters) {
@@ -143,6 +163,7 @@ void read_updaters(const XmlElement& element, std::vector<Updater>& updaters) {
   if (loop.has("target")) updater.target = loop.text("target");
   if (updater.kind == UpdaterKind::kCurrent) (void)loop.child("target"), read_current(loop, updater);
   if (updater.kind == UpdaterKind::kArmMove) (void)loop.child("target"), read_arm_positions(loop, updater);
+  if (updater.kind == UpdaterKind::kCalibrationError) read_pose_error(loop, updater);
   if (updater.kind == UpdaterKind::kRepeat) updater.last = loop.integer("iterations", {1, kMostSteps}) - 1;
   if (updater.kind == UpdaterKind::kAlgorithm) {
     for (const XmlElement& cloud : loop.children("cloud")) updater.clouds.push_back(cloud.text());

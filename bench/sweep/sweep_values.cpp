@@ -70,6 +70,10 @@ const char* axis_label(const Updater& updater) {
       return "sweep [rad/s]";
     case UpdaterKind::kAlgorithm:
       return "algorithm";
+    case UpdaterKind::kCalibrationError:
+      return updater.error.turns ? "error of the calibration [rad]" : "error of the calibration [m]";
+    case UpdaterKind::kLux:
+      return "light at the lux meter [lx]";
     default:
       return "iteration";
   }

@@ -215,6 +215,19 @@ TEST(BenchmarkFile, ReadsAlgorithmsAndTheLoopOverThem) {
   expect_refused("algorithms.xml", "<diskLimit>64", "<diskLimit>1e300", "<diskLimit>", "expected a number in");
 }
 
+TEST(BenchmarkFile, ReadsErrorsOfTheCalibrationAndLux) {
+  const Benchmark b = read_benchmark(kCorpus / "calibration_error.xml");
+  ASSERT_THAT(b.updaters, SizeIs(2));
+  EXPECT_EQ(b.updaters[0].target, "laser");
+  EXPECT_EQ(b.updaters[0].error.axis, 1);
+  EXPECT_TRUE(b.updaters[0].error.turns);
+  EXPECT_EQ(b.points(), 9u);
+  EXPECT_THAT(b.values(5), ElementsAre(0, 207));
+  expect_refused("calibration_error.xml", "<error>aboutY", "<error>yaw", "<error>", "found 'yaw', expected x, y, z");
+  expect_refused("calibration_error.xml", "<target>laser</target>", "", "<calibrationErrorUpdater>", "<target>");
+  expect_refused("calibration_error.xml", "<initialValue>-0.01", "<initialValue>-1", "<initialValue>", "expected");
+}
+
 TEST(BenchmarkFile, AForeignReaderAcceptsOurFilesBySchema) {
   if (std::system("command -v xmllint > /dev/null") != 0) GTEST_SKIP() << "no xmllint (Debian package libxml2-utils)";
   const std::string lint = "xmllint --noout --nonet --schema " + (kBenchmarks / "benchmark.xsd").string() + " ";

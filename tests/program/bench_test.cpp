@@ -2,7 +2,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <filesystem>
+#include <sstream>
 
 #include "tests/program/program.hpp"
 #include "tests/support/sanitizers.hpp"
@@ -187,7 +189,7 @@ TEST(Bench, AProgramThatBehavesBadlyIsAResultAndTheSweepGoesOn) {
       {"fills", "wrote more than 2 MiB", "exec cat /dev/zero > $2", "<diskLimit>2</diskLimit>"},
       {"forgets", "wrote no cloud", "exit 0"},
       {"links", "is no regular file", "ln -s /etc/passwd $2"},
-      {"babbles", "cloud.ply", "head -c 100000 /dev/urandom > $2"},
+      {"babbles", "cloud.ply", "printf '\\303\\007\\377 ply\\n%0100000d' 1 > $2"},
       {"cuts", "found 1 points, expected 2", writes(kHeader + "end_header\n0 0 0")},
       {"nothing", "none of its 2 points is finite", writes(kHeader + "end_header\nnan 0 0\n0 inf 0")},
       {"elsewhere", "expected b, the arm's base", writes(kHeader + "comment frame o\nend_header\n0 0 0\n0 0 1")},
@@ -296,6 +298,71 @@ TEST(Bench, ALoopOverAlgorithmsMeasuresEachAndNamesIt) {
   EXPECT_LT(chosen(2)["mean_error"], 0.003);
   EXPECT_GT(chosen(2)["of_ceiling"], 0.7);
   EXPECT_THAT(read_text(out / "results.csv"), HasSubstr("\n1,numpy,"));
+}
+
+/// "exit code 9: x, y, z, qx, qy, qz, qw" as a pose.
+Eigen::Isometry3d told_pose(const nlohmann::json& measure) {
+  std::istringstream text(measure["error"].get<std::string>().substr(std::string("exit code 9: ").size()));
+  std::vector<double> v;
+  for (std::string number; std::getline(text, number, ',');) v.push_back(std::stod(number));
+  v.resize(7);
+  Eigen::Isometry3d pose(Eigen::Quaterniond(v[6], v[3], v[4], v[5]).normalized());
+  pose.pretranslate(Eigen::Vector3d(v[0], v[1], v[2]));
+  return pose;
+}
+
+TEST(Bench, AWrongCalibrationIsToldToEveryMethodAndCosts) {
+  const fs::path rig = small_rig(scratch_folder() / "rig");
+  const std::string tell =
+      R"(sed -n 's/.*translation_m: \[\(.*\)\], quaternion_xyzw: \[\(.*\)\].*/\1, \2/p' $1/session.yaml; exit 9)";
+  const auto wrong = [](const std::string& target, const std::string& error, const std::string& inner) {
+    std::string text = loop("calibrationErrorUpdater", 0, 0.01, 0.01, inner);
+    return text.insert(text.find("<initialValue>"), "<target>" + target + "</target><error>" + error + "</error>");
+  };
+  const fs::path file =
+      benchmark(cloud("laser") + cloud("told"),
+                wrong("sonar", "x", wrong("laser", "aboutY", wrong("mono", "x", wrong("mono", "aboutZ", "")))),
+                "laser.mean_error", "<algorithms>" + script("told", tell, "", "laser") + "</algorithms>");
+  const fs::path out = scratch_folder() / "out";
+  const ProgramRun run = run_tankrig({"bench", file, "--rig", rig, "--out", out});
+  EXPECT_EQ(run.exit_code, 3) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("<calibrationErrorUpdater>: this rig has no 'sonar' with a pose, expected laser or"));
+  const nlohmann::json points = points_of(out);
+  ASSERT_EQ(points.size(), 8u);
+  const auto told = [&](std::size_t i) { return told_pose(points[i]["measures"]["told"]); };
+  const Eigen::Vector3d along = told(0).linear() * Eigen::Vector3d(0.01, 0, 0);
+  EXPECT_LT((told(2).translation() - told(0).translation() - along).norm(), 1e-9);
+  EXPECT_LT((told(0).inverse() * told(1)).translation().norm(), 1e-9);
+  const Eigen::AngleAxisd turn((told(0).inverse() * told(1)).linear());
+  EXPECT_NEAR(turn.angle(), 0.01, 1e-9);
+  EXPECT_NEAR(turn.axis().z(), 1, 1e-9);
+  const auto error = [&](std::size_t i) { return points[i]["measures"]["laser"]["mean_error"].get<double>(); };
+  EXPECT_LT(error(0), 0.0005);
+  for (const std::size_t i : {1, 2, 4}) EXPECT_GT(error(i), 2 * error(0)) << i;
+}
+
+TEST(Bench, LuxIsTheLightAtTheMeter) {
+  const fs::path rig = small_rig(scratch_folder() / "rig");
+  const auto points = [&](const std::string& name, const std::string& updater, std::string* said = nullptr) {
+    const fs::path out = scratch_folder() / name;
+    const ProgramRun run =
+        run_tankrig({"bench", benchmark(cloud("stereo"), updater, "stereo"), "--rig", rig, "--out", out});
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    if (said) *said = run.err;
+    return points_of(out);
+  };
+  const nlohmann::json by_light = points("light", loop("sceneLightUpdater", 0.5, 1, 0.5));
+  ASSERT_EQ(by_light.size(), 2u);
+  const double half = by_light[0]["lux"];
+  EXPECT_NEAR(by_light[1]["lux"], 2 * half, 1e-9);
+  std::string said;
+  const nlohmann::json by_lux =
+      points("lux", loop("luxUpdater", half, 2 * half - 0.01, half - 0.01, loop("luxUpdater", 0, 9e5, 9e5)), &said);
+  EXPECT_THAT(said, HasSubstr("<luxUpdater>: found 900000 lx, expected at most"));
+  ASSERT_EQ(by_lux.size(), 2u);
+  EXPECT_NEAR(by_lux[0]["lux"], half, 1e-6);
+  for (const char* detail : {"mean_error", "coverage"})
+    EXPECT_NEAR(by_lux[0]["measures"]["stereo"][detail], by_light[0]["measures"]["stereo"][detail].get<double>(), 1e-5);
 }
 
 TEST(Bench, SaysTheCostAndWhatIsWrong) {

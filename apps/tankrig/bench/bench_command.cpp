@@ -108,7 +108,7 @@ class Sweep {
         return std::pair(point, std::move(scan));
       } catch (const InputError& e) {
         if (StopOnSignal::requested()) return std::nullopt;
-        store_.add(point, {{"values", run_.benchmark().values(point)}, {"error", e.what()}});
+        store_.add(point, {{"values", run_.benchmark().values(point)}, {"error", printable(e.what())}});
         --left_;
       }
     }

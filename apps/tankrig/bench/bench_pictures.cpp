@@ -41,12 +41,17 @@ std::vector<double> some_values(const Updater& updater) {
 
 std::vector<std::string> BenchRun::write_pictures(const fs::path& folder) {
   std::vector<std::string> names;
-  const Updater *light = updater_of(benchmark_, UpdaterKind::kLight),
+  const Updater *lux = updater_of(benchmark_, UpdaterKind::kLux),
+                *light = lux ? lux : updater_of(benchmark_, UpdaterKind::kLight),
                 *noise = updater_of(benchmark_, UpdaterKind::kNoise);
   const auto scan_now = scan(condition(0));
   fs::create_directories(folder / "figures");
-  const PictureConditions best{light ? std::optional(light->value(light->count() - 1)) : std::nullopt,
-                               noise ? std::optional(noise->first) : std::nullopt};
+  PictureConditions best;
+  const auto set = [&](PictureConditions& at, const Updater* updater, double value) {
+    (updater == noise ? at.noise : updater == lux ? at.lux : at.light) = value;
+  };
+  if (light) set(best, light, light->value(light->count() - 1));
+  if (noise) set(best, noise, noise->first);
   // A frame of the sweep, for the stripe is what light and noise hide.
   const Session& session = scan_now->recorded();
   const CalibratedCamera& mono = session.camera(CameraRole::kMono);
@@ -57,20 +62,23 @@ std::vector<std::string> BenchRun::write_pictures(const fs::path& folder) {
       std::vector<std::pair<std::string, cv::Mat>> views;
       for (const double value : some_values(*updater)) {
         PictureConditions at = best;
-        (updater == light ? at.light : at.noise) = value;
-        views.emplace_back(fmt::format("{} {:g}", name, value), scan_now->picture(*lit[lit.size() / 2], at));
+        set(at, updater, value);
+        views.emplace_back(fmt::format("{} {:g}", updater == lux ? "lux" : name, value),
+                           scan_now->picture(*lit[lit.size() / 2], at));
       }
       names.push_back(fmt::format("views_{}.png", name));
       write_png(folder / "figures" / names.back(), view_strip(views, 3, 220));
     }
   const Session shot = scan_now->session(best, true, true);
+  Session believed = shot;
+  for (const CalibrationError& error : condition(0).errors) put_error(error, believed.info);
   for (std::size_t i = 0; i < measured_.size(); ++i) {
     const Measure& measure = benchmark_.measures[i];
     if (!measured_[i] || measure.kind != MeasureKind::kReconstruction3D) continue;
     const std::string method = cloud_of(measure, condition(0));
     const std::string eyes = algorithm(method) ? (uses_laser(method) ? "laser" : "stereo") : method;
     const Score score =
-        score_reconstruction(shot, parameters_.thresholds, object_, reconstruct(*scan_now, shot, method),
+        score_reconstruction(shot, parameters_.thresholds, object_, reconstruct(*scan_now, believed, method),
                              session_ceiling(shot, object_, eyes, parameters_.thresholds));
     const CalibratedCamera& camera = shot.camera(uses_laser(method) ? CameraRole::kMono : CameraRole::kLeft);
     CloudPictureOptions options;

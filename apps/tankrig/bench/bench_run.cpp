@@ -15,6 +15,7 @@
 #include "bench/metrics/uwsim_metrics.hpp"
 #include "core/input_error.hpp"
 #include "core/regular_file.hpp"
+#include "core/shown_text.hpp"
 #include "core/text_files.hpp"
 #include "session/checking/sha256.hpp"
 #include "session/reading/session_yaml.hpp"
@@ -111,6 +112,7 @@ BenchRun::BenchRun(Benchmark benchmark, RigConfig rig, const sim::WorldOptions& 
   if (!rig_.preset.empty()) identity_["preset"] = rig_.preset;
   refuse_updaters();
   const auto first = scan(condition(0));
+  refuse_updaters_of(*first);
   refuse_measures(first->trace());
   identity_["calibration_sha256"] = first->recorded().info.calibration_hash;
 }
@@ -164,37 +166,47 @@ Reconstruction BenchRun::reconstruct(const LayeredScan& scan, const Session& ses
                   : reconstruct_session(session, parameters_, cloud);
 }
 
-void BenchRun::refuse_updaters() {
-  const auto refuse = [&](const Updater& updater, const std::string& why) {
-    refusals_.push_back(fmt::format("{}:{}: <{}>: {}", benchmark_.file.string(), updater.line,
-                                    kNames<UpdaterKind>[static_cast<std::size_t>(updater.kind)], why));
-  };
-  const auto cannot_be_meant = [&](const Updater& updater) {
-    if (updater.kind == UpdaterKind::kBagFog) {
-      refuse(updater, "a bag's pictures have no joints to scan with; its loop is left out");
-      return true;
-    }
-    for (const std::string& cloud : updater.clouds)
-      if (!has_cloud(names_.of(cloud))) {
-        refuse(updater,
-               "this rig has no cloud '" + cloud + "', expected one of: " + known_clouds() + "; its loop is left out");
-        return true;
-      }
-    if (updater.kind == UpdaterKind::kArmMove && names_.of(updater.target) != "end_effector" &&
-        names_.of(updater.target) != "arm") {
-      refuse(updater, "this rig has no arm '" + updater.target + "', expected arm; its loop is left out");
-      return true;
-    }
-    if (updater.kind == UpdaterKind::kCurrent) {
-      refuse(updater, "no force moves '" + updater.target +
-                          "' on a fixed rig: the current drifts the water's particles, steadily, without swing");
-    }
-    return false;
-  };
+void BenchRun::refuse(const Updater& updater, const std::string& why) {
+  refusals_.push_back(fmt::format("{}:{}: <{}>: {}", benchmark_.file.string(), updater.line,
+                                  kNames<UpdaterKind>[static_cast<std::size_t>(updater.kind)], why));
+}
+
+void BenchRun::leave_out_loops(const std::function<std::string(const Updater&)>& why) {
   std::erase_if(benchmark_.updaters, [&](const Updater& updater) {
-    if (!cannot_be_meant(updater)) return false;
+    const std::string reason = why(updater);
+    if (reason.empty()) return false;
+    refuse(updater, reason + "; its loop is left out");
     identity_[kLoopsLeftOut].push_back(updater.line);
     return true;
+  });
+}
+
+void BenchRun::refuse_updaters() {
+  leave_out_loops([&](const Updater& updater) -> std::string {
+    if (updater.kind == UpdaterKind::kBagFog) return "a bag's pictures have no joints to scan with";
+    for (const std::string& cloud : updater.clouds)
+      if (!has_cloud(names_.of(cloud)))
+        return "this rig has no cloud '" + cloud + "', expected one of: " + known_clouds();
+    if (updater.kind == UpdaterKind::kArmMove && names_.of(updater.target) != "end_effector" &&
+        names_.of(updater.target) != "arm")
+      return "this rig has no arm '" + updater.target + "', expected arm";
+    return "";
+  });
+  for (const Updater& updater : benchmark_.updaters)
+    if (updater.kind == UpdaterKind::kCurrent)
+      refuse(updater, "no force moves '" + updater.target +
+                          "' on a fixed rig: the current drifts the water's particles, steadily, without swing");
+}
+
+void BenchRun::refuse_updaters_of(const LayeredScan& scan) {
+  leave_out_loops([&](const Updater& updater) -> std::string {
+    if (updater.kind == UpdaterKind::kCalibrationError && !has_target(scan.recorded().info, names_.of(updater.target)))
+      return "this rig has no '" + updater.target + "' with a pose, expected laser or a camera";
+    const double highest = updater.value(updater.count() - 1);
+    if (updater.kind == UpdaterKind::kLux && highest > scan.most_lux())
+      return fmt::format("found {:g} lx, expected at most {:g}: what the lux meter reads in this scene's light at 1",
+                         highest, scan.most_lux());
+    return "";
   });
 }
 
@@ -263,6 +275,12 @@ Condition BenchRun::condition(std::size_t point) const {
       case UpdaterKind::kAlgorithm:
         out.cloud = names_.of(updater.clouds.at(static_cast<std::size_t>(value)));
         break;
+      case UpdaterKind::kCalibrationError:
+        out.errors.push_back({names_.of(updater.target), updater.error, value});
+        break;
+      case UpdaterKind::kLux:
+        out.pictures.lux = value;
+        break;
       case UpdaterKind::kNone:
       case UpdaterKind::kBagFog:
         break;
@@ -294,9 +312,8 @@ std::shared_ptr<const LayeredScan> BenchRun::scan(const Condition& condition) {
   return scan_;
 }
 
-void BenchRun::measure_cloud(const Measure& measure, const LayeredScan& scan, const Score& score,
+void BenchRun::measure_cloud(const Measure& measure, const LayeredScan& scan, const RunTrace& trace, const Score& score,
                              ordered_json& row) const {
-  const RunTrace& trace = scan.trace();
   const PointCloud cloud = cloud_in_object(scan.recorded(), score.reconstruction);
   MetricThresholds thresholds = parameters_.thresholds;
   if (measure.level_of_detail) thresholds.coverage_headline_m = *measure.level_of_detail;
@@ -386,6 +403,10 @@ ordered_json BenchRun::evaluate(std::size_t point, const LayeredScan& scan) cons
       return std::any_of(methods.begin(), methods.end(), [&](const auto& m) { return uses_laser(m) == laser; });
     };
     const Session session = scan.session(at.pictures, wants(true), wants(false));
+    Session believed = session;
+    for (const CalibrationError& error : at.errors) put_error(error, believed.info);
+    RunTrace trace = scan.trace();
+    trace.lux = scan.lux(at.pictures);
     std::map<std::string, Score> scores;
     for (const std::string& method : methods) {
       Ceiling ceiling;
@@ -397,7 +418,7 @@ ordered_json BenchRun::evaluate(std::size_t point, const LayeredScan& scan) cons
         ceiling = known->second;
       }
       scores[method] = score_reconstruction(session, parameters_.thresholds, object_,
-                                            reconstruct(scan, session, method), std::move(ceiling));
+                                            reconstruct(scan, believed, method), std::move(ceiling));
       if (algorithm(method) && StopOnSignal::requested()) return nullptr;
     }
     DetailValues values;
@@ -410,19 +431,19 @@ ordered_json BenchRun::evaluate(std::size_t point, const LayeredScan& scan) cons
         continue;
       }
       if (measure.kind == MeasureKind::kReconstruction3D) {
-        measure_cloud(measure, scan, scores.at(cloud_of(measure, at)), row);
+        measure_cloud(measure, scan, trace, scores.at(cloud_of(measure, at)), row);
       } else {
-        const std::vector<bool> counts = counting(benchmark_, measure, scan.trace(), names_);
-        const auto found = trace_values(measure, scan.trace(), names_, counts, counts.size());
+        const std::vector<bool> counts = counting(benchmark_, measure, trace, names_);
+        const auto found = trace_values(measure, trace, names_, counts, counts.size());
         for (std::size_t k = 0; k < details.size(); ++k) out[details[k]] = or_null(found[k]);
         if (measure.log_s) {
           ordered_json& log = row["logs"][measure.name] = ordered_json::array();
           double next = *measure.log_s;
           for (std::size_t s = 0; s < counts.size(); ++s) {
-            if (scan.trace().samples[s].t_s < next) continue;
+            if (trace.samples[s].t_s < next) continue;
             next += *measure.log_s;
-            log.push_back(ordered_json::array({scan.trace().samples[s].t_s}));
-            for (const auto& value : trace_values(measure, scan.trace(), names_, counts, s + 1))
+            log.push_back(ordered_json::array({trace.samples[s].t_s}));
+            for (const auto& value : trace_values(measure, trace, names_, counts, s + 1))
               log.back().push_back(or_null(value));
           }
         }
@@ -437,8 +458,9 @@ ordered_json BenchRun::evaluate(std::size_t point, const LayeredScan& scan) cons
     for (const Function& function : benchmark_.functions)
       row["functions"][function.name] = or_null(function_value(function.expression, values));
     row["simulated_s"] = scan.simulated_s();
+    row["lux"] = scan.lux(at.pictures);
   } catch (const std::exception& e) {
-    row = {{"values", benchmark_.values(point)}, {"error", e.what()}};
+    row = {{"values", benchmark_.values(point)}, {"error", printable(e.what())}};
   }
   return row;
 }

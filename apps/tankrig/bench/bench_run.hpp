@@ -2,6 +2,7 @@
 // tells apart.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -9,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/tankrig/bench/calibration_error.hpp"
 #include "apps/tankrig/bench/layered_scan.hpp"
 #include "bench/benchmark/benchmark.hpp"
 #include "pipeline/score_session.hpp"
@@ -21,6 +23,7 @@ struct Condition {
   std::optional<double> sweep_velocity;  ///< [rad/s]
   std::optional<JointVector> posture;    ///< of the joints that do not sweep [rad]
   std::string cloud;                     ///< that an algorithmUpdater has chosen
+  std::vector<CalibrationError> errors;
   PictureConditions pictures;
 
   /// Conditions with the same key share a scan.
@@ -53,6 +56,10 @@ class BenchRun {
  private:
   RigConfig changed_rig(const Condition& condition) const;
   void refuse_updaters();
+  void refuse_updaters_of(const LayeredScan& scan);
+  void refuse(const Updater& updater, const std::string& why);
+  /// Those for which `why` says something.
+  void leave_out_loops(const std::function<std::string(const Updater&)>& why);
   void refuse_measures(const RunTrace& trace);
   void find_programs();
   const Algorithm* algorithm(const std::string& cloud) const;  ///< null: the cloud is ours
@@ -62,7 +69,7 @@ class BenchRun {
   /// What the measure's topic means in a configuration.
   std::string cloud_of(const Measure& measure, const Condition& condition) const;
   Reconstruction reconstruct(const LayeredScan& scan, const Session& session, const std::string& cloud) const;
-  void measure_cloud(const Measure& measure, const LayeredScan& scan, const Score& score,
+  void measure_cloud(const Measure& measure, const LayeredScan& scan, const RunTrace& trace, const Score& score,
                      nlohmann::ordered_json& row) const;
 
   Benchmark benchmark_;

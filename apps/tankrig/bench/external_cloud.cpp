@@ -11,6 +11,7 @@
 #include "bench/external/limited_run.hpp"
 #include "core/camera_file.hpp"
 #include "core/input_error.hpp"
+#include "core/shown_text.hpp"
 #include "reconstruction/cloud/cloud_io.hpp"
 #include "session/reading/session_tables.hpp"
 #include "session/reading/session_yaml.hpp"
@@ -107,7 +108,7 @@ Reconstruction run_in(const fs::path& place, const Algorithm& algorithm, const L
   try {
     out.cloud = cloud_of_program(cloud, session, algorithm.by_laser);
   } catch (const InputError& e) {
-    out.reason = e.what();
+    out.reason = shown_text(e.what(), 300);  // it may quote the program's bytes
     return out;
   }
   if (workspace)

@@ -179,15 +179,23 @@ LayeredScan::LayeredScan(const RigConfig& rig, const sim::WorldOptions& world, P
     kept[key] = layers_.at(key);
   }
   layers_ = std::move(kept);
-  trace_ = trace_of(rig, plan, sink, session_, backend_->world()->lux());
+  const double lux = backend_->world()->lux(), light = backend_->world()->light();
+  if (light > 0) most_lux_ = lux / light;
+  trace_ = trace_of(rig, plan, sink, session_, lux);
   joints_ = std::move(sink.states);
   rig_yaml_ = resolved_rig_yaml(rig, session_.info.object->mesh);
 }
 
+double LayeredScan::light(const PictureConditions& conditions) const {
+  if (conditions.lux) return *conditions.lux > 0 ? *conditions.lux / most_lux_ : 0;
+  return conditions.light.value_or(backend_->world()->light());
+}
+
+double LayeredScan::lux(const PictureConditions& conditions) const { return light(conditions) * most_lux_; }
+
 cv::Mat LayeredScan::picture(const FrameRecord& frame, const PictureConditions& conditions) const {
   const sim::TankWorld& tank = *backend_->world();
-  return tank.expose(*layers_.at({frame.camera, frame.sequence}), conditions.light.value_or(tank.light()),
-                     conditions.noise);
+  return tank.expose(*layers_.at({frame.camera, frame.sequence}), light(conditions), conditions.noise);
 }
 
 Session LayeredScan::session(const PictureConditions& conditions, bool laser, bool stereo) const {

@@ -19,6 +19,7 @@ namespace tankrig::app {
 /// What the camera pictures of one configuration are made with; absent: the scene's own.
 struct PictureConditions {
   std::optional<double> light, noise;
+  std::optional<double> lux;  ///< in place of light: what the lux meter reads
 };
 
 /// The rig scans once, under its virtual clock, in the scene's own light: this scan's cameras check the laser. Of every
@@ -35,19 +36,25 @@ class LayeredScan {
   /// One picture of it.
   cv::Mat picture(const FrameRecord& frame, const PictureConditions& conditions) const;
 
-  const RunTrace& trace() const { return trace_; }
+  const RunTrace& trace() const { return trace_; }  ///< in the scene's own light
+  /// What the lux meter reads under these conditions; the most, in the brightest light.
+  double lux(const PictureConditions& conditions) const;
+  double most_lux() const { return most_lux_; }
   const Session& recorded() const { return session_; }  ///< without pictures
   const std::vector<JointState>& joints() const { return joints_; }
   const std::string& rig_yaml() const { return rig_yaml_; }  ///< as a session keeps it
   double simulated_s() const { return session_.info.simulated_s; }
 
  private:
+  double light(const PictureConditions& conditions) const;
+
   using FrameKey = std::pair<std::string, std::uint64_t>;  ///< camera, the device's number
 
   OwnBackend backend_;
   std::map<FrameKey, std::shared_ptr<const sim::FrameLayers>> layers_;
   Session session_;
   RunTrace trace_;
+  double most_lux_ = 0;
   std::vector<JointState> joints_;
   std::string rig_yaml_;
 };
