@@ -22,6 +22,14 @@ using mstch::map;
 using nlohmann::ordered_json;
 namespace fs = std::filesystem;
 
+const char* const kTable = R"(<h2>{{heading}}</h2>
+<p>{{note}}</p>
+<div class="wide"><table><thead><tr>{{#columns}}<th>{{.}}</th>{{/columns}}</tr></thead><tbody>
+{{#rows}}
+<tr>{{#cells}}<td>{{.}}</td>{{/cells}}</tr>
+{{/rows}}
+</tbody></table></div>
+)";
 constexpr std::size_t kMostFailures = 50;  ///< on the page; results.csv has all
 
 std::string text_of(const ordered_json& run, const std::string& key) {
@@ -61,12 +69,7 @@ mstch::node pictures(const fs::path& folder, const std::vector<std::pair<std::st
   return map{{"pictures", nodes}};
 }
 
-array table_nodes(std::vector<SweepTable> tables, SweepTable failures) {
-  if (failures.rows.size() > kMostFailures) {
-    failures.note = fmt::format("The first {} of {}; results.csv has all.", kMostFailures, failures.rows.size());
-    failures.rows.resize(kMostFailures);
-  }
-  if (!failures.rows.empty()) tables.insert(tables.begin(), std::move(failures));
+array table_nodes(const std::vector<SweepTable>& tables) {
   array nodes;
   for (const SweepTable& table : tables) {
     array rows;
@@ -77,6 +80,15 @@ array table_nodes(std::vector<SweepTable> tables, SweepTable failures) {
                         {"rows", rows}});
   }
   return nodes;
+}
+
+array failure_nodes(SweepTable failures) {
+  if (failures.rows.empty()) return {};
+  if (failures.rows.size() > kMostFailures) {
+    failures.note = fmt::format("The first {} of {}; results.csv has all.", kMostFailures, failures.rows.size());
+    failures.rows.resize(kMostFailures);
+  }
+  return table_nodes({failures});
 }
 
 /// The options that a scan and a benchmark share.
@@ -135,11 +147,13 @@ std::string sweep_html(const fs::path& folder, const Benchmark& benchmark, const
           {"charts", chart_nodes(benchmark, rows)},
           {"views", pictures(folder, views)},
           {"clouds", pictures(folder, clouds)},
-          {"tables", table_nodes(sweep_tables(benchmark, rows), failures)},
+          {"failures", failure_nodes(failures)},
+          {"tables", table_nodes(sweep_tables(benchmark, rows))},
           {"scan_command", "tankrig scan" + shared_options(run) + " --light LIGHT --noise NOISE --seed SEED"},
           {"command", "tankrig bench " + benchmark.file.filename().string() + shared_options(run) + " --seed " +
                           text_of(run, "seed")},
-          {"facts", fact_nodes(run)}});
+          {"facts", fact_nodes(run)}},
+      {{"table", std::string(kTable)}});
 }
 
 }  // namespace tankrig

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <csignal>
 #include <filesystem>
 #include <sstream>
 
@@ -172,11 +173,13 @@ std::string script(const std::string& name, const std::string& text, const std::
 const std::string kHeader =
     "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\n";
 
+/// On the top of the box, which is at -0.26, 0.025, 1.02 in b.
+const std::string kTwoPoints = kHeader + "comment frame b\nend_header\n-0.26 0.025 1.02\n-0.27 0.03 1.02";
+
 TEST(Bench, AProgramThatBehavesBadlyIsAResultAndTheSweepGoesOn) {
   const fs::path rig = small_rig(scratch_folder() / "rig");
   const auto writes = [](const std::string& cloud) { return "cat > $2 <<'END'\n" + cloud + "\nEND"; };
-  // Two points on the top of the box, which is at -0.26, 0.025, 1.02 in b.
-  const std::string good = kHeader + "comment frame b\nend_header\n-0.26 0.025 1.02\n-0.27 0.03 1.02";
+  const std::string& good = kTwoPoints;
   const struct {
     const char *name, *error;
     std::string text, limits = "";
@@ -195,8 +198,10 @@ TEST(Bench, AProgramThatBehavesBadlyIsAResultAndTheSweepGoesOn) {
       {"elsewhere", "expected b, the arm's base", writes(kHeader + "comment frame o\nend_header\n0 0 0\n0 0 1")},
       {"far", "no point in the workspace", writes(kHeader + "end_header\n1e30 0 0\n0 -1e30 1")},
   };
-  std::string algorithms = script("good", writes(good)) + script("gone", "");
-  std::string measures = cloud("stereo") + cloud("good") + cloud("gone");
+  std::string none = kHeader + "end_header";
+  none.replace(none.find("vertex 2"), 8, "vertex 0");
+  std::string algorithms = script("good", writes(good)) + script("none", writes(none)) + script("gone", "");
+  std::string measures = cloud("stereo") + cloud("good") + cloud("none") + cloud("gone");
   fs::remove(scratch_folder() / "gone.sh");
   for (const auto& b : bad) algorithms += script(b.name, b.text, b.limits), measures += cloud(b.name);
   const fs::path file = benchmark(measures, loop("sceneLightUpdater", 0.5, 1, 0.5), "stereo.coverage",
@@ -214,6 +219,8 @@ TEST(Bench, AProgramThatBehavesBadlyIsAResultAndTheSweepGoesOn) {
     EXPECT_GT(m["stereo"]["coverage"], 0.1);
     EXPECT_NEAR(m["good"]["mean_error"], 0, 1e-6);
     EXPECT_FALSE(m["good"].contains("error"));
+    EXPECT_FALSE(m["none"].contains("error"));
+    EXPECT_EQ(m["none"]["coverage"], 0);
     EXPECT_TRUE(m["gone"]["left_out"]);
     for (const auto& b : bad) {
       EXPECT_THAT(m[b.name].value("error", "none"), HasSubstr(b.error)) << b.name;
@@ -224,6 +231,25 @@ TEST(Bench, AProgramThatBehavesBadlyIsAResultAndTheSweepGoesOn) {
   const std::string table = read_text(out / "results.csv");
   EXPECT_THAT(table, HasSubstr("hangs: ran longer than 0.5 s"));
   EXPECT_THAT(table, HasSubstr("fails: exit code 4: no stripe anywhere"));
+}
+
+TEST(Bench, AStopEndsItsProgramsTooAndTheRunGoesOnLater) {
+  const fs::path rig = small_rig(scratch_folder() / "rig"), pid = scratch_folder() / "pid",
+                 out = scratch_folder() / "out";
+  // The program stops the benchmark, its parent's parent, when it runs first.
+  const std::string text = "[ -e '" + pid.string() + "' ] || { echo $$ > '" + pid.string() +
+                           "'; kill -INT $(cut -d' ' -f4 /proc/$PPID/stat); exec sleep 1000; }\n"
+                           "cat > $2 <<'END'\n" +
+                           kTwoPoints + "\nEND";
+  const fs::path file = benchmark(cloud("stops"), loop("sceneLightUpdater", 0.5, 1, 0.5), "stops",
+                                  "<algorithms>" + script("stops", text) + "</algorithms>");
+  const ProgramRun stopped = run_tankrig({"bench", file, "--rig", rig, "--out", out, "--jobs", "1"});
+  EXPECT_EQ(stopped.exit_code, 3) << stopped.err;
+  EXPECT_EQ(points_of(out).size(), 0u);
+  EXPECT_EQ(::kill(std::stoi(read_text(pid)), 0), -1);
+  const ProgramRun again = run_tankrig({"bench", file, "--rig", rig, "--out", out, "--jobs", "1"});
+  EXPECT_EQ(again.exit_code, 0) << again.err;
+  EXPECT_EQ(points_of(out).size(), 2u);
 }
 
 TEST(Bench, AProgramGetsASessionOfItsCamerasAndNotTheAnswer) {

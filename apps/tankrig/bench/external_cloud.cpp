@@ -74,9 +74,8 @@ PointCloud cloud_of_program(const fs::path& file, const Session& session, bool l
     throw InputError("its cloud is in the frame " + cloud.frame + ", expected b, the arm's base");
   if (cloud.points.size() > kMostPoints)
     throw InputError(fmt::format("its cloud has {} points, expected at most {}", cloud.points.size(), kMostPoints));
-  if (cloud.points.empty())
-    throw InputError(cloud.invalid ? fmt::format("none of its {} points is finite", cloud.invalid)
-                                   : std::string("its cloud has no points"));
+  if (cloud.points.empty() && cloud.invalid > 0)
+    throw InputError(fmt::format("none of its {} points is finite", cloud.invalid));
   cloud.frame = "b";
   std::set<std::int64_t> frames;
   if (laser)
@@ -109,6 +108,10 @@ Reconstruction run_in(const fs::path& place, const Algorithm& algorithm, const L
     out.cloud = cloud_of_program(cloud, session, algorithm.by_laser);
   } catch (const InputError& e) {
     out.reason = shown_text(e.what(), 300);  // it may quote the program's bytes
+    return out;
+  }
+  if (out.cloud.points.empty()) {
+    out.warning = "it found no points";
     return out;
   }
   if (workspace)
