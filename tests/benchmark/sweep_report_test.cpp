@@ -4,6 +4,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdlib>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
 #include "bench/sweep/strip.hpp"
 #include "bench/sweep/sweep_html.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -82,6 +86,37 @@ TEST(SweepHtml, HoldsFiguresTablesFailuresAndWhatMakesItAgain) {
          at = rest.find("http://www.w3.org/2000/svg"))
       rest.erase(at, 26);
     EXPECT_EQ(rest.find(foreign), std::string::npos) << foreign;
+  }
+}
+
+TEST(SweepHtml, IsDrawnByABrowserInWideWindowsAndNarrowOnes) {
+  if (std::system("command -v chromium-headless-shell > /dev/null") != 0)
+    GTEST_SKIP() << "no chromium-headless-shell (Debian package of that name)";
+  Grid grid;
+  grid.rows[3]["measures"]["laser"]["error"] = "ran longer than 1 s";
+  const TemporaryFolder folder;
+  folder.write("page.html", sweep_html(folder.path(), grid.benchmark, {{"rig", "tank-sim"}}, grid.rows));
+  const std::string page = (folder.path() / "page.html").string(), shot = (folder.path() / "page.png").string();
+  for (const int width : {1280, 480}) {
+    const std::string command =
+        "HOME=" + folder.path().string() +
+        " timeout 200 chromium-headless-shell --no-sandbox --disable-gpu --disable-dev-shm-usage --hide-scrollbars "
+        "--window-size=" +
+        std::to_string(width) + ",4000 --screenshot=" + shot + " file://" + page + " > /dev/null 2>&1";
+    ASSERT_EQ(std::system(command.c_str()), 0);
+    const cv::Mat drawn = cv::imread(shot);
+    ASSERT_EQ(drawn.size(), cv::Size(width, 4000));
+    const auto pixels = [&](const cv::Scalar& bgr) {
+      cv::Mat like;
+      cv::inRange(drawn, bgr - cv::Scalar::all(12), bgr + cv::Scalar::all(12), like);
+      return cv::countNonZero(like);
+    };
+    // The two curves, and the edge of the warning.
+    for (const cv::Scalar& bgr : {cv::Scalar(180, 119, 31), cv::Scalar(14, 127, 255), cv::Scalar(0, 161, 224)})
+      EXPECT_GT(pixels(bgr), 20) << width << " " << bgr;
+    cv::Mat ink;
+    cv::inRange(drawn.colRange(width - 10, width), cv::Scalar::all(0), cv::Scalar::all(250), ink);
+    EXPECT_EQ(cv::countNonZero(ink), 0) << "something leads out of a window of " << width;
   }
 }
 
