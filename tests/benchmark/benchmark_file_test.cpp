@@ -1,6 +1,7 @@
 // Benchmark files: what they mean, and what each kind of mistake is told.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cstdlib>
@@ -213,6 +214,16 @@ TEST(BenchmarkFile, ReadsAlgorithmsAndTheLoopOverThem) {
   expect_refused("algorithms.xml", "<timeLimit>2.5", "<timeLimit>-1", "<timeLimit>", "expected a number in");
   expect_refused("algorithms.xml", "<program>theirs</program>", "", "<algorithm><name>", "<program>");
   expect_refused("algorithms.xml", "<diskLimit>64", "<diskLimit>1e300", "<diskLimit>", "expected a number in");
+}
+
+TEST(BenchmarkFile, TheExampleNamesProgramsBesideIt) {
+  const Benchmark b = read_benchmark(kBenchmarks / "../../examples/algorithms/external-algorithms.xml");
+  ASSERT_THAT(b.algorithms, SizeIs(4));
+  for (const Algorithm& algorithm : b.algorithms) {
+    EXPECT_TRUE(algorithm.program.has_parent_path()) << algorithm.program << " would be one of PATH";
+    const auto file = b.file.parent_path() / algorithm.program;
+    EXPECT_TRUE(file.extension() != ".py" || ::access(file.c_str(), X_OK) == 0) << file;
+  }
 }
 
 TEST(BenchmarkFile, ReadsErrorsOfTheCalibrationAndLux) {
