@@ -31,8 +31,7 @@ void check_heartbeat(const ConfigNode& node, const HeartbeatOutput& output) {
 const Setting<EnableInput> kEnableInputRows[] = {
     {"kind", &EnableInput::kind,
      "how the box says that it feeds arm and laser: a control line, a GPIO line, or its reply to `bytes`; light and "
-     "motion "
-     "need it"},
+     "motion need it"},
     {"device", &EnableInput::device, "its serial line; left out: that of `heartbeat_output`", Need::kSparse},
     {"chip", &EnableInput::chip, "of `gpio`; left out: that of `heartbeat_output`", Need::kSparse},
     {"line", &EnableInput::line, kLine, "of `gpio`: its number on the chip; -1: none"},

@@ -39,8 +39,8 @@ struct EnableInput {
 };
 
 struct WatchdogSettings {
-  HeartbeatOutput heartbeat;
-  EnableInput enable;
+  HeartbeatOutput heartbeat{};
+  EnableInput enable{};
 };
 
 extern const SettingsTable<HeartbeatOutput> kHeartbeatOutputKeys;

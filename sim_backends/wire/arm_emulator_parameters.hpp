@@ -15,7 +15,7 @@ namespace tankrig::sim {
 struct ArmEmulatorParameters {
   JointVector power_up = (JointVector() << 0, 0.12, 1.0, 0, 0.1).finished();  ///< posture [rad]
   std::array<int, kJoints> power_up_ticks{};  ///< what the encoders read then; the real arm's read 0
-  ArmPlantParameters plant;
+  ArmPlantParameters plant{};
   Duration watchdog = std::chrono::milliseconds(500);    ///< without a request for longer the axes rest; 0: never
   Duration turnaround = std::chrono::microseconds(200);  ///< from a request's last bit to reading the encoders
   Duration encoder_latency{};                            ///< from there to the answer's first bit
@@ -28,7 +28,7 @@ struct ArmEmulatorParameters {
   double supply_v = 24, temperature_c = 25;
   std::uint64_t seed = 1;
   // Of the wire: the driver's own.
-  ArmCanIds can_ids;
+  ArmCanIds can_ids{};
   int can_bitrate = 500'000;
   int serial_baud = 115'200;
 };

@@ -83,7 +83,7 @@ TEST_P(MrcalTest, FitsNoBetterAndKnowsAPixelAsWell) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Targets, MrcalTest, testing::Bool(),
-                         [](const auto& info) { return info.param ? "Bent" : "Flat"; });
+                         [](const auto& target) { return target.param ? "Bent" : "Flat"; });
 
 }  // namespace
 }  // namespace tankrig

@@ -59,10 +59,10 @@ int run_guarded_program(const std::filesystem::path& folder, const std::string& 
   arm->set_zero(load_arm_zero(folder / "zero.yaml"));
 
   guardian.begin(kPatience);
-  std::optional<RestWatch> rest(std::in_place, 0.01);
+  RestWatch rest(0.01);
   bool objected = false, driving = true;
   const Stamp begin = clock.now();
-  for (Stamp next = begin; driving || !rest->at_rest(); clock.sleep_until(next = next + kCycle)) {
+  for (Stamp next = begin; driving || !rest.at_rest(); clock.sleep_until(next = next + kCycle)) {
     const Stamp now = clock.now();
     objected = objected || guardian.objection(now) != nullptr;
     if (objected && now - begin > 1min) return 1;
@@ -76,7 +76,7 @@ int run_guarded_program(const std::filesystem::path& folder, const std::string& 
     } else {
       (void)laser.off();
       (void)arm->stop();
-      if (news.ok() && news.value()) rest->add(*news.value());
+      if (news.ok() && news.value()) rest.add(*news.value());
       if (objected) break;
     }
     BenchRight::complete(guardian);

@@ -84,18 +84,18 @@ class NotifySocket {
 ProgramRun jog() { return run_tankrig({"arm", "jog", "elbow", "-5", "--relative", "--json"}); }
 
 TEST(AService, SaysThatItIsReadyAndLivesUntilTheArmRests) {
-  NotifySocket systemd("600000");
+  constexpr double kWatchdog_s = 1.5;  // so that all it says fits the socket's queue, ten long, at virtual speed
+  NotifySocket systemd("1500000");
   const ProgramRun run = jog();
   ASSERT_EQ(run.exit_code, 0) << run.err;
   const auto told = systemd.told();
   ASSERT_GE(told.size(), 3u);
-  EXPECT_EQ(told.front(), "READY=1\nWATCHDOG=1\nWATCHDOG_USEC=600000");
+  EXPECT_EQ(told.front(), "READY=1\nWATCHDOG=1\nWATCHDOG_USEC=1500000");
   EXPECT_EQ(told.back(), "WATCHDOG_USEC=0") << "pictures and the report take their time, and move nothing";
   const auto lives = std::count(told.begin(), told.end(), "WATCHDOG=1");
   const double motion_s = run.json().at("duration_s").get<double>();
   EXPECT_EQ(lives, static_cast<int>(told.size()) - 2);
-  EXPECT_LE(lives, motion_s / 0.2 + 1) << "three times in the watchdog's time, however often the supervisor looks";
-  if (lives < motion_s / 0.2 - 1) GTEST_SKIP() << "a full socket lost some: " << lives << " came";
+  EXPECT_NEAR(lives, 3 * motion_s / kWatchdog_s, 1) << "three times in the watchdog's time, however often it looks";
 }
 
 TEST(AService, ThatIsNotWatchedSaysOnlyThatItIsReady) {

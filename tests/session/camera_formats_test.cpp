@@ -129,7 +129,9 @@ TEST(CameraFormats, ReadBackExactlyWhatIsWritten) {
                               &CameraModel::k2, &CameraModel::p1, &CameraModel::p2, &CameraModel::k3})
       EXPECT_EQ(back.model.*member, model.*member) << name_of(format);
     EXPECT_EQ(back.model.width, model.width);
-    if (format == CameraFileFormat::kMrcal) EXPECT_TRUE(back.cMr->isApprox(cMr, 1e-14));
+    if (format == CameraFileFormat::kMrcal) {
+      EXPECT_TRUE(back.cMr->isApprox(cMr, 1e-14));
+    }
   }
 }
 

@@ -131,8 +131,8 @@ TEST(Spool, StopsBetweenSegmentsWhenAsked) {
 TEST(Spool, StopsInTheMiddleOfASegmentAndGoesOnFromThere) {
   const InMemory in_memory;
   const TemporaryFolder folder;
-  constexpr int kFrames = 200;
-  spooled(folder, kFrames);
+  constexpr int kMany = 200;
+  spooled(folder, kMany);
   std::atomic<int> asked{0};
   EXPECT_FALSE(write_spooled_pictures(folder.path(), {{}, [&] { return ++asked > 20; }}));
   EXPECT_TRUE(fs::exists(folder.path() / "spool/000000.raw"));
@@ -140,9 +140,9 @@ TEST(Spool, StopsInTheMiddleOfASegmentAndGoesOnFromThere) {
     return std::distance(fs::directory_iterator(folder.path() / "frames/mono"), fs::directory_iterator{});
   };
   EXPECT_GE(pictures(), 1);
-  EXPECT_LT(pictures(), kFrames / 2);
+  EXPECT_LT(pictures(), kMany / 2);
   EXPECT_TRUE(write_spooled_pictures(folder.path()));
-  EXPECT_EQ(pictures(), kFrames);
+  EXPECT_EQ(pictures(), kMany);
   EXPECT_FALSE(has_spool(folder.path()));
 }
 

@@ -50,12 +50,13 @@ std::vector<CommissionFinding> unfinished() {
   return findings;
 }
 
-void print(const CommissionRecord& record, const std::filesystem::path& file) {
+void print(const CommissionRecord& record, const std::filesystem::path& file, bool stopped) {
   for (const CommissionFinding& one : record.findings)
     std::printf("%-14s  %-6s  %s\n", name_of(one.step), name_of(one.verdict), one.measured.c_str());
-  std::printf("%s: %s, kept in %s\n", record.rig.c_str(),
-              record.passed() ? ("commissioned " + record.in_words()).c_str() : "not commissioned: a step failed",
-              file.c_str());
+  const std::string end = record.passed() ? "commissioned " + record.in_words()
+                          : stopped       ? "not commissioned: stopped"
+                                          : "not commissioned: a step failed";
+  std::printf("%s: %s, kept in %s\n", record.rig.c_str(), end.c_str(), file.c_str());
 }
 
 nlohmann::ordered_json json_of(const CommissionRecord& record, const std::filesystem::path& file) {
@@ -142,7 +143,7 @@ int run_commission(const std::string& rig_name, const std::filesystem::path& ses
   if (json)
     print_json(json_of(record, file));
   else
-    print(record, file);
+    print(record, file, StopOnSignal::requested());
   if (record.passed()) return kOk;
   return StopOnSignal::requested() ? kPartial : kFailure;
 }
