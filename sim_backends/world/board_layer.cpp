@@ -1,6 +1,8 @@
 // Samples a board's print sixteen times a pixel and filters it as the optics do.
 #include "sim_backends/world/board_layer.hpp"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -26,7 +28,8 @@ BoardLayer::BoardLayer(const std::vector<PlacedBoard>& boards, const CameraView&
     : view_(&view) {
   const CameraModel& model = view.spec().model;
   const Transform cMw = view.spec().wMc.inverse();
-  const int reach = 1 + PixelFilter(view.spec().psf_sigma_px, kPerPixel).reach / kPerPixel;
+  const PixelFilter filter(view.spec().psf_sigma_px, kPerPixel);
+  const int reach = 1 + filter.reach / kPerPixel;
   for (const PlacedBoard& placed : boards) {
     const BoardPrint& print = *placed.print;
     const auto at = [&](double x, double y) {
@@ -65,6 +68,12 @@ BoardLayer::BoardLayer(const std::vector<PlacedBoard>& boards, const CameraView&
       board.light[k] = e * radiometry.transmission(distance);
       board.veil[k] = radiometry.veil(distance);
     }
+    board.pixels.resize(static_cast<std::size_t>(board.right - board.left) * (board.bottom - board.top));
+    constexpr int kRows = 32;
+    tbb::parallel_for(0, (board.bottom - board.top + kRows - 1) / kRows, [&](int strip) {
+      const int first = board.top + strip * kRows;
+      sample(board, first, std::min(first + kRows, board.bottom), filter);
+    });
     boards_.push_back(std::move(board));
   }
 }
@@ -112,21 +121,26 @@ void BoardLayer::sample_row(const Board& board, int y, const PixelFilter& filter
   }
 }
 
-void BoardLayer::cover(const Board& board, int first, int count, float* rows, float light) const {
-  const int top = std::max(first, board.top), bottom = std::min(first + count, board.bottom);
-  if (top >= bottom) return;
-  const PixelFilter filter(view_->spec().psf_sigma_px, kPerPixel);
-  const int width = board.right - board.left, channels = view_->channels();
-  const int fine_top = top * kPerPixel - filter.reach, fine_rows = (bottom - top) * kPerPixel + 2 * filter.reach;
-  thread_local std::vector<Eigen::Array4f> fine, narrow;
-  narrow.resize(static_cast<std::size_t>(fine_rows) * width);
+void BoardLayer::sample(Board& board, int first, int last, const PixelFilter& filter) const {
+  const int width = board.right - board.left;
+  const int fine_top = first * kPerPixel - filter.reach, fine_rows = (last - first) * kPerPixel + 2 * filter.reach;
+  std::vector<Eigen::Array4f> fine, narrow(static_cast<std::size_t>(fine_rows) * width);
   for (int y = 0; y < fine_rows; ++y)
     sample_row(board, fine_top + y, filter, fine, narrow.data() + static_cast<std::ptrdiff_t>(y) * width);
-  for (int v = top; v < bottom; ++v)
+  for (int v = first; v < last; ++v)
     for (int u = 0; u < width; ++u) {
       Eigen::Array4f sum = Eigen::Array4f::Zero();
       for (int i = 0; i < filter.size(); ++i)
-        sum += filter.weights[i] * narrow[static_cast<std::size_t>((v - top) * kPerPixel + i) * width + u];
+        sum += filter.weights[i] * narrow[static_cast<std::size_t>((v - first) * kPerPixel + i) * width + u];
+      board.pixels[static_cast<std::size_t>(v - board.top) * width + u] = sum;
+    }
+}
+
+void BoardLayer::cover(const Board& board, int first, int count, float* rows, float light) const {
+  const int width = board.right - board.left, channels = view_->channels();
+  for (int v = std::max(first, board.top); v < std::min(first + count, board.bottom); ++v)
+    for (int u = 0; u < width; ++u) {
+      const Eigen::Array4f& sum = board.pixels[static_cast<std::size_t>(v - board.top) * width + u];
       if (sum[3] <= 0) continue;
       const auto value = view_->response(sum.head<3>() * (light * view_->scale()));
       float* out = rows + (static_cast<std::size_t>(v - first) * view_->width() + board.left + u) * channels;

@@ -15,6 +15,7 @@ struct PlacedBoard {
 };
 
 /// Lit by lamps, with the shadows of tank and objects, and by diffuse light; not by the laser. Boards throw no shadow.
+/// Construction is the costly part; boards that stand still need it once.
 class BoardLayer {
  public:
   BoardLayer(const std::vector<PlacedBoard>& boards, const CameraView& view, const Radiometry& radiometry);
@@ -35,12 +36,16 @@ class BoardLayer {
     bool front;                                    ///< the camera sees what is printed
     int left, right, top, bottom;                  ///< pixels of the image that it may touch; right and bottom excluded
     std::array<Rgb, kNodes * kNodes> light, veil;  ///< on the board, after the water to the camera; the water's own
+    std::vector<Eigen::Array4f>
+        pixels;  ///< of [left, right) x [top, bottom): radiance at light 1, and the share it covers
 
     float range(const Vector3f& direction_t) const;
   };
   /// Light of a board in the fine samples [left, right) of row y, then in pixels.
   void sample_row(const Board& board, int y, const PixelFilter& filter, std::vector<Eigen::Array4f>& fine,
                   Eigen::Array4f* out) const;
+  /// Pixels of rows [first, last).
+  void sample(Board& board, int first, int last, const PixelFilter& filter) const;
   void cover(const Board& board, int first, int count, float* rows, float light) const;
 
   const CameraView* view_;

@@ -76,6 +76,9 @@ struct CameraStation {
   std::uint64_t speckle_key;
   mutable std::once_flag once{};
   mutable std::unique_ptr<const CameraView> view{};
+  mutable std::mutex mutex{};  // guards what follows
+  mutable std::vector<PlacedBoard> last_placed{};
+  mutable std::shared_ptr<const BoardLayer> last_boards{};
 
   CameraStation(const CameraSpec& camera, std::uint64_t seed)
       : spec(camera), noise(camera, seed), speckle_key(mix(mix(seed, hash_text("speckle")), hash_text(camera.name))) {}
@@ -95,7 +98,7 @@ struct FrameLayers {
   std::uint64_t index;
   ParticleLayer floating;
   ArmLayer arm;
-  BoardLayer boards;
+  std::shared_ptr<const BoardLayer> boards;
   LaserLayer laser;
 };
 
@@ -162,6 +165,23 @@ struct TankWorld::Impl {
     return *s.view;
   }
 
+  /// Boards that have not moved since this camera's last frame look the same.
+  std::shared_ptr<const BoardLayer> boards_seen(const CameraStation& s, std::vector<PlacedBoard> placed) const {
+    const auto same = [](const PlacedBoard& a, const PlacedBoard& b) {
+      return a.print == b.print && a.wMt.matrix() == b.wMt.matrix();
+    };
+    {
+      const std::lock_guard lock(s.mutex);
+      if (s.last_boards && std::equal(placed.begin(), placed.end(), s.last_placed.begin(), s.last_placed.end(), same))
+        return s.last_boards;
+    }
+    auto boards = std::make_shared<const BoardLayer>(placed, view(s), radiometry);
+    const std::lock_guard lock(s.mutex);
+    s.last_placed = std::move(placed);
+    s.last_boards = boards;
+    return boards;
+  }
+
   ExposedSheet exposed_sheet(const Exposure& exposure, const std::vector<Capsule>& bodies) const {
     ExposedSheet sheet_now;
     for (int k = 0; k < Exposure::kSamples; ++k) {
@@ -180,7 +200,7 @@ struct TankWorld::Impl {
             exposure.index,
             ParticleLayer(particles, exposure.mid, v, radiometry, sheet, sheet_now, scene.laser.colour, geometry),
             ArmLayer(bodies, v),
-            BoardLayer(boards_at(exposure), v, radiometry),
+            boards_seen(s, boards_at(exposure)),
             LaserLayer(v, sheet, sheet_now, geometry, scene.water.laser_scattering)};
   }
 
@@ -205,8 +225,8 @@ struct TankWorld::Impl {
       frame.laser.add_glow(strip, rows.data(), colour);
       frame.laser.add_stripe(strip, rows.data(), colour, contrast, speckle_key);
       frame.floating.blend(discs, first, count, rows.data());
-      frame.boards.cover(first, count, rows.data(), light);
-      if (frame.arm.in_view()) frame.arm.cover(first, count, rows.data(), radiometry, light, frame.boards);
+      frame.boards->cover(first, count, rows.data(), light);
+      if (frame.arm.in_view()) frame.arm.cover(first, count, rows.data(), radiometry, light, *frame.boards);
       for (int r = 0; r < count; ++r)
         s.noise.digitise(frame.index, first + r, noise, rows.data() + r * row_size, image.ptr(first + r));
     });

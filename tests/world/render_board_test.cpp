@@ -88,6 +88,22 @@ TEST(RenderBoard, CornersOfABoardThatMovesAreWhereItStands) {
   EXPECT_LT(worst_corner(world.render("left", later), camera_of(world, "left"), board, moved), 0.12);
 }
 
+TEST(RenderBoard, LooksTheSameWhateverTheCameraSawBefore) {
+  Scene scene = full_scene();
+  BoardSpec board = checkerboard(Transform::Identity());
+  board.place = BoardSpec::Place::kEndEffector;
+  board.pose = scene.arm.model.bMe(scene.arm.q).inverse() * scene.arm.wMb.inverse() * before_camera(scene, "left");
+  Exposure later = still(scene, 1);
+  for (JointVector& q : later.q) q[kElbow] += 0.03;
+  const TankWorld world = world_with(scene, board), fresh = world_with(scene, board);
+  const cv::Mat first = world.render("left", still(scene, 0)), moved = world.render("left", later);
+  const auto same = [](const cv::Mat& a, const cv::Mat& b) { return cv::norm(a, b, cv::NORM_INF) == 0; };
+  EXPECT_FALSE(same(first, moved));
+  EXPECT_TRUE(same(world.render("left", still(scene, 0)), first)) << "after another place";
+  EXPECT_TRUE(same(world.render("left", still(scene, 0)), first)) << "after the same place";
+  EXPECT_TRUE(same(fresh.render("left", later), moved)) << "as the first frame";
+}
+
 TEST(RenderBoard, OpenCvReadsACharucoBoardInEveryPlaceItIsShown) {
   Scene scene = full_scene();
   BoardSpec board;
