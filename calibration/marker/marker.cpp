@@ -102,6 +102,7 @@ std::map<int, Corners> markers_in(const cv::Mat& grey, const Dictionary& diction
 }
 
 /// Sub-pixel corners in a window that stays within the marker's frame; a corner that wanders out of it keeps its place.
+/// Not of AprilTags: ViSP has fitted lines to their sides, which a blur of both sides' meeting does not pull inwards.
 void refine(const cv::Mat& grey, Corners& corners) {
   double side = 1e9;
   for (std::size_t k = 0; k < 4; ++k) side = std::min(side, cv::norm(corners[k] - corners[(k + 1) % 4]));
@@ -170,7 +171,7 @@ SeenMarker MarkerFinder::find(const cv::Mat& grey) const {
     const int number = id - marker_.first_id;
     if (number < 0 || number >= marker_.columns * marker_.rows) continue;
     Corners refined = corners;
-    refine(grey, refined);
+    if (!dictionary_of(marker_).visp) refine(grey, refined);
     for (std::size_t k = 0; k < 4; ++k) {
       seen.points.push_back(points[4 * static_cast<std::size_t>(number) + k]);
       seen.corners.emplace_back(refined[k].x, refined[k].y);
