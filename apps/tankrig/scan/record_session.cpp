@@ -14,6 +14,7 @@
 #include "apps/tankrig/scan/used_calibration.hpp"
 #include "core/camera_file.hpp"
 #include "core/input_error.hpp"
+#include "core/utc.hpp"
 #include "rig/capture/beam_view.hpp"
 #include "rig/plan/plan_csv.hpp"
 #include "rig/scan/session_rig.hpp"
@@ -30,14 +31,16 @@ namespace {
 /// The live reconstruction as the operator sees it. Whatever becomes of it, the scan goes on.
 class LiveView {
  public:
-  LiveView(const fs::path& session, const PipelineParameters& parameters, bool real_time, Progress& progress)
+  /// `parameters`: null if nothing is to be reconstructed.
+  LiveView(const fs::path& session, const PipelineParameters* parameters, bool real_time, Progress& progress)
       : progress_(progress) {
+    if (!parameters) return;
     LiveOptions options;
     options.real_time = real_time;
     const auto memory = static_cast<std::size_t>(::sysconf(_SC_PHYS_PAGES)) * static_cast<std::size_t>(::getpagesize());
     options.kept_bytes = std::min(options.kept_bytes, memory / 4);
     try {
-      live_ = std::make_unique<LiveReconstruction>(session, parameters, options);
+      live_ = std::make_unique<LiveReconstruction>(session, *parameters, options);
     } catch (const std::exception& e) {
       tell_trouble(e.what());
     }
@@ -184,7 +187,19 @@ void check_lux(const std::string& lux) {
     throw InputError("--lux: found '" + lux + "', expected auto or a number from 0 to 10000000");
 }
 
-Recording record_session(const ScanOptions& options, const RigConfig& rig, const PipelineParameters& parameters,
+fs::path default_session(std::string rig) {
+  const auto no_file_name = [](char c) { return c == '/' || static_cast<unsigned char>(c) < 0x20 || c == 0x7f; };
+  std::replace_if(rig.begin(), rig.end(), no_file_name, '_');
+  if (rig.starts_with('.')) rig.front() = '_';
+  std::string stamp = utc_now();
+  std::erase_if(stamp, [](char c) { return c == '-' || c == ':'; });
+  const fs::path base = fs::path("sessions") / (rig + "-" + stamp);
+  fs::path path = base;
+  for (int n = 2; fs::exists(path); ++n) path = base.string() + "-" + std::to_string(n);
+  return path;
+}
+
+Recording record_session(const ScanOptions& options, const RigConfig& rig, const PipelineParameters* parameters,
                          const ScanPlan& plan, Backend& backend, const fs::path& path, const std::string& commission,
                          Progress& progress, Motion& motion) {
   SessionInfo info = session_info_of(options, backend, path);

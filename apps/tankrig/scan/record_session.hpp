@@ -19,6 +19,7 @@
 namespace tankrig::app {
 
 struct ScanOptions {
+  std::string command = "scan";  ///< what the user runs, for messages
   std::string rig = "tank-sim";  ///< name below etc/rigs, or a path to a rig.yaml
   std::string preset;
   std::filesystem::path calibration;  ///< instead of the rig file's; empty: the rig file's, if it names one
@@ -45,9 +46,13 @@ struct Recording {
   std::map<std::string, cv::Mat> unwritten;
 };
 
-/// Moves the arm and records the session. `commission`: SessionInfo::commission.
+/// sessions/RIG-20170503T091244Z, numbered if there is one already. Nothing of a rig's name leads elsewhere.
+std::filesystem::path default_session(std::string rig);
+
+/// Moves the arm and records the session. `live`: it is reconstructed meanwhile; null: it is not. `commission`:
+/// SessionInfo::commission.
 /// Errors: what the disk refuses.
-Recording record_session(const ScanOptions& options, const RigConfig& rig, const PipelineParameters& parameters,
+Recording record_session(const ScanOptions& options, const RigConfig& rig, const PipelineParameters* live,
                          const ScanPlan& plan, Backend& backend, const std::filesystem::path& path,
                          const std::string& commission, Progress& progress, Motion& motion);
 

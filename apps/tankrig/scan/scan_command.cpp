@@ -7,12 +7,10 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "apps/tankrig/arm/arm_motion.hpp"
 #include "apps/tankrig/command_line/commissioned.hpp"
 #include "apps/tankrig/command_line/output.hpp"
 #include "apps/tankrig/command_line/progress.hpp"
 #include "apps/tankrig/command_line/rig_files.hpp"
-#include "apps/tankrig/command_line/start_warning.hpp"
 #include "apps/tankrig/command_line/stop.hpp"
 #include "apps/tankrig/command_line/waiting.hpp"
 #include "apps/tankrig/commands.hpp"
@@ -23,6 +21,7 @@
 #include "apps/tankrig/results/summary.hpp"
 #include "apps/tankrig/scan/dry_run.hpp"
 #include "apps/tankrig/scan/plan_check.hpp"
+#include "apps/tankrig/scan/ready_rig.hpp"
 #include "apps/tankrig/scan/record_session.hpp"
 #include "apps/tankrig/scan/timing.hpp"
 #include "apps/tankrig/scan/used_calibration.hpp"
@@ -32,7 +31,6 @@
 #include "pipeline/report_session.hpp"
 #include "pipeline/score_session.hpp"
 #include "rig/plan/light_check.hpp"
-#include "rig/scan/before_start.hpp"
 #include "rig/scan/scan.hpp"
 #include "session/checking/checksums.hpp"
 #include "session/recording/session_lock.hpp"
@@ -41,19 +39,6 @@ namespace fs = std::filesystem;
 
 namespace tankrig::app {
 namespace {
-
-/// sessions/RIG-20170503T091244Z, numbered if there is one already. Nothing of a rig's name leads elsewhere.
-fs::path default_session(std::string rig) {
-  const auto no_file_name = [](char c) { return c == '/' || static_cast<unsigned char>(c) < 0x20 || c == 0x7f; };
-  std::replace_if(rig.begin(), rig.end(), no_file_name, '_');
-  if (rig.starts_with('.')) rig.front() = '_';
-  std::string stamp = utc_now();
-  std::erase_if(stamp, [](char c) { return c == '-' || c == ':'; });
-  const fs::path base = fs::path("sessions") / (rig + "-" + stamp);
-  fs::path path = base;
-  for (int n = 2; fs::exists(path); ++n) path = base.string() + "-" + std::to_string(n);
-  return path;
-}
 
 int told_stopped(const fs::path& path, const std::string& why, const std::optional<EndState>& left, bool finished,
                  Progress& progress) {
@@ -180,40 +165,17 @@ int scan(const ScanOptions& options) {
     print_dry_run(rig, plan, check_plan(rig, plan), options.json);
     return kOk;
   }
-  const std::string commission = require_commission(rig, options.waived);
-  const StopOnSignal stop_on_signal;  // before the devices: it outlives them
-  BackendOptions devices;
-  devices.world = options.world;
-  devices.carrier = options.carrier;
-  devices.faults = options.faults;
-  devices.command = "scan";
-  const OwnBackend backend = make_backend(rig, devices);
-  for (const std::string& warning : backend->warnings()) progress.warn(warning);
-  for (const Statistic& s : backend->statistics())
-    if (s.name == "arm.bus_load_percent")
-      progress.note(fmt::format("arm: its wire is busy for {:.0f} % of the time", s.value));
-
-  const JointVector posture = homed_posture(*backend, options.rig);
-  const ScanPlan plan = plan_from(rig, posture);
-  check_plan(rig, plan);
-
   const fs::path path = options.out.empty() ? default_session(rig.name) : options.out;
-  if (fs::exists(path)) throw InputError(path, "exists already, expected a new session directory");
-  check_room(rig, plan, path);
-  check_laser_ready(rig.scan, backend->laser(), backend->interlock_closed());
-  std::optional<StartWarning> warning(std::in_place, rig, *backend, what_will_happen(plan), options.yes, progress);
-  auto stops = std::make_unique<RigStops>(*backend, progress);
-  if (backend->clock().real_time()) check_real_time(rig.scan.real_time);  // refused before there is a session
-  if (StopOnSignal::requested()) {
-    progress.warn("scan stopped before anything moved");
-    return kPartial;
-  }
+  ReadyRig ready_rig(
+      options, rig, path, [&rig](const JointVector& posture) { return plan_from(rig, posture); }, progress);
+  Backend& backend = ready_rig.backend();
+  const ScanPlan& plan = ready_rig.plan();
+  Motion& motion = ready_rig.motion();
   Recording recording;
-  Motion motion(*backend, rig.scan.safety, progress);
   try {
-    recording = record_session(options, rig, parameters, plan, *backend, path, commission, progress, motion);
-    stops.reset();
-    warning.reset();
+    recording =
+        record_session(options, rig, &parameters, plan, backend, path, ready_rig.commission(), progress, motion);
+    ready_rig.disarm();
   } catch (const NotOnDisk& e) {
     return told_stopped(path, std::string("stopped: ") + e.what(), motion.left(), false, progress);
   } catch (const std::exception& e) {
@@ -235,7 +197,7 @@ int scan(const ScanOptions& options) {
   waiting.reset();
   const Session session = Session::open(path, recording.unwritten);
   OutsideView outside;
-  if (const sim::TankWorld* tank = backend->world())
+  if (const sim::TankWorld* tank = backend.world())
     outside = [tank](const JointVector& q, bool laser_on) { return tank->render_external(q, laser_on, 1280, 860); };
   ReadyReport ready = ready_report(recording, session, progress);
   std::optional<std::vector<Score>> scores;
@@ -259,7 +221,7 @@ int scan(const ScanOptions& options) {
   if (options.json)
     print_json(scan_json(rig, session, *scores, recording, report_s, wall));
   else
-    print_scan(session, *scores, result, !options.coverage_mm.empty(), backend->clock().real_time(), report_s, wall);
+    print_scan(session, *scores, result, !options.coverage_mm.empty(), backend.clock().real_time(), report_s, wall);
   return partial ? kPartial : kOk;
 }
 
