@@ -12,6 +12,23 @@ function(tankrig_library name)
   target_include_directories(tankrig_${name} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/tankrig>)
 endfunction()
 
+# tankrig_page(TARGET FOLDER/NAME): NAME.html.mustache is compiled in as kNameTemplate; nothing has to be found when a page is written.
+function(tankrig_page target page)
+  get_filename_component(name ${page} NAME)
+  string(SUBSTRING ${name} 0 1 first)
+  string(TOUPPER ${first} first)
+  string(SUBSTRING ${name} 1 -1 rest)
+  file(READ ${page}.html.mustache template)
+  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${page}.html.mustache)
+  file(CONFIGURE OUTPUT ${name}_template.cpp @ONLY CONTENT [[
+namespace tankrig {
+extern const char* const k@first@@rest@Template;
+const char* const k@first@@rest@Template = R"mustache(@template@)mustache";
+}  // namespace tankrig
+]])
+  target_sources(${target} PRIVATE ${CMAKE_CURRENT_BINARY_DIR}/${name}_template.cpp)
+endfunction()
+
 add_library(tankrig_options INTERFACE)
 target_compile_options(tankrig_options INTERFACE -Wall -Wextra -Wshadow -ffp-contract=off)
 if(TANKRIG_UNITY)

@@ -115,13 +115,14 @@ struct Axis {
   }
 };
 
-/// From 0, or from `low` if that is negative, to the next tick above `high`; five ticks or so.
+/// From 0 to the next tick above `high`, five ticks or so; from `low` if that is negative or most of the axis would be empty.
 Axis axis_of(double low, double high) {
   if (!(high > low)) high = low + 1;
-  const double rough = (high - std::min(0.0, low)) / 5, power = std::pow(10, std::floor(std::log10(rough)));
+  const double from = low > high / 2 && low < high ? low : std::min(0.0, low);
+  const double rough = (high - from) / 5, power = std::pow(10, std::floor(std::log10(rough)));
   const double rest = rough / power;
   const double step = (rest <= 1 ? 1 : rest <= 2 ? 2 : rest <= 5 ? 5 : 10) * power;
-  return {std::floor(std::min(0.0, low) / step) * step, std::ceil(high / step - 1e-9) * step, step};
+  return {std::floor(from / step + 1e-9) * step, std::ceil(high / step - 1e-9) * step, step};
 }
 
 std::string tick_text(double value, double step) {
@@ -130,14 +131,14 @@ std::string tick_text(double value, double step) {
 }
 
 void draw(Sheet& sheet, const Chart& chart) {
-  double x_low = 0, x_high = 0, y_high = 0;
+  double x_low = HUGE_VAL, x_high = 0, y_low = 0, y_high = 0;
   for (const ChartPanel& panel : chart.panels)
     for (const ChartCurve& curve : panel.curves)
       for (const ChartPoint& p : curve.points) {
         x_low = std::min(x_low, p.x), x_high = std::max(x_high, p.x);
-        y_high = std::max({y_high, p.y, p.interval ? (*p.interval)[1] : 0.0});
+        y_low = std::min(y_low, p.y), y_high = std::max({y_high, p.y, p.interval ? (*p.interval)[1] : 0.0});
       }
-  const Axis x = axis_of(x_low, x_high), y = axis_of(0, y_high);
+  const Axis x = axis_of(std::min(x_low, x_high), x_high), y = axis_of(y_low, y_high);
   const std::array<int, 3> black{40, 40, 40}, grey{225, 225, 225};
   for (std::size_t k = 0; k < chart.panels.size(); ++k) {
     const ChartPanel& panel = chart.panels[k];
