@@ -157,8 +157,7 @@ void check_calibration(const ConfigNode& node, const Calibration& c) {
     for (std::size_t k = 0; k < i; ++k)
       if (c.cameras[i].name == c.cameras[k].name)
         node.fail("cameras", "found '" + shown_text(c.cameras[i].name) + "' twice, expected every camera once");
-  const bool passed = std::all_of(c.checks.begin(), c.checks.end(), [](const auto& k) { return k.passed(); });
-  if (c.verdict == CalibrationVerdict::kAccepted && (c.checks.empty() || !passed))
+  if (c.verdict == CalibrationVerdict::kAccepted && (c.checks.empty() || !all_passed(c.checks)))
     node.fail("verdict", "found accepted beside " +
                              std::string(c.checks.empty() ? "no checks" : "a check that failed") +
                              ", expected checks that passed");
@@ -166,6 +165,10 @@ void check_calibration(const ConfigNode& node, const Calibration& c) {
 constexpr SettingsTable<Calibration> kCalibration{kRows, check_calibration};
 
 }  // namespace
+
+bool all_passed(const std::vector<CalibrationCheck>& checks) {
+  return std::all_of(checks.begin(), checks.end(), [](const CalibrationCheck& c) { return c.passed(); });
+}
 
 const CameraCalibration* Calibration::camera(const std::string& name) const {
   for (const CameraCalibration& camera : cameras)

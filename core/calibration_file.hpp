@@ -76,6 +76,8 @@ struct CalibrationCheck {
   bool passed() const { return value <= limit; }
 };
 
+bool all_passed(const std::vector<CalibrationCheck>& checks);
+
 struct Calibration {
   std::string rig;         ///< its name
   std::string rig_sha256;  ///< of the nominal rig's parts that a calibration is about; 64 digits

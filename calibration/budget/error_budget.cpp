@@ -72,26 +72,44 @@ class Sights {
     for (const BudgetTarget& target : targets) {
       const auto pixel = seen_by(rig.mono, target);
       const auto q = pixel ? lit_at(rig, sweep, target) : std::nullopt;
-      if (q) laser_.push_back({*pixel, *q}), laser_normals_.push_back(target.normal);
+      if (q) laser_.push_back({*pixel, *q}), laser_targets_.push_back(target);
       if (!rig.left || !rig.right) continue;
       const auto left = seen_by(*rig.left, target), right = seen_by(*rig.right, target);
-      if (left && right) stereo_.push_back({*left, *right}), stereo_normals_.push_back(target.normal);
+      if (left && right) stereo_.push_back({*left, *right}), stereo_targets_.push_back(target);
     }
   }
 
   Cost cost(const Freedom& freedom) const {
     Cost cost;
     for (std::size_t i = 0; i < laser_.size(); ++i)
-      cost.laser += square(laser_normals_[i], freedom,
+      cost.laser += square(laser_targets_[i].normal, freedom,
                            [&](const MeasuringRig& rig, const JointVector& dq) {
                              return by_laser(rig, laser_[i], laser_[i].q + dq);
                            }) /
                     static_cast<double>(laser_.size());
     for (std::size_t i = 0; i < stereo_.size(); ++i)
-      cost.stereo += square(stereo_normals_[i], freedom,
+      cost.stereo += square(stereo_targets_[i].normal, freedom,
                             [&](const MeasuringRig& rig, const JointVector&) { return by_stereo(rig, stereo_[i]); }) /
                      static_cast<double>(stereo_.size());
     return cost;
+  }
+
+  Misplacement misplaced(const MeasuringRig& believed, const Transform& bMbelieved) const {
+    const auto of = [&](const auto& sights, const std::vector<BudgetTarget>& targets, auto measure) {
+      Misplaced out;
+      for (std::size_t i = 0; i < sights.size(); ++i) {
+        const double off = targets[i].normal.dot(bMbelieved * measure(sights[i]) - targets[i].p);
+        out.mean += off;
+        out.rms += off * off;
+      }
+      out.places = sights.size();
+      const double n = std::max<double>(1, static_cast<double>(out.places));
+      out.mean /= n;
+      out.rms = std::sqrt(out.rms / n);
+      return out;
+    };
+    return {of(laser_, laser_targets_, [&](const LaserSight& s) { return by_laser(believed, s, s.q); }),
+            of(stereo_, stereo_targets_, [&](const StereoSight& s) { return by_stereo(believed, s); })};
   }
 
   std::size_t laser() const { return laser_.size(); }
@@ -114,7 +132,7 @@ class Sights {
   const MeasuringRig& rig_;
   std::vector<LaserSight> laser_;
   std::vector<StereoSight> stereo_;
-  std::vector<Vector3d> laser_normals_, stereo_normals_;
+  std::vector<BudgetTarget> laser_targets_, stereo_targets_;
 };
 
 }  // namespace
@@ -144,6 +162,11 @@ Budget error_budget(const MeasuringRig& rig, const BudgetSweep& sweep, const std
                    [](const BudgetLine& a, const BudgetLine& b) { return a.worst() > b.worst(); });
   budget.laser = std::sqrt(laser), budget.stereo = std::sqrt(stereo);
   return budget;
+}
+
+Misplacement misplacement(const MeasuringRig& rig, const MeasuringRig& believed, const Transform& bMbelieved,
+                          const BudgetSweep& sweep, const std::vector<BudgetTarget>& targets) {
+  return Sights(rig, sweep, targets).misplaced(believed, bMbelieved);
 }
 
 }  // namespace tankrig

@@ -81,4 +81,18 @@ struct Budget {
 Budget error_budget(const MeasuringRig& rig, const BudgetSweep& sweep, const std::vector<BudgetTarget>& targets,
                     const std::vector<Uncertainty>& uncertainties);
 
+/// How far places come to lie off the surface, along its normals [m]; of those that the method sees.
+struct Misplaced {
+  double mean = 0, rms = 0;
+  std::size_t places = 0;
+};
+struct Misplacement {
+  Misplaced laser, stereo;
+};
+
+/// What is made of all that `rig` sees of its targets by somebody who believes it to be `believed`. `bMbelieved`: where its
+/// arm base is believed to be.
+Misplacement misplacement(const MeasuringRig& rig, const MeasuringRig& believed, const Transform& bMbelieved,
+                          const BudgetSweep& sweep, const std::vector<BudgetTarget>& targets);
+
 }  // namespace tankrig

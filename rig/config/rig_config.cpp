@@ -180,12 +180,10 @@ ConfigNode rig_file(const std::filesystem::path& file) {
   return rig;
 }
 
-RigConfig load_rig(const std::filesystem::path& file, const std::string& preset,
-                   const std::filesystem::path& calibration) {
-  return read_rig(rig_file(file), preset, calibration);
-}
+namespace {
 
-RigConfig read_rig(const ConfigNode& file, const std::string& preset, const std::filesystem::path& calibration) {
+RigConfig read_rig(const ConfigNode& file, const std::string& preset, const std::filesystem::path& calibration,
+                   bool calibrated) {
   RigConfig rig(file);
   const ConfigNode& root = rig.root;
   refuse_unknown_keys(root);
@@ -193,6 +191,7 @@ RigConfig read_rig(const ConfigNode& file, const std::string& preset, const std:
   for (const char* section : {"arm", "laser", "object", "obstacles", "scan"}) root.child(section).finish();
 
   if (!calibration.empty()) rig.calibration_file = std::filesystem::absolute(calibration);
+  if (!calibrated) rig.calibration_file.clear();
   if (!rig.calibration_file.empty()) rig.calibration = apply_calibration(rig.calibration_file, rig);
   rig.scan.limits.angles = rig.arm.limits;
   rig.scan.capture.frame_period = 1 / rig.find_camera(CameraRole::kMono)->rate_hz;
@@ -204,6 +203,19 @@ RigConfig read_rig(const ConfigNode& file, const std::string& preset, const std:
   if (!preset.empty()) rig.preset = preset;
   return rig;
 }
+
+}  // namespace
+
+RigConfig load_rig(const std::filesystem::path& file, const std::string& preset,
+                   const std::filesystem::path& calibration) {
+  return read_rig(rig_file(file), preset, calibration);
+}
+
+RigConfig read_rig(const ConfigNode& file, const std::string& preset, const std::filesystem::path& calibration) {
+  return read_rig(file, preset, calibration, true);
+}
+
+RigConfig load_drawn_rig(const std::filesystem::path& file) { return read_rig(rig_file(file), "", "", false); }
 
 std::string rig_key_rows() {
   return "| `base` | none | a file | a rig file, which may have a base itself; its keys hold where this one has none, "

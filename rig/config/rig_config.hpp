@@ -42,8 +42,8 @@ struct RigObject {
 };
 
 /// The sections that other folders read themselves.
-inline constexpr std::array kForeignSections{"reconstruction", "evaluation", "mock",      "truth",
-                                             "workspace",      "devices",    "emulation", "benchmark"};
+inline constexpr std::array kForeignSections{"reconstruction", "evaluation", "mock",      "truth",  "workspace",
+                                             "devices",        "emulation",  "benchmark", "targets"};
 
 /// A rig file, read and checked. `scan` is complete: it includes the laser and camera facts it needs.
 struct RigConfig {
@@ -86,6 +86,9 @@ RigConfig load_rig(const std::filesystem::path& file, const std::string& preset 
 /// The same for a rig file that is already read.
 RigConfig read_rig(const ConfigNode& file, const std::string& preset = "",
                    const std::filesystem::path& calibration = {});
+
+/// By its file's own values alone, whatever calibration that names.
+RigConfig load_drawn_rig(const std::filesystem::path& file);
 
 /// The rig as used, presets and changes applied: a rig file again. `mesh` is its object's mesh, relative to where the
 /// text will be stored.

@@ -154,6 +154,27 @@ TEST(ErrorBudget, NamesThePartThatNominalValuesHaveWrong) {
   EXPECT_LT(line_of(stereo, "right in left: position").stereo.value_or(0), 1e-9) << "both eyes moved together";
 }
 
+TEST(Misplacement, IsNoneOfTheTruthAndTheShiftOfARigThatIsTakenForAnother) {
+  const MeasuringRig rig = some_rig();
+  const auto of = [&](const MeasuringRig& believed, const Transform& bMbelieved) {
+    return misplacement(rig, believed, bMbelieved, some_sweep(), some_targets());
+  };
+  const Misplacement none = of(rig, Transform::Identity());
+  EXPECT_EQ(none.laser.places, some_targets().size());
+  EXPECT_LT(none.laser.rms, 1e-9);
+  EXPECT_LT(none.stereo.rms, 1e-9);
+  // Cameras and laser all moved along the surface's normal by 3 mm: so do the places.
+  const Vector3d shift = 0.003 * some_targets().front().normal;
+  const Misplacement moved = of(rig, Transform(Eigen::Translation3d(shift)));
+  EXPECT_NEAR(moved.laser.mean, 0.003, 1e-9);
+  EXPECT_NEAR(moved.stereo.rms, 0.003, 1e-9);
+  // A lens alone concerns only what uses it.
+  MeasuringRig other = rig;
+  other.mono.model.cx += 2;
+  EXPECT_GT(of(other, Transform::Identity()).laser.rms, 1e-4);
+  EXPECT_LT(of(other, Transform::Identity()).stereo.rms, 1e-9);
+}
+
 TEST(ErrorBudget, SaysIfNothingIsSeen) {
   const MeasuringRig rig = some_rig();
   std::vector<BudgetTarget> away = some_targets();

@@ -125,6 +125,24 @@ TEST(MoveByHand, ALaserThatIsOnIsAFault) {
   EXPECT_FALSE(result.left.laser_dark);
 }
 
+TEST(PosturesPlan, RecordsInEveryPostureWithTheArmAtRestAndReturnsWithoutLight) {
+  HandRig rig;
+  rig.s.capture.dark_frames = 3;
+  const std::vector<JointVector> postures{bent(rig.s.park, rig.s.park[kElbow] + 0.1), rig.s.park,
+                                          bent(rig.s.park, rig.s.park[kElbow] + 0.2)};
+  const ScanPlan plan = make_postures_plan(rig.s, rig.s.park, postures, 0.2);
+  EXPECT_FALSE(plan.uses_laser());
+  const ScanResult result = rig.run(plan, {{rig.cameras[0].get(), RecordWhen::kAll}});
+  EXPECT_EQ(result.status, "complete");
+  ASSERT_EQ(rig.sink.frames.size(), 9u);
+  for (std::size_t i = 0; i < 9; ++i) {
+    EXPECT_EQ(rig.sink.frames[i].pass, static_cast<int>(i / 3));
+    EXPECT_NEAR((*rig.sink.frames[i].q)[kElbow], postures[i / 3][kElbow], 1e-3) << i;
+  }
+  EXPECT_NEAR(plan.at(plan.duration()).q[kElbow], rig.s.park[kElbow], 1e-9);
+  EXPECT_THROW(make_postures_plan(rig.s, rig.s.park, {}, 0.2), InputError);
+}
+
 TEST(LitHold, RecordsDarkFramesThenLitOnesAndTheArmStaysWhereItIs) {
   HandRig rig;
   rig.s.capture.laser_warm_up = 1.0;

@@ -5,6 +5,7 @@
 
 #include <opencv2/imgcodecs.hpp>
 
+#include "core/angles.hpp"
 #include "core/calibration_file.hpp"
 #include "core/camera_file.hpp"
 #include "core/model_yaml.hpp"
@@ -280,6 +281,21 @@ TEST(CalibrationOfARig, KeepsItsOtherPartsAndRefusesAnotherRig) {
   const ProgramRun no_rig =
       run_tankrig({"calibrate", "hand-eye", "--data", data.string(), "--write", (folder / "new.yaml").string()});
   EXPECT_THAT(no_rig.err, HasSubstr("--write: expected --rig RIG beside it"));
+}
+
+TEST(HandEyePlan, ProposesPosturesThatTurnTheJointsEnough) {
+  const ProgramRun run = run_tankrig({"calibrate", "hand-eye", "--plan", "--rig", "tank-sim", "--json"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const auto postures = run.json()["q_rad"];
+  EXPECT_EQ(postures.size(), 24u) << "as many as the rig file's `targets` ask for";
+  for (const int joint : {kSlew, kElbow, kJawRotate}) {
+    std::vector<double> angles;
+    for (const auto& q : postures) angles.push_back(q[static_cast<std::size_t>(joint)]);
+    const auto [least, most] = std::minmax_element(angles.begin(), angles.end());
+    EXPECT_GT(*most - *least, from_degrees(15)) << kJointNames[static_cast<std::size_t>(joint)];
+  }
+  EXPECT_EQ(run_tankrig({"calibrate", "hand-eye", "--plan"}).exit_code, 1);
+  EXPECT_EQ(run_tankrig({"calibrate", "hand-eye", "--rig", "tank-sim"}).exit_code, 2);
 }
 
 }  // namespace

@@ -6,13 +6,12 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "apps/tankrig/calibrate/measuring_rig.hpp"
 #include "apps/tankrig/command_line/output.hpp"
 #include "apps/tankrig/command_line/progress.hpp"
 #include "apps/tankrig/command_line/rig_files.hpp"
 #include "apps/tankrig/commands.hpp"
 #include "apps/tankrig/scan/used_calibration.hpp"
-#include "bench/metrics/surface_samples.hpp"
-#include "bench/metrics/triangle_mesh.hpp"
 #include "calibration/budget/error_budget.hpp"
 #include "core/input_error.hpp"
 
@@ -24,31 +23,6 @@ struct BudgetOptions {
   std::filesystem::path calibration;
   bool nominal = false, json = false;
 };
-
-BudgetCamera camera_of(const RigCamera& camera) { return {camera.name, camera.model, camera.bMc}; }
-
-MeasuringRig measuring_rig(const RigConfig& rig) {
-  MeasuringRig measuring;
-  measuring.mono = camera_of(*rig.find_camera(CameraRole::kMono));
-  const RigCamera *left = rig.find_camera(CameraRole::kLeft), *right = rig.find_camera(CameraRole::kRight);
-  if (left && right) measuring.left = camera_of(*left), measuring.right = camera_of(*right);
-  measuring.arm = rig.arm;
-  measuring.ePl = rig.laser.ePl;
-  return measuring;
-}
-
-std::vector<BudgetTarget> targets_of(const RigConfig& rig) {
-  constexpr std::size_t kSamples = 500;
-  std::vector<BudgetTarget> targets;
-  const TriangleMesh mesh = read_mesh(rig.object.mesh);
-  for (const SurfaceSample& sample : sample_surface(mesh, kSamples)) {
-    const Eigen::Vector3i& t = mesh.triangles[sample.triangle];
-    const Vector3d& a = mesh.vertices[t[0]];
-    const Vector3d normal = (mesh.vertices[t[1]] - a).cross(mesh.vertices[t[2]] - a).normalized();
-    targets.push_back({rig.object.bMo * sample.p, rig.object.bMo.linear() * normal});
-  }
-  return targets;
-}
 
 nlohmann::ordered_json json_of(const Budget& budget) {
   const auto millimetres = [](const std::optional<double>& m) {
@@ -92,25 +66,11 @@ int budget(const BudgetOptions& options) {
   const auto file = find_rig(options.rig);
   const RigConfig rig = load_rig(file, "", options.calibration);
   std::optional<RigConfig> drawn;
-  if (options.nominal) drawn = load_rig(file);
-  if (drawn && (!rig.calibration || drawn->calibration))
-    throw InputError(file, "--nominal: expected --calibration FILE, and a rig file that names no calibration itself");
+  if (options.nominal) drawn = load_drawn_rig(file);
+  if (drawn && !rig.calibration)
+    throw InputError(file, "--nominal: the rig file names no calibration, expected --calibration FILE");
   for (const std::string& warning : calibration_warnings(rig)) progress.warn(warning);
-  const BudgetSweep sweep{rig.scan.posture, rig.scan.sweep.from, rig.scan.sweep.to, rig.scan.sweep.velocity};
-  const MeasuringRig measuring = measuring_rig(rig);
-  std::array<double, kJoints> tick{};
-  for (int joint = 0; joint < kJoints; ++joint)
-    tick[static_cast<std::size_t>(joint)] =
-        rig.arm.actuators[static_cast<std::size_t>(joint)].resolution(rig.scan.posture[joint]);
-  std::vector<Uncertainty> uncertainties;
-  if (drawn) {
-    const double late =
-        seconds(rig.find_camera(CameraRole::kMono)->time_offset - drawn->find_camera(CameraRole::kMono)->time_offset);
-    uncertainties = differences_of(measuring, measuring_rig(*drawn), late, sweep);
-  } else {
-    uncertainties = uncertainties_of(measuring, rig.calibration ? &rig.calibration->values : nullptr, sweep, tick);
-  }
-  const Budget result = error_budget(measuring, sweep, targets_of(rig), uncertainties);
+  const Budget result = drawn ? budget_of_drawings(rig, *drawn) : budget_of(rig);
   progress.finish_line();
   if (options.json)
     print_json(json_of(result));

@@ -5,7 +5,9 @@
 
 namespace tankrig::app {
 
+void add_calibrate_all(CLI::App& calibrate, ChosenCommand& chosen);
 void add_calibrate_camera(CLI::App& calibrate, ChosenCommand& chosen);
+void add_calibrate_check(CLI::App& calibrate, ChosenCommand& chosen);
 void add_calibrate_convert(CLI::App& calibrate, ChosenCommand& chosen);
 void add_calibrate_hand_eye(CLI::App& calibrate, ChosenCommand& chosen);
 void add_calibrate_laser(CLI::App& calibrate, ChosenCommand& chosen);

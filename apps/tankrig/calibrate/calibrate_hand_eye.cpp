@@ -6,6 +6,7 @@
 #include "apps/tankrig/calibrate/calibrate_commands.hpp"
 #include "apps/tankrig/calibrate/calibration_part.hpp"
 #include "apps/tankrig/calibrate/facts.hpp"
+#include "apps/tankrig/calibrate/marker_postures.hpp"
 #include "apps/tankrig/cloud/cloud_command.hpp"
 #include "apps/tankrig/command_line/output.hpp"
 #include "apps/tankrig/command_line/progress.hpp"
@@ -25,7 +26,7 @@ namespace {
 struct CalibrateHandEyeOptions {
   fs::path data, out;
   WriteOptions write;  // and the rig
-  bool keep_arm = false, json = false;
+  bool keep_arm = false, plan = false, json = false;
 };
 
 /// A square that stands for a marker of which only its pose is known.
@@ -153,28 +154,32 @@ void print(const FoundViews& found, const HandEyeSolution& s) {
   std::fputs(out.c_str(), stdout);
 }
 
-void write_part(CalibrationPart& part, const HandEyeData& data, const FoundViews& found, const HandEyeSolution& s) {
-  std::vector<fs::path> files = data.files;
-  for (const HandEyeEntry& entry : data.views)
-    if (!entry.image.empty()) files.push_back(entry.image);
-  const CalibrationSource source = CalibrationPart::source("marker in the gripper", data.file.parent_path(), files);
-  part.values.camera(part.camera(CameraRole::kMono).name).mount = {
-      source, calibrated_inverse(s.cMb, s.covariance.topLeftCorner<6, 6>())};
-  part.values.gripper = {source, calibrated_pose(s.eMg, s.covariance.block<6, 6>(6, 6))};
-  CalibratedJoints joints{source, {}, {}};
-  bool refined = false;
-  for (std::size_t i = 0; i < joints.theta0.size(); ++i) {
-    joints.theta0[i] = s.arm.dh[i].theta0;
-    refined |= joints.theta0[i] != found.problem.arm.dh[i].theta0;
-    for (const Estimate& e : s.parameters)
-      if (e.name == fmt::format("{} zero", kJointNames[i])) joints.sigma[i] = e.sigma;
+/// `--plan`: postures in which pictures tell enough, in the order to drive them.
+int propose_postures(const CalibrateHandEyeOptions& options) {
+  if (options.write.rig.empty()) throw InputError("--plan: expected --rig RIG beside it: whose arm and camera");
+  Progress progress;
+  const RigConfig rig = load_rig(find_rig(options.write.rig));
+  const std::vector<JointVector> postures = marker_postures(rig, targets_of(rig).gripper, rig.scan.park, progress);
+  progress.finish_line();
+  if (options.json) {
+    nlohmann::ordered_json out;
+    for (const JointVector& q : postures) out["q_rad"].push_back(std::vector<double>(q.begin(), q.end()));
+    print_json(out);
+    return kOk;
   }
-  if (refined) part.values.joints = joints;
-  part.write();
+  fmt::print("{} postures from park and back, each move clear of everything; degrees\n    ", postures.size());
+  for (const char* joint : kJointNames) fmt::print("{:>13}", joint);
+  for (std::size_t i = 0; i < postures.size(); ++i) {
+    fmt::print("\n{:>4}", i + 1);
+    for (const double angle : postures[i]) fmt::print("{:>13.1f}", to_degrees(angle));
+  }
+  fmt::print("\n");
+  return kOk;
 }
 
 /// Exit code kPartial if views were left out.
 int calibrate_hand_eye(const CalibrateHandEyeOptions& options) {
+  if (options.plan) return propose_postures(options);
   if (!options.out.empty()) check_new_file(options.out);
   Progress progress;
   HandEyeData data = read_hand_eye_folder(options.data);
@@ -204,7 +209,14 @@ int calibrate_hand_eye(const CalibrateHandEyeOptions& options) {
   const HandEyeSolution solution = solve(problem);
   const nlohmann::ordered_json facts = facts_of(found, solution);
   if (!options.out.empty()) write_file_durably(options.out, yaml_text(facts));
-  if (part) write_part(*part, data, found, solution);
+  if (part) {
+    std::vector<fs::path> files = data.files;
+    for (const HandEyeEntry& entry : data.views)
+      if (!entry.image.empty()) files.push_back(entry.image);
+    put(*part, CalibrationPart::source("marker in the gripper", data.file.parent_path(), files),
+        part->camera(CameraRole::kMono), problem.arm, solution);
+    part->write();
+  }
   progress.finish_line();
   if (options.json)
     print_json(facts);
@@ -219,8 +231,13 @@ void add_calibrate_hand_eye(CLI::App& calibrate, ChosenCommand& chosen) {
   CLI::App* c =
       calibrate.add_subcommand("hand-eye", "Find where the camera stands to the arm, from a marker in the gripper");
   CalibrateHandEyeOptions& o = options_of(c, chosen, &calibrate_hand_eye);
-  c->footer("Example: tankrig calibrate hand-eye --data recordings/marker --rig tank-sim --json");
-  c->add_option("--data", o.data, "Folder with hand_eye.yaml: pictures or poses of the marker, and joints")->required();
+  c->footer(
+      "Example: tankrig calibrate hand-eye --data recordings/marker --rig tank-sim --json\n"
+      "         tankrig calibrate hand-eye --plan --rig tank-sim");
+  CLI::Option_group* what = c->add_option_group("data or plan");
+  what->add_option("--data", o.data, "Folder with hand_eye.yaml: pictures or poses of the marker, and joints");
+  what->add_flag("--plan", o.plan, "Propose postures for the pictures, by the rig file's `targets`");
+  what->require_option(1);
   c->add_option("--rig", o.write.rig,
                 "Name of a rig in etc/rigs, or a rig file: its arm, and its object as the target");
   c->add_option("--out", o.out, "Write the result to this file too");

@@ -7,6 +7,7 @@
 #include "apps/tankrig/calibrate/calibrate_commands.hpp"
 #include "apps/tankrig/calibrate/calibration_part.hpp"
 #include "apps/tankrig/calibrate/facts.hpp"
+#include "apps/tankrig/calibrate/object_picture.hpp"
 #include "apps/tankrig/cloud/cloud_command.hpp"
 #include "apps/tankrig/command_line/output.hpp"
 #include "apps/tankrig/command_line/progress.hpp"
@@ -51,36 +52,6 @@ Inputs inputs_of(const CalibrateObjectOptions& o) {
       throw InputError(corners, fmt::format("{}: is not there, expected a file, here or as --{}", name, name));
   }
   return in;
-}
-
-/// The paper's Figure 4: raw clicks red, snapped ones green, the object's edges as the pose has them.
-cv::Mat drawn(const cv::Mat& picture, const ObjectPoseProblem& problem, const SnappedPose& pose) {
-  constexpr int kShift = 4;  // sixteenths of a pixel
-  cv::Mat out = picture.clone();
-  const auto point = [](const Vector2d& p) {
-    return cv::Point(static_cast<int>(std::lround(16 * p.x())), static_cast<int>(std::lround(16 * p.y())));
-  };
-  const Vector3d eye = pose.snapped.cMo.inverse().translation();
-  for (const ObjectShape::Edge& edge : problem.shape.edges()) {
-    if (!problem.shape.sees(eye, (edge.a + edge.b) / 2)) continue;
-    constexpr int kParts = 16;  // a lens bends edges
-    for (int k = 0; k < kParts; ++k) {
-      const auto at = [&](int part) {
-        return problem.camera.project(pose.snapped.cMo * Vector3d(edge.a + (edge.b - edge.a) * part / kParts));
-      };
-      const auto a = at(k), b = at(k + 1);
-      if (a && b) cv::line(out, point(*a), point(*b), {0, 200, 255}, 1, cv::LINE_AA, kShift);
-    }
-  }
-  for (std::size_t k = 0; k < problem.corners.size(); ++k) {
-    cv::drawMarker(out,
-                   {static_cast<int>(std::lround(problem.corners[k].pixel.x())),
-                    static_cast<int>(std::lround(problem.corners[k].pixel.y()))},
-                   {0, 0, 255}, cv::MARKER_TILTED_CROSS, 11, 1, cv::LINE_AA);
-    if (!pose.corners.empty() && pose.corners[k].why_not.empty())
-      cv::circle(out, point(pose.corners[k].corner.pixel), 16 * 5, {0, 255, 0}, 1, cv::LINE_AA, kShift);
-  }
-  return out;
 }
 
 /// A second opinion: where the cloud, given in c, lies on the mesh. It changes nothing.
@@ -199,14 +170,11 @@ int calibrate_object(const CalibrateObjectOptions& options) {
         why.empty() ? "" : ", not to be believed: ", why);
   }
   if (!options.picture.empty())
-    write_file_durably(options.picture, png_of(drawn(picture, problem, pose), options.picture));
+    write_file_durably(options.picture, png_of(object_picture(picture, problem, pose), options.picture));
   if (!options.out.empty()) write_file_durably(options.out, yaml_text(facts));
   if (part) {
-    Eigen::Matrix<double, 6, 6> turn = Eigen::Matrix<double, 6, 6>::Zero();
-    turn.topLeftCorner<3, 3>() = turn.bottomRightCorner<3, 3>() = eye->bMc.linear();
-    part->values.object = {
-        CalibrationPart::source("clicked corners", in.corners.parent_path(), {in.corners, in.image, in.object}),
-        calibrated_pose(eye->bMc * pose.snapped.cMo, turn * pose.snapped.covariance * turn.transpose())};
+    put(*part, CalibrationPart::source("clicked corners", in.corners.parent_path(), {in.corners, in.image, in.object}),
+        *eye, pose.snapped);
     part->write();
   }
   progress.finish_line();

@@ -129,6 +129,12 @@ int calibrate_stereo(const CalibrateStereoOptions& options) {
   const PictureFiles files = paired_pictures(options.data);
   const SearchedPictures left = search_pictures(files.left, problem.target, progress);
   const SearchedPictures right = search_pictures(files.right, problem.target, progress);
+  if (left.size != right.size)
+    throw InputError(
+        options.data,
+        fmt::format("found pictures of {} x {} px on the left and of {} x {} px on the right, expected one size: it is "
+                    "one pair of cameras",
+                    left.size.width, left.size.height, right.size.width, right.size.height));
   problem.left_size = left.size, problem.right_size = right.size;
   if (part)
     for (const auto& [role, size] : {std::pair{CameraRole::kLeft, left.size}, {CameraRole::kRight, right.size}})
@@ -151,13 +157,7 @@ int calibrate_stereo(const CalibrateStereoOptions& options) {
     std::vector<fs::path> all = files.left;
     all.insert(all.end(), files.right.begin(), files.right.end());
     const CalibrationSource source = CalibrationPart::source("boards, both eyes together", options.data, all);
-    const auto lens = [&](CameraRole role, std::size_t k, const std::vector<Estimate>& estimates) {
-      part->values.camera(part->camera(role).name).lens = calibrated_lens(
-          solution.bundle.cameras[k], estimates, solution.rms_stereo, solution.bundle.views.size(), source);
-    };
-    lens(CameraRole::kLeft, 0, solution.left_estimates);
-    lens(CameraRole::kRight, 1, solution.right_estimates);
-    part->values.stereo = {source, calibrated_inverse(solution.rMc, solution.covariance)};
+    put(*part, source, solution);
     part->write();
   }
   if (options.json)

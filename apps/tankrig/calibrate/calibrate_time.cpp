@@ -3,19 +3,17 @@
 #include <cmath>
 #include <cstdio>
 #include <deque>
-#include <map>
 #include <nlohmann/json.hpp>
-#include <set>
 
 #include "apps/tankrig/calibrate/calibrate_commands.hpp"
 #include "apps/tankrig/calibrate/calibration_part.hpp"
 #include "apps/tankrig/calibrate/facts.hpp"
+#include "apps/tankrig/calibrate/time_data.hpp"
 #include "apps/tankrig/command_line/output.hpp"
 #include "apps/tankrig/session/open_session.hpp"
 #include "calibration/time_offset/time_offset.hpp"
 #include "core/input_error.hpp"
 #include "core/text_files.hpp"
-#include "pipeline/reconstruct_session.hpp"
 #include "session/checking/checksums.hpp"
 #include "session/recording/session_lock.hpp"
 
@@ -29,75 +27,6 @@ struct CalibrateTimeOptions {
   WriteOptions write;
   bool json = false;
 };
-
-bool lit_sweep(const FrameRecord& frame) { return frame.phase == Phase::kSweep && frame.laser_on && frame.q; }
-
-/// What the offset is computed from.
-std::vector<fs::path> recorded_files(const std::vector<OpenedSession>& sessions) {
-  std::vector<fs::path> files;
-  for (const OpenedSession& opened : sessions) {
-    const Session& session = opened.session;
-    for (const char* name : {"session.yaml", "joints.csv", "frames.csv"}) files.push_back(session.path / name);
-    for (const FrameRecord* frame : frames_of(session, session.camera(CameraRole::kMono), lit_sweep))
-      files.push_back(session.path / frame->file);
-  }
-  return files;
-}
-
-void check_passes(const Session& session, const std::vector<const FrameRecord*>& frames) {
-  std::set<int> passes;
-  for (const FrameRecord* frame : frames) passes.insert(frame->pass);
-  if (passes.size() < 2)
-    throw InputError(session.path, "found " + std::to_string(passes.size()) +
-                                       (passes.size() == 1 ? " pass" : " passes") +
-                                       " of the sweep with the laser on, expected one there and one back: scan with "
-                                       "passes: 2 and there_and_back: true");
-}
-
-/// Stripes as the laser method finds them, and the joints beside them.
-TimeOffsetRecording recording_of(const OpenedSession& opened, const CalibratedCamera& camera, bool& rows,
-                                 Progress& progress) {
-  const Session& session = opened.session;
-  const std::vector<const FrameRecord*> frames = frames_of(session, camera, lit_sweep);
-  check_passes(session, frames);
-  TimeOffsetRecording recording;
-  if (opened.joints.empty())
-    throw InputError(session.path / "joints.csv", "found no joint samples, expected those of a scan");
-  for (const JointState& state : opened.joints) recording.joints.push_back({state.stamp, state.q});
-  const Reconstruction found = reconstruct_session(session, pipeline_parameters(session), "laser", progress.callback());
-  rows = found.orientation == StripeOrientation::kRows;
-  std::map<int, std::size_t> stripe_of;
-  for (const FrameRecord* frame : frames) {
-    stripe_of[frame->index] = recording.stripes.size();
-    recording.stripes.push_back({frame->stamp, frame->pass, {}});
-  }
-  for (const StripeRow& row : found.rows)
-    if (const auto stripe = stripe_of.find(row.frame); stripe != stripe_of.end())
-      recording.stripes[stripe->second].points.push_back(
-          {static_cast<int>(std::lround(row.peak.column)), row.peak.position, row.peak.sigma_px});
-  return recording;
-}
-
-TimeOffsetProblem problem_of(const std::vector<OpenedSession>& sessions, Progress& progress) {
-  TimeOffsetProblem problem;
-  const Session& first = sessions.front().session;
-  for (const OpenedSession& opened : sessions) {
-    const Session& session = opened.session;
-    const CalibratedCamera& camera = session.camera(CameraRole::kMono);
-    if (!session.info.calibration.arm || !session.info.calibration.ePl)
-      throw InputError(session.path / "session.yaml", "calibration: found no arm or no ePl, expected those of a scan");
-    problem.camera = camera.model;
-    problem.cMb = camera.bMc.inverse();
-    problem.arm = *session.info.calibration.arm;
-    problem.ePl = *session.info.calibration.ePl;
-    problem.recordings.push_back(recording_of(opened, camera, problem.rows, progress));
-    if (camera.time_offset != first.camera(CameraRole::kMono).time_offset)
-      throw InputError(session.path / "session.yaml", "cameras: time_offset_s: found another one than in " +
-                                                          first.path.string() +
-                                                          ", expected sessions of one calibration");
-  }
-  return problem;
-}
 
 nlohmann::ordered_json distance_json(const CloudDistance& d) {
   return {{"mean_mm", 1e3 * d.mean}, {"median_mm", 1e3 * d.median}, {"rms_mm", 1e3 * d.rms}};
@@ -163,7 +92,7 @@ int calibrate_time(const CalibrateTimeOptions& options) {
     sessions.push_back(open_with_warnings(path, progress));
   }
   const CalibratedCamera& camera = sessions.front().session.camera(CameraRole::kMono);
-  const TimeOffsetSolution solution = solve(problem_of(sessions, progress));
+  const TimeOffsetSolution solution = solve(time_problem(sessions, progress));
   const nlohmann::ordered_json facts = facts_of(camera.name, camera.time_offset, solution);
   for (const OpenedSession& opened : sessions) {
     const Session& session = opened.session;

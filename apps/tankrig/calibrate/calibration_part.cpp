@@ -20,7 +20,9 @@ namespace {
 
 RigConfig rig_of(const WriteOptions& options) {
   if (options.rig.empty()) throw InputError("--write: expected --rig RIG beside it: whose calibration this is");
-  return load_rig(find_rig(options.rig), "", fs::exists(options.file) ? options.file : fs::path());
+  const fs::path rig = find_rig(options.rig);
+  if (fs::exists(options.file)) return load_rig(rig, "", options.file);
+  return options.drawn ? load_drawn_rig(rig) : load_rig(rig);
 }
 
 }  // namespace
@@ -78,11 +80,13 @@ CalibrationSource CalibrationPart::source(const std::string& method, const fs::p
   return {method, utc_now(), data.string(), sha256_of_text(sums)};
 }
 
-void CalibrationPart::write() {
+void CalibrationPart::write(std::vector<CalibrationCheck> checks) {
   values.made_utc = utc_now();
   values.software = TANKRIG_VERSION;
-  values.verdict = CalibrationVerdict::kUnchecked;
-  values.checks.clear();
+  values.verdict = checks.empty()       ? CalibrationVerdict::kUnchecked
+                   : all_passed(checks) ? CalibrationVerdict::kAccepted
+                                        : CalibrationVerdict::kRejected;
+  values.checks = std::move(checks);
   const std::string text = calibration_text(values);
   parse_calibration(text, file_);  // what a scan would refuse is not written
   write_file_durably(file_, text);
@@ -112,6 +116,39 @@ CalibratedPose calibrated_inverse(const Transform& aMb, const Eigen::Matrix<doub
   by.bottomLeftCorner<3, 3>() = -bRa * cross(aMb.translation());
   by.bottomRightCorner<3, 3>() = -bRa;
   return calibrated_pose(aMb.inverse(), by * covariance * by.transpose());
+}
+
+void put(CalibrationPart& part, const CalibrationSource& source, const StereoSolution& found) {
+  const auto lens = [&](CameraRole role, std::size_t k, const std::vector<Estimate>& estimates) {
+    part.values.camera(part.camera(role).name).lens =
+        calibrated_lens(found.bundle.cameras[k], estimates, found.rms_stereo, found.bundle.views.size(), source);
+  };
+  lens(CameraRole::kLeft, 0, found.left_estimates);
+  lens(CameraRole::kRight, 1, found.right_estimates);
+  part.values.stereo = {source, calibrated_inverse(found.rMc, found.covariance)};
+}
+
+void put(CalibrationPart& part, const CalibrationSource& source, const RigCamera& camera, const ArmModel& given,
+         const HandEyeSolution& found) {
+  part.values.camera(camera.name).mount = {source,
+                                           calibrated_inverse(found.cMb, found.covariance.topLeftCorner<6, 6>())};
+  part.values.gripper = {source, calibrated_pose(found.eMg, found.covariance.block<6, 6>(6, 6))};
+  CalibratedJoints joints{source, {}, {}};
+  bool refined = false;
+  for (std::size_t i = 0; i < joints.theta0.size(); ++i) {
+    joints.theta0[i] = found.arm.dh[i].theta0;
+    refined |= joints.theta0[i] != given.dh[i].theta0;
+    for (const Estimate& e : found.parameters)
+      if (e.name == fmt::format("{} zero", kJointNames[i])) joints.sigma[i] = e.sigma;
+  }
+  if (refined) part.values.joints = joints;
+}
+
+void put(CalibrationPart& part, const CalibrationSource& source, const RigCamera& camera,
+         const ObjectPoseSolution& found) {
+  Eigen::Matrix<double, 6, 6> turn = Eigen::Matrix<double, 6, 6>::Zero();
+  turn.topLeftCorner<3, 3>() = turn.bottomRightCorner<3, 3>() = camera.bMc.linear();
+  part.values.object = {source, calibrated_pose(camera.bMc * found.cMo, turn * found.covariance * turn.transpose())};
 }
 
 }  // namespace tankrig::app

@@ -7,6 +7,9 @@
 
 #include "apps/tankrig/command_line/command_line.hpp"
 #include "calibration/estimate/estimate.hpp"
+#include "calibration/hand_eye/hand_eye.hpp"
+#include "calibration/object_pose/object_pose.hpp"
+#include "calibration/stereo/stereo.hpp"
 #include "rig/config/rig_config.hpp"
 
 namespace tankrig::app {
@@ -14,6 +17,7 @@ namespace tankrig::app {
 struct WriteOptions {
   std::filesystem::path file;  ///< empty: nothing is written
   std::string rig;
+  bool drawn = false;  ///< a new file starts from the rig file's own values, not from a calibration that it names
 };
 /// `--write`, and `--rig` unless the command has its own.
 void add_write_options(CLI::App* command, WriteOptions& options);
@@ -38,13 +42,21 @@ class CalibrationPart {
   /// Of what is computed now from `files` in the folder `data`.
   static CalibrationSource source(const std::string& method, const std::filesystem::path& data,
                                   std::vector<std::filesystem::path> files);
-  /// Unchecked: what was checked was without this part.
-  void write();
+  /// Unchecked without `checks`: what was checked before was without this part. Else accepted if all passed.
+  void write(std::vector<CalibrationCheck> checks = {});
 
  private:
   std::filesystem::path file_;
   RigConfig rig_;
 };
+
+/// What a solver found, as parts of a calibration. `camera` saw the marker, or the object; `given`: the arm
+/// before its zeros were refined.
+void put(CalibrationPart& part, const CalibrationSource& source, const StereoSolution& found);
+void put(CalibrationPart& part, const CalibrationSource& source, const RigCamera& camera, const ArmModel& given,
+         const HandEyeSolution& found);
+void put(CalibrationPart& part, const CalibrationSource& source, const RigCamera& camera,
+         const ObjectPoseSolution& found);
 
 /// `estimates` are of fx, fy, cx, cy, k1, k2, p1, p2, k3 by name; what is not among them was held.
 CalibratedLens calibrated_lens(const CameraModel& model, const std::vector<Estimate>& estimates, double rms_px,

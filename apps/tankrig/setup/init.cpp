@@ -3,6 +3,7 @@
 #include <regex>
 
 #include "apps/tankrig/bench/bench_names.hpp"
+#include "apps/tankrig/calibrate/targets.hpp"
 #include "apps/tankrig/command_line/output.hpp"
 #include "apps/tankrig/command_line/rig_files.hpp"
 #include "apps/tankrig/commands.hpp"
@@ -46,6 +47,7 @@ std::string rig_keys() {
     return std::string("## ") + heading + "\n| key | default | expected | |\n|---|---|---|---|\n" + rows;
   };
   return table("Rig and scan", rig_key_rows()) + "\n" + table("After the scan", pipeline_key_rows()) + "\n" +
+         table("Calibration", settings_rows("targets", kCalibrationTargetKeys)) + "\n" +
          table("Benchmarks", benchmark_key_rows()) + "\n" +
          table("Simulated devices", settings_rows("mock", sim::kMockKeys) + settings_rows("truth", sim::kTrueRigKeys)) +
          "\n" + table("Devices", device_key_rows()) + "\n" + table("Emulated devices", sim::emulation_key_rows());

@@ -1,0 +1,19 @@
+// Postures in which the fixed camera sees the marker in the gripper, and which tell hand-eye calibration what it needs.
+#pragma once
+
+#include <vector>
+
+#include "apps/tankrig/calibrate/targets.hpp"
+#include "apps/tankrig/command_line/progress.hpp"
+#include "rig/config/rig_config.hpp"
+
+namespace tankrig::app {
+
+/// At most `targets.postures`, far apart in slew, shoulder, elbow and jaw rotation, in an order that can be driven from
+/// `from` and back: each move keeps limits and clearance. Seen is what the rig file's geometry says; the true one may
+/// differ by centimetres, so the marker stays away from the image's edge.
+/// Errors: InputError if fewer than twelve are left, with what stands in the way.
+std::vector<JointVector> marker_postures(const RigConfig& rig, const GripperTarget& target, const JointVector& from,
+                                         Progress& progress);
+
+}  // namespace tankrig::app

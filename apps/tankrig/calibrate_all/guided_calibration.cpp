@@ -1,0 +1,337 @@
+#include "apps/tankrig/calibrate_all/guided_calibration.hpp"
+
+#include <fmt/core.h>
+
+#include <opencv2/core.hpp>
+
+#include "apps/tankrig/calibrate/camera_pictures.hpp"
+#include "apps/tankrig/calibrate/marker_postures.hpp"
+#include "apps/tankrig/calibrate/object_picture.hpp"
+#include "apps/tankrig/calibrate/time_data.hpp"
+#include "apps/tankrig/calibrate_all/calibration_page.hpp"
+#include "apps/tankrig/calibrate_all/held_back_checks.hpp"
+#include "apps/tankrig/calibrate_all/simulated_operator.hpp"
+#include "apps/tankrig/calibrate_all/step_session.hpp"
+#include "apps/tankrig/command_line/confirm.hpp"
+#include "apps/tankrig/command_line/rig_files.hpp"
+#include "apps/tankrig/devices/scene_check.hpp"
+#include "bench/metrics/triangle_mesh.hpp"
+#include "calibration/estimate/rotation_vector.hpp"
+#include "calibration/object_pose/corners_file.hpp"
+#include "calibration/stereo/joint_cameras.hpp"
+#include "calibration/stereo/pair_agreement.hpp"
+#include "core/atomic_file.hpp"
+#include "core/input_error.hpp"
+#include "core/shown_text.hpp"
+#include "rig/plan/operator_plan.hpp"
+#include "session/recording/png_file.hpp"
+
+namespace fs = std::filesystem;
+
+namespace tankrig::app {
+namespace {
+
+constexpr int kMarkerPictures = 3;  // of each posture; their mean is used
+
+/// Every camera takes pictures. None testifies about the beam, which stays off: boards and marker move before them.
+void take_pictures(RigConfig& rig, int pictures) {
+  rig.scan.capture.dark_frames = pictures;
+  for (RigCamera& camera : rig.cameras) {
+    camera.record = RecordWhen::kAll;
+    rig.scan.safety.beam.waived.push_back(camera.name);
+  }
+}
+
+/// bMa * aMc with both their errors; a turn of a takes c along.
+CalibratedPose composed(const CalibratedPose& bMa, const CalibratedPose& aMc) {
+  const Eigen::Matrix3d bRa = bMa.pose.linear();
+  const Vector3d lever = bRa * aMc.pose.translation();
+  CalibratedPose bMc;
+  bMc.pose = bMa.pose * aMc.pose;
+  bMc.sigma_m = (bMa.sigma_m.cwiseAbs2() + bRa.cwiseAbs2() * aMc.sigma_m.cwiseAbs2() +
+                 cross(lever).cwiseAbs2() * bMa.sigma_rad.cwiseAbs2())
+                    .cwiseSqrt();
+  bMc.sigma_rad = (bMa.sigma_rad.cwiseAbs2() + bRa.cwiseAbs2() * aMc.sigma_rad.cwiseAbs2()).cwiseSqrt();
+  return bMc;
+}
+
+}  // namespace
+
+GuidedCalibration::GuidedCalibration(const GuidedOptions& options, Progress& progress)
+    : options_(options),
+      progress_(progress),
+      file_(options.folder / "calibration.yaml"),
+      write_{options.folder / "unfinished.yaml", options.scan.rig, true},
+      targets_(targets_of(load_drawn_rig(find_rig(options.scan.rig)))) {
+  fs::create_directories(options.folder);
+  fs::remove(write_.file);
+}
+
+OpenedSession GuidedCalibration::session(const std::string& name, const std::string& scene_board,
+                                         const std::string& ask,
+                                         const std::function<ReadyRig::PlanFrom(RigConfig&)>& prepare) {
+  RigConfig rig = CalibrationPart(write_).rig();
+  ScanOptions scan = options_.scan;
+  scan.command = "calibrate all";
+  if (!scene_board.empty()) scan.world.boards = {scene_board};
+  const ReadyRig::PlanFrom plan = prepare(rig);
+  const bool person = rig.scene.empty();
+  return recorded_step(scan, rig, options_.folder / name, plan, progress_, [&] {
+    if (person) confirm(ask + ". Ready?", options_.scan.yes);
+  });
+}
+
+GuidedCalibration::SharedBoards GuidedCalibration::shared(const Seen& a, const Seen& b) {
+  SharedBoards out;
+  for (std::size_t k = 0; k < std::min(a.size(), b.size()); ++k)
+    if (a[k] && b[k])
+      (held_back(k) ? out.kept : out.used).push_back({a[k]->name + " and " + b[k]->name, a[k]->board, b[k]->board});
+  return out;
+}
+
+void GuidedCalibration::boards() {
+  progress_.note("step 1 of 5: lenses, and where the cameras stand to each other");
+  const OpenedSession opened = session(
+      "boards", targets_.board.scene_board,
+      "Hold the board before every camera, near and far, in all parts of its image, tilted to all sides, still for a "
+      "moment in each place",
+      [&](RigConfig& rig) -> ReadyRig::PlanFrom {
+        take_pictures(rig, 1);
+        const double rest = std::max(0.0, targets_.board.interval - 2 * rig.scan.capture.frame_period);
+        return [&rig, rest, n = static_cast<std::size_t>(targets_.board.pictures)](const JointVector& q) {
+          return make_postures_plan(rig.scan, q, std::vector<JointVector>(n, q), rest);
+        };
+      });
+  CalibrationPart part(write_);
+  const BoardTarget target = targets_.board.target();
+  RigCamera left = part.camera(CameraRole::kLeft), mono = part.camera(CameraRole::kMono),
+            right = part.camera(CameraRole::kRight);
+  const auto seen_by = [&](const RigCamera& camera) {
+    return boards_seen(opened.session, camera.name, target, progress_);
+  };
+  const Seen in_left = seen_by(left), in_mono = seen_by(mono), in_right = seen_by(right);
+  const SharedBoards both_eyes = shared(in_left, in_right), left_and_mono = shared(in_left, in_mono);
+
+  const IntrinsicsSolution lens = lens_of(mono, in_mono);
+  progress_.update("the stereo pair", 0);
+  const StereoSolution eyes = solve(StereoProblem{
+      {left.model.width, left.model.height}, {right.model.width, right.model.height}, target, both_eyes.used, {}, {}});
+  for (const std::string& out : eyes.left_out) progress_.note("left out: " + printable(out));
+  const fs::path report = options_.folder / "report";
+  write_camera_pictures(report / mono.name, lens, lens.mean_distance());
+  write_camera_pictures(report / left.name, eyes.left, eyes.left.mean_distance());
+  write_camera_pictures(report / right.name, eyes.right, eyes.right.mean_distance());
+
+  progress_.update("all cameras together", 0);
+  BoardBundle start;
+  start.target = target;
+  start.lens = std::max(lens.lens, eyes.bundle.lens);
+  start.bends = lens.bundle.bends || eyes.bundle.bends;
+  start.cameras = {eyes.bundle.cameras[0], {lens.camera}, eyes.bundle.cameras[1]};
+  start.kMc = {Transform::Identity(), agree_on_pose(start.cameras[0], lens.camera, target, left_and_mono.used).rMc,
+               eyes.rMc};
+  std::vector<fs::path> files;
+  for (std::size_t k = 0; k < std::max({in_left.size(), in_mono.size(), in_right.size()}); ++k) {
+    BoardView view{fmt::format("picture {}", k + 1), {}};
+    for (const Seen* seen : {&in_left, &in_mono, &in_right}) {
+      const bool there = k < seen->size() && (*seen)[k];
+      if (there) files.push_back(opened.session.path / (*seen)[k]->name);
+      view.seen.push_back(there ? (*seen)[k]->board : FoundBoard());
+    }
+    if (!held_back(k)) start.views.push_back(std::move(view));
+  }
+  const JointCameras found = refine_together(std::move(start));
+  for (const std::string& out : found.left_out) progress_.note("left out: " + out);
+  boards_source_ = CalibrationPart::source("boards, all cameras together", opened.session.path, files);
+  left_in_mono_ = calibrated_pose(found.bundle.kMc[1], found.covariance[1]);
+  part.values.stereo = {boards_source_, calibrated_inverse(found.bundle.kMc[2], found.covariance[2])};
+  RigCamera* const cameras[] = {&left, &mono, &right};
+  for (std::size_t k = 0; k < found.bundle.cameras.size(); ++k) {
+    cameras[k]->model = found.bundle.cameras[k];
+    part.values.camera(cameras[k]->name).lens = {boards_source_,
+                                                 cameras[k]->model,
+                                                 {found.sigma[k].begin(), found.sigma[k].begin() + 9},
+                                                 found.rms,
+                                                 static_cast<int>(found.bundle.views.size())};
+  }
+  left.bMc = mono.bMc * left_in_mono_.pose;
+  right.bMc = left.bMc * found.bundle.kMc[2].inverse();
+  std::vector<BoardPicture> kept;
+  for (std::size_t k = 0; k < in_mono.size(); ++k)
+    if (in_mono[k] && held_back(k)) kept.push_back(*in_mono[k]);
+  checks_.push_back(lens_check(mono, target, kept));
+  checks_.push_back(stereo_check(left, right, target, both_eyes.kept));
+  checks_.push_back(mount_check(left, mono, target, left_and_mono.kept));
+  progress_.note(
+      fmt::format("{} boards; {} in {:.0f} % of the image, lens model {}; {:.3f} px rms, all cameras together",
+                  found.bundle.views.size(), mono.name, 100 * lens.coverage.share, name_of(lens.lens), found.rms));
+  part.write();
+}
+
+IntrinsicsSolution GuidedCalibration::lens_of(const RigCamera& camera, const Seen& seen) const {
+  progress_.update("the lens of " + camera.name, 0);
+  IntrinsicsProblem problem;
+  problem.width = camera.model.width, problem.height = camera.model.height;
+  problem.target = targets_.board.target();
+  for (std::size_t k = 0; k < seen.size(); ++k)
+    if (seen[k] && !held_back(k)) problem.pictures.push_back(*seen[k]);
+  return solve(problem);
+}
+
+void GuidedCalibration::marker() {
+  progress_.note("step 2 of 5: where the cameras stand to the arm");
+  const OpenedSession opened =
+      session("marker", targets_.gripper.scene_board, "Put the marker into the gripper and stand back",
+              [&](RigConfig& rig) -> ReadyRig::PlanFrom {
+                take_pictures(rig, kMarkerPictures);
+                return [&](const JointVector& q) {
+                  return make_postures_plan(rig.scan, q, marker_postures(rig, targets_.gripper, q, progress_), 0);
+                };
+              });
+  CalibrationPart part(write_);
+  const RigCamera& camera = part.camera(CameraRole::kMono);
+  HandEyeProblem problem;
+  problem.camera = camera.model;
+  problem.arm = part.rig().arm;
+  problem.target_c = camera.bMc.inverse() * part.rig().object.bMo.translation();
+  problem.refine_links = false;
+  std::vector<HandEyeView> kept;
+  std::vector<fs::path> files{opened.session.path / "joints.csv", opened.session.path / "frames.csv"};
+  for (HandEyeView& view : marker_views(opened.session, camera, targets_.gripper.marker, progress_)) {
+    files.push_back(opened.session.path / view.name);
+    (held_back(files.size()) ? kept : problem.views).push_back(std::move(view));
+  }
+  progress_.update("camera and arm", 0);
+  const HandEyeSolution found = solve(problem);
+  put(part, CalibrationPart::source("marker in the gripper", opened.session.path, files), camera, problem.arm, found);
+  RigCamera placed = camera;
+  placed.bMc = found.cMb.inverse();
+  checks_.push_back(marker_check(placed, found.arm, found.eMg, kept));
+  part.values.camera(part.camera(CameraRole::kLeft).name).mount = {
+      boards_source_, composed(*part.values.camera(camera.name).mount, left_in_mono_)};
+  part.write();
+  for (const std::size_t i : found.outliers) progress_.note("left out: " + problem.views[i].name);
+  progress_.note(fmt::format("{}: {} postures, {:.3f} px rms (corners {:.3f} px, joints {:.2f} mrad)", camera.name,
+                             problem.views.size(), found.rms, found.corner_sigma, 1e3 * found.joint_sigma));
+  progress_.note("arm: " + found.decision);
+}
+
+void GuidedCalibration::sweep() {
+  progress_.note("step 3 of 5: the camera's delay");
+  const std::vector<OpenedSession> sessions{
+      session("sweep", "", "Put the object where it is to be measured, and nothing else", [&](RigConfig& rig) {
+        for (RigCamera& camera : rig.cameras) {
+          if (camera.record != RecordWhen::kDark) continue;
+          camera.record = RecordWhen::kAll;  // they testify about the beam in no scan
+          rig.scan.safety.beam.waived.push_back(camera.name);
+        }
+        return there_and_back(rig);
+      })};
+  CalibrationPart part(write_);
+  const Session& recorded = sessions.front().session;
+  const CalibratedCamera& camera = recorded.camera(CameraRole::kMono);
+  const TimeOffsetSolution found = solve(time_problem(sessions, progress_));
+  const Duration offset = camera.time_offset + from_seconds(found.offset);
+  part.values.camera(camera.name).time = {
+      CalibrationPart::source("there and back", recorded.path, recorded_files(sessions)), offset,
+      from_seconds(found.sigma)};
+  part.write();
+  progress_.note(
+      fmt::format("{}: stamps are {:.3f} +- {:.3f} ms late", camera.name, 1e3 * seconds(offset), 1e3 * found.sigma));
+}
+
+void GuidedCalibration::sheet() {
+  progress_.note("step 4 of 5: the laser's sheet");
+  std::vector<OpenedSession> sessions;
+  for (std::size_t place = 0; place < SheetTarget::kPlaces; ++place)
+    sessions.push_back(session(place == 0 ? "sheet-before" : "sheet-behind",
+                               targets_.sheet.scene_boards.empty() ? "" : targets_.sheet.scene_boards[place],
+                               place == 0 ? "Lean the checkerboard over the object, on the arm's side of it"
+                                          : "Lean the checkerboard behind the object, as far as the laser reaches",
+                               [&](RigConfig& rig) { return there_and_back(rig); }));
+  CalibrationPart part(write_);
+  const RigConfig& rig = part.rig();
+  const RigCamera& camera = part.camera(CameraRole::kMono);
+  std::vector<SheetViews> there, back;
+  std::vector<SheetView> used;
+  for (const OpenedSession& opened : sessions) {
+    there.push_back(sheet_views(opened, camera, targets_.sheet, progress_));
+    back.push_back(there.back());
+    std::erase_if(there.back().views, [](const SheetView& view) { return view.pass != 0; });
+    std::erase_if(back.back().views, [](const SheetView& view) { return view.pass == 0; });
+    used.insert(used.end(), there.back().views.begin(), there.back().views.end());
+  }
+  progress_.update("the laser's plane", 0);
+  const LaserPlaneSolution found = solve(sheet_problem(used, rig, camera));
+  checks_.push_back(sheet_check(camera, rig.arm, found.plane, back));
+  write_file_durably(options_.folder / "report" / "sheet.svg", sheet_chart(rig, camera, found.plane, there));
+  part.values.laser = {CalibrationPart::source("stripe on checkerboards", options_.folder, recorded_files(sessions)),
+                       found.plane, found.sigma_rad, found.sigma_m, found.rms};
+  part.write();
+  progress_.note(fmt::format(
+      "sheet: {} frames, {:.3f} mm rms, direction +- {:.2f} mrad; over the elbow's angle it moves by "
+      "{:.2f} +- {:.2f} mm/rad, 0 if the arm's links are right",
+      used.size(), 1e3 * found.rms, 1e3 * found.sigma_rad, 1e3 * found.slope.value_or(0), 1e3 * found.slope_sigma));
+  compare_with_stereo(rig, camera.time_offset, found);
+}
+
+/// The paper's way. It says little where the stripe runs along the eyes' baseline, and is not used.
+void GuidedCalibration::compare_with_stereo(const RigConfig& rig, Duration time_offset,
+                                            const LaserPlaneSolution& by_boards) {
+  const RigCamera &left = *rig.find_camera(CameraRole::kLeft), &right = *rig.find_camera(CameraRole::kRight);
+  const OpenedSession sweep = open_session(options_.folder / "sweep");
+  const Duration late = time_offset - sweep.session.camera(CameraRole::kMono).time_offset;
+  try {
+    const LaserPlaneSolution stereo =
+        solve(sheet_problem(stereo_views(sweep, left, right, late, progress_), rig, left));
+    const PlaneDifference apart = difference(by_boards, stereo);
+    progress_.note(
+        fmt::format("  by stereo: {} frames, {:.2f} mm rms, direction +- {:.1f} mrad; {:.1f} mrad and {:.2f} mm "
+                    "from the boards', {:.1f} sigmas",
+                    stereo.groups.size(), 1e3 * stereo.rms, 1e3 * stereo.sigma_rad, 1e3 * apart.angle,
+                    1e3 * apart.distance, apart.sigmas));
+  } catch (const InputError& e) {
+    progress_.note(std::string("  by stereo: ") + e.what());
+  }
+}
+
+bool GuidedCalibration::object() {
+  progress_.note("step 5 of 5: where the object stands");
+  const Session recorded = Session::open(options_.folder / "sweep");
+  CalibrationPart part(write_);
+  const RigConfig& rig = part.rig();
+  const RigCamera& camera = part.camera(CameraRole::kMono);
+  const cv::Mat picture = dark_picture(recorded, camera.name);
+  const fs::path image = options_.folder / "object.png", corners = options_.folder / "corners.yaml";
+  if (!fs::exists(image)) write_file_durably(image, png_of(picture, image));
+  const TriangleMesh mesh = read_mesh(rig.object.mesh);
+  ObjectPoseProblem problem{camera.model, {}, {mesh.vertices, mesh.triangles}};
+  if (!fs::exists(corners)) {
+    if (rig.scene.empty()) {
+      progress_.warn("look up the object's corners in " + printable(image.string()) + ", write them into " +
+                     printable(corners.string()) + " (docs/reference/formats.md), and run the same command again");
+      return false;
+    }
+    click_corners(load_world(rig, options_.scan.world), camera.name, problem.shape, options_.click_sigma,
+                  options_.scan.world.seed, corners);
+  }
+  problem.corners = clicked_corners(read_corners(corners), problem.shape);
+  const SnappedPose found = solve_with_snapping(grey_of(picture), problem);
+  put(part, CalibrationPart::source("clicked corners", options_.folder, {corners, image, rig.object.mesh}), camera,
+      found.snapped);
+  part.write();
+  const fs::path drawing = options_.folder / "report" / "object.png";
+  write_file_durably(drawing, png_of(object_picture(picture, problem, found), drawing));
+  progress_.note(fmt::format("object: clicks err by {:.2f} px, snapped {:.2f} px; its surface is known to {:.3f} mm",
+                             found.raw.rms_px, found.snapped.rms_px, 1e3 * found.snapped.surface.rms));
+  return true;
+}
+
+Calibration GuidedCalibration::judge() {
+  CalibrationPart part(write_);
+  part.write(checks_);
+  fs::rename(write_.file, file_);
+  return part.values;
+}
+
+}  // namespace tankrig::app

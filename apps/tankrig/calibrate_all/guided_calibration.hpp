@@ -1,0 +1,63 @@
+// The steps of `calibrate all`. Each records what it needs, unless that was recorded already, and adds its part.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "apps/tankrig/calibrate/calibration_part.hpp"
+#include "apps/tankrig/calibrate/targets.hpp"
+#include "apps/tankrig/calibrate_all/session_problems.hpp"
+#include "apps/tankrig/command_line/progress.hpp"
+#include "apps/tankrig/scan/ready_rig.hpp"
+#include "core/calibration_file.hpp"
+
+namespace tankrig::app {
+
+struct GuidedOptions {
+  ScanOptions scan;              ///< rig, world, carrier, operator, waivers
+  std::filesystem::path folder;  ///< recordings, corners.yaml, calibration.yaml, report
+  double click_sigma = 1;        ///< of the simulated operator [px]
+};
+
+/// The steps in their order; each starts from what those before have found, and from the rig file's values, never from an
+/// earlier calibration: the same recordings give the same numbers.
+class GuidedCalibration {
+ public:
+  /// Errors: InputError if the rig file has no `targets`.
+  GuidedCalibration(const GuidedOptions& options, Progress& progress);
+
+  void boards();  ///< lenses, the right eye in the left one, the left one in the mono camera
+  void marker();  ///< the mono camera in the arm's base, with the arm's zeros
+  void sweep();   ///< the mono camera's delay
+  void sheet();   ///< the laser's plane in the end effector
+  /// The object in the arm's base. False: its corners are still to be clicked.
+  bool object();
+  /// Writes calibration.yaml: accepted if every figure on data that was held back is within its limit.
+  Calibration judge();
+
+  const std::filesystem::path& file() const { return file_; }
+
+ private:
+  using Seen = std::vector<std::optional<BoardPicture>>;
+  struct SharedBoards {
+    std::vector<BoardPair> used, kept;  ///< kept: held back
+  };
+  static SharedBoards shared(const Seen& a, const Seen& b);
+  IntrinsicsSolution lens_of(const RigCamera& camera, const Seen& seen) const;
+
+  OpenedSession session(const std::string& name, const std::string& scene_board, const std::string& ask,
+                        const std::function<ReadyRig::PlanFrom(RigConfig&)>& prepare);
+  void compare_with_stereo(const RigConfig& rig, Duration time_offset, const LaserPlaneSolution& by_boards);
+
+  const GuidedOptions& options_;
+  Progress& progress_;
+  const std::filesystem::path file_;  ///< calibration.yaml
+  const WriteOptions write_;          ///< what it is until it is judged
+  const CalibrationTargets targets_;
+  std::vector<CalibrationCheck> checks_;
+  CalibratedPose left_in_mono_;
+  CalibrationSource boards_source_;
+};
+
+}  // namespace tankrig::app
