@@ -448,6 +448,8 @@ TEST_F(V4l2GuestLoopback, WrittenPicturesAreCountedByTheKernel) {
 
 TEST_F(V4l2GuestLoopback, V4l2CtlSeesAndStreamsTheEmulatedCamera) {
   if (std::system("v4l2-ctl --version >/dev/null 2>&1") != 0) GTEST_SKIP() << "v4l2-ctl is not installed";
+  // The device's four buffers go round: v4l2-ctl must have written a picture out before its buffer's next turn.
+  emulation.rate_hz = 4;
   sim::V4l2OutputEmulator emulator(emulation, source(1));
   const auto run = [](const std::string& command) {
     std::string output;
