@@ -43,8 +43,10 @@ constexpr double kCapitalHeight = 21;  ///< of the font at scale 1 [px]
 
 Canvas::Canvas(int width, int height, const Viewpoint& view, const std::vector<Vector3d>& corners)
     : to_view_(view_axes(view)),
-      sheet_(height * kSuper, width * kSuper, CV_8UC3, cv::Scalar::all(255)),
-      depth_(height * kSuper, width * kSuper, CV_64F, cv::Scalar(kFarAway)) {
+      sheet_(height * kSuper, width * kSuper, CV_8UC3),
+      depth_(height * kSuper, width * kSuper, CV_64F) {
+  sheet_.setTo(cv::Scalar::all(255));  // many times as fast as the same from the constructor
+  depth_.setTo(kFarAway);
   Eigen::AlignedBox2d frame;
   for (const Vector3d& corner : corners) frame.extend(Vector2d((to_view_ * corner).head<2>()));
   if (frame.isEmpty()) frame.extend(Vector2d(0, 0));
