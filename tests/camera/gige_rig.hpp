@@ -19,11 +19,12 @@
 
 namespace tankrig::testing {
 
-/// Entered once per process, before the first camera.
+/// Entered once per process, before the first camera and before main(): once there was a thread, only root can.
 inline const Status& private_network() {
   static const Status entered = sim::enter_private_network(4);
   return entered;
 }
+inline const bool kEnteredFirst = private_network().ok();
 
 /// A test on loopback cameras: in a network of its own, or skipped with the reason.
 class GigeTest : public ::testing::Test {

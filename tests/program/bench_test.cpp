@@ -48,7 +48,7 @@ nlohmann::json points_of(const fs::path& folder) {
 }
 
 TEST(Bench, APointOfTheGridIsTheScanOfThatPointToTheBit) {
-  const fs::path rig = small_rig(scratch_folder() / "rig");
+  const fs::path rig = small_sweep_rig(scratch_folder() / "rig");
   const fs::path file =
       benchmark(cloud("laser") + cloud("laser_paper") + cloud("stereo") + cloud("stereo_paper"),
                 loop("sceneLightUpdater", 0.3, 1, 0.7, loop("cameraNoiseUpdater", 0, 0.04, 0.04)), "laser.coverage");
@@ -290,7 +290,7 @@ TEST(Bench, AMethodOnTheLibraryScoresAsTheSameMethodInside) {
 
 TEST(Bench, ALoopOverAlgorithmsMeasuresEachAndNamesIt) {
   TANKRIG_SKIP_SANITIZED("the programs' memory is limited");
-  const fs::path rig = small_rig(scratch_folder() / "rig");
+  const fs::path rig = small_sweep_rig(scratch_folder() / "rig");
   if (std::system("/usr/bin/python3 -c 'import numpy, yaml, PIL'") != 0)
     GTEST_SKIP() << "no numpy, yaml or PIL for Python (Debian packages python3-numpy, python3-yaml, python3-pil)";
   const fs::path examples = fs::path(TANKRIG_SOURCE_DIR) / "examples/algorithms";

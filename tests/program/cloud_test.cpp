@@ -161,6 +161,7 @@ TEST(Cloud, RefusesWhatWouldBeLostOrGuessed) {
 /// The tank-sim rig with its box, or with the mesh in `object` if there is one, turned about its upright axis.
 fs::path turned_rig(const std::string& name, double degrees, const std::string& object) {
   const fs::path rig = edited_rig(scratch_folder() / name, "dark_frames: 10", "dark_frames: 2");
+  shrink_stereo_pictures(rig);
   const double turn = degrees * std::numbers::pi / 180;
   const Eigen::Quaterniond q = Eigen::Quaterniond(0, 0.919495956, 0.393099461, 0) *
                                Eigen::Quaterniond(Eigen::AngleAxisd(turn, Vector3d::UnitZ()));

@@ -7,6 +7,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <fstream>
 #include <sstream>
 
@@ -16,9 +17,10 @@ namespace tankrig::test {
 
 ProgramRun run_tankrig(const std::vector<std::string>& arguments,
                        const std::function<void(const std::string&, int)>& on_error_line, bool one_core) {
-  const fs::path out_file = scratch_folder() / "stdout.txt";
+  static std::atomic<int> runs = 0;
+  const fs::path out_file = scratch_folder() / ("stdout" + std::to_string(++runs) + ".txt");
   int error_pipe[2];
-  if (pipe(error_pipe) != 0) throw std::runtime_error("pipe failed");
+  if (pipe2(error_pipe, O_CLOEXEC) != 0) throw std::runtime_error("pipe failed");
   const pid_t pid = fork();
   if (pid == 0) {
     std::vector<char*> argv{const_cast<char*>(TANKRIG_PROGRAM)};
@@ -32,8 +34,6 @@ ProgramRun run_tankrig(const std::vector<std::string>& arguments,
     }
     dup2(error_pipe[1], STDERR_FILENO);
     dup2(open(out_file.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644), STDOUT_FILENO);
-    close(error_pipe[0]);
-    close(error_pipe[1]);
     if (chdir(TANKRIG_SOURCE_DIR) != 0) _exit(126);
     execv(TANKRIG_PROGRAM, argv.data());
     _exit(127);
@@ -61,8 +61,8 @@ bool forbids_private_network(const ProgramRun& run) {
 
 fs::path scratch_folder() {
   const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-  const fs::path folder =
-      fs::path(testing::TempDir()) / ("tankrig-" + std::to_string(getpid())) / (test ? test->name() : "suite");
+  const fs::path folder = fs::path(testing::TempDir()) / ("tankrig-" + std::to_string(getpid())) /
+                          (test ? std::string(test->test_suite_name()) + "." + test->name() : std::string("suite"));
   fs::create_directories(folder);
   return folder;
 }
@@ -86,14 +86,38 @@ void edit(const fs::path& file, const Edits& edits) {
 }
 
 fs::path edited_rig(const fs::path& folder, const std::string& from, const std::string& to) {
-  EXPECT_EQ(run_tankrig({"init", folder.string()}).exit_code, 0);
+  static const fs::path made = [] {
+    const fs::path rig = scratch_folder().parent_path() / "made" / "rig";
+    fs::create_directories(rig.parent_path());
+    EXPECT_EQ(run_tankrig({"init", rig.string()}).exit_code, 0);
+    return rig;
+  }();
+  fs::copy(made, folder, fs::copy_options::recursive);
   edit(folder / "rig.yaml", {{from, to}});
   return folder / "rig.yaml";
 }
 
-fs::path small_rig(const fs::path& folder, const Edits& edits) {
+void shrink_stereo_pictures(const fs::path& rig) {
+  const Edits eye{{"width_px: 640, height_px: 480, fx_px: 765.4, fy_px: 762.9, cx_px: 315.7, cy_px: 236.8",
+                   "width_px: 160, height_px: 120, fx_px: 191.35, fy_px: 190.725, cx_px: 78.55, cy_px: 58.825"}};
+  const Edits eye_in_scene{{"<resw>640</resw><resh>480</resh>", "<resw>160</resw><resh>120</resh>"},
+                           {"<fx>765.4</fx><fy>762.9</fy><x0>315.7</x0><y0>236.8</y0>",
+                            "<fx>191.35</fx><fy>190.725</fy><x0>78.55</x0><y0>58.825</y0>"}};
+  for (int eyes = 0; eyes < 2; ++eyes) {
+    edit(rig, eye);
+    edit(rig.parent_path() / "tank.xml", eye_in_scene);
+  }
+}
+
+fs::path small_sweep_rig(const fs::path& folder) {
   const fs::path rig = edited_rig(folder, "from_rad: 1.3\n", "from_rad: 1.68\n");
   edit(rig, {{"to_rad: 2.1", "to_rad: 1.76"}, {"dark_frames: 10", "dark_frames: 2"}});
+  return rig;
+}
+
+fs::path small_rig(const fs::path& folder, const Edits& edits) {
+  const fs::path rig = small_sweep_rig(folder);
+  shrink_stereo_pictures(rig);
   edit(rig, edits);
   return rig;
 }

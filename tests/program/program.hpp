@@ -39,7 +39,13 @@ void edit(const std::filesystem::path& file, const Edits& edits);
 /// The rig.yaml of a copy of the tank-sim rig in `folder`, complete, with one edit.
 std::filesystem::path edited_rig(const std::filesystem::path& folder, const std::string& from, const std::string& to);
 
-/// The same with a tenth of the sweep and few dark frames, with `edits` made after that.
+/// The same with a tenth of the sweep and few dark frames.
+std::filesystem::path small_sweep_rig(const std::filesystem::path& folder);
+
+/// Makes a copy's stereo pictures 160 x 120, where nothing asks for stereo's figures: a small scan takes half the time.
+void shrink_stereo_pictures(const std::filesystem::path& rig);
+
+/// A small sweep and small stereo pictures; `edits` are made after that.
 std::filesystem::path small_rig(const std::filesystem::path& folder, const Edits& edits = {});
 
 /// The rig.yaml of a copy of the tank-wire rig in `folder`, patient with a machine that starves its emulators, with

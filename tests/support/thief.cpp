@@ -23,7 +23,7 @@ constexpr char kUsage[] = R"(thief [--seed N] [--longest MS] [--share PERCENT] [
   Holds every processor it may use, each by itself, with SCHED_FIFO at the highest priority: for 5 ms to MS (300) at a
   time, short times more often, PERCENT (10) of the time in all. The same seed (1) draws the same times. Ends after S
   seconds, or by a signal, and says what it took. Needs the right to SCHED_FIFO: root, or `ulimit -r`.
-  Example:  thief & ctest --test-dir build -R '^arm\.' --repeat until-fail:10; kill %1
+  Example:  thief & ctest --test-dir build -R '^arm$' --repeat until-fail:10; kill %1
 )";
 
 struct Plan {
