@@ -65,10 +65,7 @@ fs::path prepared(const fs::path& folder, const ordered_json& run, PointRows& ro
   }
   std::size_t whole = 0;
   auto [before, found] = parsed(file, read_whole_file(file), whole);
-  for (const auto& [key, value] : run.items())
-    if (before.value(key, ordered_json()) != value)
-      throw InputError(folder, fmt::format("holds results of another run: {} is {}, expected {}; give another --out",
-                                           key, before.value(key, ordered_json()).dump(), value.dump()));
+  check_run(folder, before, run);
   fs::resize_file(file, whole);
   rows = std::move(found);
   return file;
@@ -161,6 +158,13 @@ void write_log(const fs::path& folder, const Benchmark& benchmark, const Measure
 }
 
 }  // namespace
+
+void check_run(const fs::path& folder, const ordered_json& before, const ordered_json& run) {
+  for (const auto& [key, value] : run.items())
+    if (before.value(key, ordered_json()) != value)
+      throw InputError(folder, fmt::format("holds results of another run: {} is {}, expected {}; give another --out",
+                                           key, before.value(key, ordered_json()).dump(), value.dump()));
+}
 
 PointStore::PointStore(const fs::path& folder, const ordered_json& run) : file_(prepared(folder, run, rows_)) {
   reused_ = rows_.size();

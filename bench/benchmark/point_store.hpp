@@ -30,6 +30,10 @@ inline constexpr const char* kLoopsLeftOut = "loops_left_out";
 /// A benchmark as that run had it: without those loops.
 void drop_loops_left_out(Benchmark& benchmark, const nlohmann::ordered_json& run);
 
+/// Errors: InputError if `folder`, which holds results of `before`, is of another run than `run`.
+void check_run(const std::filesystem::path& folder, const nlohmann::ordered_json& before,
+               const nlohmann::ordered_json& run);
+
 /// The growing file. A line that was cut is left out, and its configuration is done again.
 /// Threads: any.
 class PointStore {
@@ -43,6 +47,7 @@ class PointStore {
 
   const PointRows& rows() const { return rows_; }
   std::size_t reused() const { return reused_; }
+  std::uintmax_t bytes() const { return std::filesystem::file_size(file_); }  ///< of the file
   /// On disk when it returns.
   void add(std::size_t point, nlohmann::ordered_json row);
 

@@ -402,6 +402,21 @@ TEST(Bench, SaysTheCostAndWhatIsWrong) {
   const ProgramRun shard = run_tankrig({"bench", file, "--rig", rig, "--shard", "3/2"});
   EXPECT_EQ(shard.exit_code, 1);
   EXPECT_THAT(shard.err, HasSubstr("--shard: found '3/2', expected i/n"));
+  EXPECT_GT(dry.json()["expected_cpu_s"], 0);
+  const auto array = [&](const std::string& option) {
+    return run_tankrig({"bench", file, "--rig", rig, "--out", scratch_folder() / "it's", "--slurm", "2", "--sbatch",
+                        option, "--dry-run", "--json"});
+  };
+  const ProgramRun two = array("time=1:00:00");
+  ASSERT_EQ(two.exit_code, 0) << two.err;
+  EXPECT_EQ(two.json()["scans"], 2);
+  const std::string script = two.json()["script"];
+  EXPECT_THAT(script, HasSubstr("#SBATCH --time=1:00:00\nexec '" TANKRIG_PROGRAM "' 'bench' '" + file.string() + "' "));
+  EXPECT_THAT(script, HasSubstr("it'\\''s'/\"$SLURM_ARRAY_TASK_ID-of-2\"\n"));
+  EXPECT_FALSE(fs::exists(scratch_folder() / "it's"));
+  EXPECT_THAT(array("--time=1").err, HasSubstr("--sbatch: found '--time=1', expected an option of sbatch"));
+  EXPECT_THAT(array("time=1\nrm").err, HasSubstr("--sbatch: found 'time=1?rm', expected"));
+  EXPECT_EQ(run_tankrig({"bench", file, "--slurm", "2", "--shard", "1/2"}).exit_code, 2);
   EXPECT_EQ(run_tankrig({"bench"}).exit_code, 2);
   write_text(file, "<benchmark><measure/></benchmark>");
   const ProgramRun bad = run_tankrig({"bench", file});

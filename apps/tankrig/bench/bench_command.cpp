@@ -1,5 +1,6 @@
 // `tankrig bench`: a benchmark file on the simulated rig, resumable, in shards, on all cores.
 #include <fmt/format.h>
+#include <tbb/global_control.h>
 #include <tbb/task_arena.h>
 
 #include <algorithm>
@@ -8,9 +9,13 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "apps/tankrig/bench/bench_merge.hpp"
 #include "apps/tankrig/bench/bench_results.hpp"
 #include "apps/tankrig/bench/bench_run.hpp"
+#include "apps/tankrig/bench/bench_slurm.hpp"
 #include "apps/tankrig/bench/external_cloud.hpp"
+#include "apps/tankrig/bench/run_cost.hpp"
+#include "apps/tankrig/bench/shards.hpp"
 #include "apps/tankrig/command_line/output.hpp"
 #include "apps/tankrig/command_line/rig_files.hpp"
 #include "apps/tankrig/command_line/stop.hpp"
@@ -19,8 +24,6 @@
 #include "bench/external/limited_run.hpp"
 #include "core/input_error.hpp"
 #include "core/shown_text.hpp"
-#include "core/text_files.hpp"
-#include "session/checking/sha256.hpp"
 
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
@@ -35,13 +38,9 @@ struct BenchOptions {
   std::string rig = "tank-sim", preset, shard = "1/1";
   sim::WorldOptions world;
   unsigned jobs = 0;
+  std::size_t slurm = 0;  ///< shards of a job array; 0: no job array
+  std::vector<std::string> sbatch;
   bool dry_run = false, json = false;
-};
-
-struct MergeOptions {
-  fs::path file, out;
-  std::vector<fs::path> folders;
-  bool json = false;
 };
 
 double elapsed_s(Clock_::time_point begin) { return std::chrono::duration<double>(Clock_::now() - begin).count(); }
@@ -52,17 +51,29 @@ std::string in_words(double seconds) {
   return fmt::format("{:.1f} h", seconds / 3600);
 }
 
-/// "2/4": the second quarter of the configurations, in their order.
-std::pair<std::size_t, std::size_t> shard_of(const std::string& text, std::size_t points) {
-  std::size_t index = 0, count = 0;
-  const auto slash = text.find('/');
-  if (slash == std::string::npos || !parse_number(std::string_view(text).substr(0, slash), index) ||
-      !parse_number(std::string_view(text).substr(slash + 1), count) || index < 1 || index > count || count > 100'000)
-    throw InputError("--shard: found '" + shown_text(text) + "', expected i/n, 1/1 to n/n");
-  return {points * (index - 1) / count, points * index / count};
+fs::path out_folder(const BenchOptions& options) {
+  if (!options.out.empty()) return options.out;
+  return fs::path("benchmarks") / (options.file.stem().string() + (options.slurm > 0 ? "-shards" : ""));
 }
 
-fs::path default_folder(const fs::path& file) { return fs::path("benchmarks") / file.stem(); }
+unsigned jobs_of(const BenchOptions& options) {
+  if (options.jobs > 0) return options.jobs;
+  return options.slurm > 0 ? 1 : std::max(1U, std::thread::hardware_concurrency());
+}
+
+SlurmArray slurm_array(const BenchOptions& options) {
+  fs::path folder = fs::absolute(out_folder(options)).lexically_normal();
+  if (!folder.has_filename()) folder = folder.parent_path();
+  SlurmArray array{folder, options.slurm, jobs_of(options), options.sbatch, {}};
+  array.command = {fs::read_symlink("/proc/self/exe"), "bench", fs::absolute(options.file), "--rig",
+                   find_rig(options.rig)};
+  if (!options.preset.empty()) array.command.insert(array.command.end(), {"--preset", options.preset});
+  if (options.world.sensor) array.command.insert(array.command.end(), {"--sensor", *options.world.sensor});
+  for (const std::string& word :
+       {std::string("--seed"), std::to_string(options.world.seed), std::string("--jobs"), std::to_string(array.cores)})
+    array.command.push_back(word);
+  return array;
+}
 
 /// Runs what is left of [begin, end) on `jobs` threads, each a configuration at a time.
 class Sweep {
@@ -137,30 +148,65 @@ class Sweep {
   std::exception_ptr failure_;
 };
 
-/// What the configurations from `begin` to `end` will cost: a scan and a configuration are timed.
-int tell_cost(BenchRun& run, const BenchOptions& options, std::size_t begin, std::size_t end, unsigned jobs,
-              double first_scan_s) {
-  std::size_t scans = 0;
-  std::string key;
-  for (std::size_t point = begin; point < end; ++point)
-    if (const std::string other = run.condition(point).scan_key(); other != key || point == begin) ++scans, key = other;
+/// What making the run, and with it its first scan, has cost.
+struct FirstScan {
+  double wall_s = 0, cpu_s = 0;
+};
+
+/// Scans that the configurations of a shard need: the first configuration's, which every run makes, and one for each
+/// change.
+std::size_t scans_of(const BenchRun& run, const Shard& shard) {
+  std::size_t scans = 1;
+  std::string key = run.condition(0).scan_key();
+  for (std::size_t point = shard.begin(run.benchmark().points()); point < shard.end(run.benchmark().points()); ++point)
+    if (std::string other = run.condition(point).scan_key(); other != key) ++scans, key = std::move(other);
+  return scans;
+}
+
+/// What the configurations will cost: a scan and a configuration are timed. Of a job array: until its longest task ends,
+/// if all run at a time.
+int tell_cost(BenchRun& run, const BenchOptions& options, const FirstScan& first) {
+  const std::size_t all = run.benchmark().points();
+  const unsigned jobs = jobs_of(options);
   const auto scan = run.scan(run.condition(0));
   const Clock_::time_point began = Clock_::now();
+  const double cpu_before = processor_s();
   tbb::task_arena one_core(1);
   one_core.execute([&] { (void)run.evaluate(0, *scan); });
-  const double point_s = elapsed_s(began);
-  const double total = static_cast<double>(end - begin) * point_s / jobs + static_cast<double>(scans) * first_scan_s;
+  const double point_s = elapsed_s(began), point_cpu_s = processor_s() - cpu_before;
+  std::vector<Shard> shards;
+  if (options.slurm == 0) shards.push_back(read_shard(options.shard));
+  for (std::size_t i = 1; i <= options.slurm; ++i) shards.push_back({i, options.slurm});
+  std::size_t points = 0, scans = 0;
+  double longest_s = 0;
+  for (const Shard& shard : shards) {
+    const std::size_t its_scans = scans_of(run, shard);
+    points += shard.size(all), scans += its_scans;
+    longest_s = std::max(longest_s, static_cast<double>(shard.size(all)) * point_s / jobs +
+                                        static_cast<double>(its_scans) * first.wall_s);
+  }
+  const double cpu_s = static_cast<double>(points) * point_cpu_s + static_cast<double>(scans) * first.cpu_s;
+  const std::string script = options.slurm > 0 ? job_script(slurm_array(options)) : "";
   if (options.json) {
-    print_json({{"points", end - begin},
-                {"scans", scans},
-                {"scan_s", first_scan_s},
-                {"point_s", point_s},
-                {"jobs", jobs},
-                {"expected_s", total},
-                {"left_out", run.refusals()}});
+    ordered_json told{{"points", points},
+                      {"scans", scans},
+                      {"scan_s", first.wall_s},
+                      {"point_s", point_s},
+                      {"jobs", jobs},
+                      {"expected_s", longest_s},
+                      {"scan_cpu_s", first.cpu_s},
+                      {"point_cpu_s", point_cpu_s},
+                      {"expected_cpu_s", cpu_s},
+                      {"left_out", run.refusals()}};
+    if (options.slurm > 0) told.update({{"shards", shards.size()}, {"script", script}});
+    print_json(told);
   } else {
-    std::printf("%zu configurations from %zu scans; one took %.1f s, a scan %.1f s: about %s with %u jobs\n",
-                end - begin, scans, point_s, first_scan_s, in_words(total).c_str(), jobs);
+    std::printf(
+        "%zu configurations from %zu scans; one took %.1f s, a scan %.1f s: about %s with %zu x %u jobs, %s of "
+        "processor time\n",
+        points, scans, point_s, first.wall_s, in_words(longest_s).c_str(), shards.size(), jobs,
+        in_words(cpu_s).c_str());
+    std::printf("%s", script.c_str());
   }
   return kOk;
 }
@@ -170,29 +216,33 @@ int bench(const BenchOptions& options) {
   Progress progress;
   Benchmark benchmark = read_benchmark(options.file);
   for (const std::string& warning : benchmark.warnings) progress.warn(warning);
-  const unsigned jobs = options.jobs ? options.jobs : std::max(1U, std::thread::hardware_concurrency());
+  const Shard shard = read_shard(options.shard);
+  const unsigned jobs = jobs_of(options);
+  const tbb::global_control cores(tbb::global_control::max_allowed_parallelism, jobs);
   const Clock_::time_point began = Clock_::now();
+  const double cpu_before = processor_s();
   BenchRun run(std::move(benchmark), load_rig(find_rig(options.rig), options.preset), options.world, progress);
-  const double first_scan_s = elapsed_s(began);
+  const FirstScan first{elapsed_s(began), processor_s() - cpu_before};
   progress.finish_line();
   for (const std::string& refusal : run.refusals()) progress.warn(refusal);
   for (const std::string& program : run.programs()) progress.note("runs " + program);
-  const auto [begin, end] = shard_of(options.shard, run.benchmark().points());
-  if (options.dry_run) return tell_cost(run, options, begin, end, jobs, first_scan_s);
+  if (options.dry_run) return tell_cost(run, options, first);
+  if (options.slurm > 0) return bench_on_slurm(run, slurm_array(options), options.file, options.json, progress);
 
-  const fs::path folder = options.out.empty() ? default_folder(options.file) : options.out;
+  const std::size_t points = run.benchmark().points();
+  const fs::path folder = out_folder(options);
   PointStore store(folder, run.identity());
   keep_benchmark(folder, options.file);
   if (store.reused() > 0)
-    progress.note(fmt::format("{} configurations of {} reused from {}", store.reused(), run.benchmark().points(),
-                              folder.string()));
+    progress.note(fmt::format("{} configurations of {} reused from {}", store.reused(), points, folder.string()));
   const Clock_::time_point swept = Clock_::now();
-  Sweep(run, store, progress, begin, end)(jobs);
+  const double cpu_at_sweep = processor_s();
+  Sweep(run, store, progress, shard.begin(points), shard.end(points))(jobs);
+  const double sweep_cpu_s = processor_s() - cpu_at_sweep;
   progress.finish_line();
-  if (!StopOnSignal::requested()) run.write_pictures(folder);
+  if (!StopOnSignal::requested() && shard.index == 1) run.write_pictures(folder);
   write_results(folder, run.benchmark(), run.identity(), store.rows());
-  std::size_t missing = 0;
-  for (std::size_t point = begin; point < end; ++point) missing += !store.rows().contains(point);
+  const std::size_t missing = shard.missing(store.rows(), points);
   const std::size_t failed = failed_points(store.rows());
   if (missing > 0)
     progress.warn(fmt::format("stopped: {} configurations are missing; the same command goes on", missing));
@@ -202,50 +252,27 @@ int bench(const BenchOptions& options) {
   const std::size_t done = store.rows().size() - store.reused();
   if (options.json)
     print_json({{"folder", folder.string()},
-                {"points", end - begin},
+                {"points", shard.size(points)},
                 {"reused", store.reused()},
                 {"missing", missing},
                 {"failed", failed},
                 {"jobs", jobs},
                 {"wall_s", took},
+                {"first_scan_cpu_s", first.cpu_s},
+                {"sweep_cpu_s", sweep_cpu_s},
+                {"points_bytes", store.bytes()},
+                {"peak_mib", peak_mib()},
                 {"left_out", run.refusals()}});
   else
     std::printf("%zu configurations in %.1f s with %u jobs (%zu reused): look at %s\n", done, took, jobs,
                 store.reused(), printable((folder / "report.html").string()).c_str());
+  if (!options.json && done > 0)
+    std::printf(
+        "processor time: %.1f s for the first scan, %.2f s for each configuration; at most %.0f MiB of memory; "
+        "%.1f kB on disk for each configuration\n",
+        first.cpu_s, sweep_cpu_s / static_cast<double>(done), peak_mib(),
+        static_cast<double>(store.bytes()) / 1000 / static_cast<double>(store.rows().size()));
   return missing > 0 || failed > 0 ? kPartial : kOk;
-}
-
-int merge(const MergeOptions& options) {
-  Benchmark benchmark = read_benchmark(options.file);
-  ordered_json run;
-  PointRows rows;
-  for (const fs::path& folder : options.folders) {
-    auto [its_run, its_rows] = read_points(folder);
-    if (run.is_null()) run = its_run;
-    if (its_run != run) throw InputError(folder, "is of another run than " + options.folders.front().string());
-    rows.insert(its_rows.begin(), its_rows.end());
-  }
-  if (run["benchmark_sha256"] != ordered_json(sha256_of_text(read_whole_file(options.file))))
-    throw InputError(options.file, "is not the benchmark that was run, expected the file with the SHA-256 " +
-                                       run["benchmark_sha256"].dump());
-  drop_loops_left_out(benchmark, run);
-  PointStore store(options.out, run);
-  keep_benchmark(options.out, options.file);
-  for (const auto& [point, row] : rows)
-    if (!store.rows().contains(point)) store.add(point, row);
-  write_results(options.out, benchmark, run, store.rows());
-  std::vector<std::size_t> missing;
-  for (std::size_t point = 0; point < benchmark.points(); ++point)
-    if (!store.rows().contains(point)) missing.push_back(point);
-  if (options.json)
-    print_json({{"folder", options.out.string()}, {"points", store.rows().size()}, {"missing", missing}});
-  else
-    std::printf("%zu configurations of %zu: %s\n", store.rows().size(), benchmark.points(),
-                printable((options.out / "results.csv").string()).c_str());
-  if (missing.empty()) return kOk;
-  std::fprintf(stderr, "tankrig: %zu configurations are missing, the first is %zu: run their shard again\n",
-               missing.size(), missing.front());
-  return kPartial;
 }
 
 struct ProgramOptions {
@@ -277,10 +304,22 @@ void add_bench(CLI::App& app, ChosenCommand& chosen) {
   c->add_option("--preset", o.preset, "Preset of the rig file");
   c->add_option("--sensor", o.world.sensor, "Simulated sensor model")->check(CLI::IsMember({"gaussian", "emva1288"}));
   c->add_option("--seed", o.world.seed, "Seed of the first iteration")->capture_default_str();
-  c->add_option("--jobs", o.jobs, "Configurations at a time; the results do not depend on it (default: all cores)")
+  c->add_option("--jobs", o.jobs,
+                "Cores, and configurations at a time; the results do not depend on it (default: all; of a task: 1)")
       ->check(CLI::Range(1, 4096));
-  c->add_option("--shard", o.shard, "i/n: the i-th of n parts of the configurations")->capture_default_str();
-  c->add_option("--out", o.out, "Folder of the results; one of the same run goes on (default: benchmarks/NAME)");
+  CLI::Option* shard =
+      c->add_option("--shard", o.shard, "i/n: the i-th of n parts of the configurations")->capture_default_str();
+  CLI::Option* slurm =
+      c->add_option("--slurm", o.slurm,
+                    "Submit a Slurm job array of so many shards, one a task; again: those that are lost")
+          ->check(CLI::Range(std::size_t{1}, kMostShards))
+          ->excludes(shard);
+  c->add_option("--sbatch", o.sbatch, "With --slurm: an option of sbatch, like time=2:00:00 or partition=long")
+      ->allow_extra_args(false)
+      ->needs(slurm);
+  c->add_option(
+      "--out", o.out,
+      "Folder of the results; one of the same run goes on (default: benchmarks/NAME, with --slurm NAME-shards)");
   c->add_flag("--dry-run", o.dry_run, "Say what is left out, and the cost: one scan and one configuration are timed");
   add_json_flag(c, o.json);
 
@@ -290,13 +329,7 @@ void add_bench(CLI::App& app, ChosenCommand& chosen) {
   ProgramOptions& po = options_of(p, chosen, &run_program);
   p->add_option("folder", po.folder, "Where run.json says what is run")->required()->check(CLI::ExistingDirectory);
 
-  CLI::App* m = c->add_subcommand("merge", "Bring the results of shards together");
-  MergeOptions& mo = options_of(m, chosen, &merge);
-  m->footer("Example: tankrig bench merge etc/benchmarks/paper-figures-8-9.xml shard1 shard2 --out paper");
-  m->add_option("file", mo.file, "The benchmark file")->required()->check(CLI::ExistingFile);
-  m->add_option("folders", mo.folders, "Folders of the shards")->required();
-  m->add_option("--out", mo.out, "Folder of the merged results")->required();
-  add_json_flag(m, mo.json);
+  add_bench_merge(c, chosen);
 }
 
 }  // namespace tankrig::app

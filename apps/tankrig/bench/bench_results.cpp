@@ -41,6 +41,12 @@ void write_results(const fs::path& folder, const Benchmark& benchmark, const ord
   write_file_durably(folder / "report.html", sweep_html(folder, benchmark, run, rows));
 }
 
+void take_pictures(const fs::path& folder, const fs::path& other, const Benchmark& benchmark) {
+  fs::create_directories(folder / "figures");
+  for (const std::string& name : pictures_there(other, benchmark))
+    copy_whole_file(other / "figures" / name, folder / "figures" / name);
+}
+
 std::size_t failed_points(const PointRows& rows) {
   return static_cast<std::size_t>(
       std::ranges::count_if(rows, [](const auto& row) { return !point_error(row.second).empty(); }));

@@ -15,6 +15,9 @@ void keep_benchmark(const std::filesystem::path& folder, const std::filesystem::
 void write_results(const std::filesystem::path& folder, const Benchmark& benchmark, const nlohmann::ordered_json& run,
                    const PointRows& rows);
 
+/// Puts the pictures that another folder of the same run has into this one, for write_results().
+void take_pictures(const std::filesystem::path& folder, const std::filesystem::path& other, const Benchmark& benchmark);
+
 /// Whether `folder` holds the results of a benchmark.
 bool holds_benchmark(const std::filesystem::path& folder);
 

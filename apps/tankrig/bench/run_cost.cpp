@@ -1,0 +1,38 @@
+#include "apps/tankrig/bench/run_cost.hpp"
+
+#include <sys/resource.h>
+
+namespace fs = std::filesystem;
+
+namespace tankrig::app {
+namespace {
+
+rusage use_of(__rusage_who who) {
+  rusage use{};
+  ::getrusage(who, &use);
+  return use;
+}
+
+double seconds(const timeval& t) { return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec); }
+
+}  // namespace
+
+double processor_s() {
+  double sum = 0;
+  for (const auto who : {RUSAGE_SELF, RUSAGE_CHILDREN}) {
+    const rusage use = use_of(who);
+    sum += seconds(use.ru_utime) + seconds(use.ru_stime);
+  }
+  return sum;
+}
+
+double peak_mib() { return static_cast<double>(use_of(RUSAGE_SELF).ru_maxrss) / 1024; }
+
+std::uintmax_t bytes_in(const fs::path& folder) {
+  std::uintmax_t sum = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(folder))
+    if (entry.is_regular_file()) sum += entry.file_size();
+  return sum;
+}
+
+}  // namespace tankrig::app
