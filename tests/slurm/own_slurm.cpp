@@ -90,7 +90,7 @@ OwnSlurm::OwnSlurm(const fs::path& folder) : folder_(folder) {
   ::setenv("SLURM_CONF", (folder / "slurm.conf").c_str(), 1);
   daemons_ = {start({"slurmctld", "-D"}, "controller.log"), start({"slurmd", "-D", "-N", "tank"}, "node.log")};
   // srun waits for its node; a job that cannot start is cancelled.
-  if (std::system("timeout 30 srun --nodes=1 true >/dev/null 2>&1") != 0) {
+  if (std::system("timeout 120 srun --nodes=1 true >/dev/null 2>&1") != 0) {
     const std::string told = logs();
     throw std::runtime_error("Slurm runs no job:\n" + told);
   }

@@ -16,7 +16,7 @@ std::string why_no_slurm();
 class OwnSlurm {
  public:
   /// `folder`: new, for its configuration, state and logs.
-  /// Errors: runtime_error if the node is not there in half a minute.
+  /// Errors: runtime_error if the node is not there in two minutes.
   explicit OwnSlurm(const std::filesystem::path& folder);
   ~OwnSlurm();
   OwnSlurm(const OwnSlurm&) = delete;

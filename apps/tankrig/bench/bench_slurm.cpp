@@ -51,7 +51,7 @@ int bench_on_slurm(const BenchRun& run, const SlurmArray& array, const fs::path&
     }
   }
   const std::string job = tasks.empty() ? "" : submit(array, tasks);
-  const std::string merge =
+  const std::string next =
       fmt::format("tankrig bench merge {} {}/*-of-{} --out FOLDER", file.string(), array.folder.string(), array.shards);
   if (json) {
     ordered_json told{{"folder", array.folder.string()},
@@ -69,7 +69,7 @@ int bench_on_slurm(const BenchRun& run, const SlurmArray& array, const fs::path&
     std::printf("job %s: %zu shards of %zu submitted\n", printable(job).c_str(), tasks.size(), array.shards);
   if (waiting > 0) std::printf("%zu shards wait or run: squeue --me\n", waiting);
   std::printf("%s: %s\n", whole == array.shards ? "all shards are whole" : "when all have ended",
-              printable(merge).c_str());
+              printable(next).c_str());
   return kOk;
 }
 

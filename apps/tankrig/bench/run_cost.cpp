@@ -13,7 +13,7 @@ rusage use_of(__rusage_who who) {
   return use;
 }
 
-double seconds(const timeval& t) { return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec); }
+double time_of(const timeval& t) { return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec); }
 
 }  // namespace
 
@@ -21,7 +21,7 @@ double processor_s() {
   double sum = 0;
   for (const auto who : {RUSAGE_SELF, RUSAGE_CHILDREN}) {
     const rusage use = use_of(who);
-    sum += seconds(use.ru_utime) + seconds(use.ru_stime);
+    sum += time_of(use.ru_utime) + time_of(use.ru_stime);
   }
   return sum;
 }
