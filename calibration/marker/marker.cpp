@@ -13,6 +13,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "calibration/marker/dots.hpp"
+#include "calibration/marker/square_corners.hpp"
 #include "calibration/visp/visp_image.hpp"
 #include "core/input_error.hpp"
 
@@ -101,18 +102,6 @@ std::map<int, Corners> markers_in(const cv::Mat& grey, const Dictionary& diction
   return found;
 }
 
-/// Sub-pixel corners in a window that stays within the marker's frame; a corner that wanders out of it keeps its place.
-/// Not of AprilTags: ViSP has fitted lines to their sides, which a blur of both sides' meeting does not pull inwards.
-void refine(const cv::Mat& grey, Corners& corners) {
-  double side = 1e9;
-  for (std::size_t k = 0; k < 4; ++k) side = std::min(side, cv::norm(corners[k] - corners[(k + 1) % 4]));
-  const int half = std::clamp(static_cast<int>(side / 10), 2, 6);
-  const Corners before = corners;
-  cv::cornerSubPix(grey, corners, {half, half}, {-1, -1}, {cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 100, 1e-4});
-  for (std::size_t k = 0; k < 4; ++k)
-    if (!(cv::norm(corners[k] - before[k]) < half)) corners[k] = before[k];
-}
-
 void check(const ConfigNode& node, const GripperMarker& marker) {
   if (marker.pattern == MarkerPattern::kDots) {
     if (marker.dots.size() < 10 || marker.dots.size() % 2 != 0 || marker.dots.size() > 32)
@@ -171,7 +160,7 @@ SeenMarker MarkerFinder::find(const cv::Mat& grey) const {
     const int number = id - marker_.first_id;
     if (number < 0 || number >= marker_.columns * marker_.rows) continue;
     Corners refined = corners;
-    if (!dictionary_of(marker_).visp) refine(grey, refined);
+    refine_square_corners(grey, refined);
     for (std::size_t k = 0; k < 4; ++k) {
       seen.points.push_back(points[4 * static_cast<std::size_t>(number) + k]);
       seen.corners.emplace_back(refined[k].x, refined[k].y);

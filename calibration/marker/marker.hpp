@@ -39,7 +39,7 @@ struct SeenMarker {
   std::vector<Vector2d> corners;  ///< in the picture
 };
 
-/// AprilTags by ViSP, ArUco markers by OpenCV, their corners refined to sub-pixels; dots by ViSP, told apart by the homography that
+/// AprilTags by ViSP, ArUco markers by OpenCV, their corners where their sides meet; dots by ViSP, told apart by the homography that
 /// fits all of them.
 /// Threads: any.
 class MarkerFinder {

@@ -13,9 +13,9 @@ namespace {
 
 constexpr double kFarWorse = 4;   // a board's error over the median of all boards'
 constexpr double kCauchy_px = 1;  // a board of another moment must not pull the others along
-constexpr std::size_t kFewestCorners = 6;
+constexpr std::size_t kCornersForAPose = 6;
 
-bool is_seen(const FoundBoard& board) { return board.ids.size() >= kFewestCorners; }
+bool is_seen(const FoundBoard& board) { return board.ids.size() >= kCornersForAPose; }
 
 /// Where each view's target is, by the first camera that tells; views of none go.
 void place_views(BoardBundle& bundle) {

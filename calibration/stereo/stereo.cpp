@@ -236,6 +236,11 @@ void rectify(StereoSolution& solution, const std::vector<CornerResidual>& residu
 }  // namespace
 
 StereoSolution solve(const StereoProblem& problem) {
+  if (problem.left_size != problem.right_size)
+    throw InputError(fmt::format(
+        "found pictures of {} x {} px on the left and of {} x {} px on the right, expected one size: it is one "
+        "pair of cameras",
+        problem.left_size.width, problem.left_size.height, problem.right_size.width, problem.right_size.height));
   if (problem.pairs.size() < kFewestPairs)
     throw InputError(
         fmt::format("found the target in both pictures of {} pairs, expected {} at least, better 15 and more",

@@ -89,7 +89,7 @@ struct Words {
 };
 class Dictionaries : public testing::TestWithParam<Words> {};
 
-TEST_P(Dictionaries, AreFoundCornerByCornerWithinHalfAPixel) {
+TEST_P(Dictionaries, AreFoundCornerByCornerWithinATwentiethOfAPixel) {
   GripperMarker m;
   m.columns = 2;
   m.rows = 2;
@@ -100,7 +100,7 @@ TEST_P(Dictionaries, AreFoundCornerByCornerWithinHalfAPixel) {
   const SeenMarker seen = MarkerFinder(m).find(picture_of(markers_plate(m, GetParam().opencv), kBefore));
   ASSERT_EQ(seen.points.size(), 16u);
   std::printf("%s: worst corner %.3f px\n", GetParam().name, worst_error(seen, kBefore));
-  EXPECT_LT(worst_error(seen, kBefore), 0.5);
+  EXPECT_LT(worst_error(seen, kBefore), 0.05);
   const auto pose = planar_pose(kCamera, seen);
   ASSERT_TRUE(pose);
   EXPECT_LT((pose->cMg.translation() - kBefore.translation()).norm(), 2e-3);

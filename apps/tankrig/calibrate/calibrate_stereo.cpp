@@ -129,12 +129,6 @@ int calibrate_stereo(const CalibrateStereoOptions& options) {
   const PictureFiles files = paired_pictures(options.data);
   const SearchedPictures left = search_pictures(files.left, problem.target, progress);
   const SearchedPictures right = search_pictures(files.right, problem.target, progress);
-  if (left.size != right.size)
-    throw InputError(
-        options.data,
-        fmt::format("found pictures of {} x {} px on the left and of {} x {} px on the right, expected one size: it is "
-                    "one pair of cameras",
-                    left.size.width, left.size.height, right.size.width, right.size.height));
   problem.left_size = left.size, problem.right_size = right.size;
   if (part)
     for (const auto& [role, size] : {std::pair{CameraRole::kLeft, left.size}, {CameraRole::kRight, right.size}})
