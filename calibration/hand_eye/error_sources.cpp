@@ -10,7 +10,6 @@ namespace {
 
 constexpr double kLeastCorner = 1e-9;                   // of exact data: px or m
 constexpr double kLeastJoint = 1e-8, kMostJoint = 0.2;  // where the joints' is looked for [rad]
-constexpr Eigen::Index kGripperColumns = kPoseStep;     // of ViewErrors::by_state: any rigid motion of the marker
 
 std::vector<Eigen::MatrixXd> whitening(const std::vector<ViewErrors>& views, double corner, double joint) {
   std::vector<Eigen::MatrixXd> out;
@@ -76,10 +75,9 @@ ErrorSources error_sources(const std::vector<ViewErrors>& views, bool poses_alon
   const double numbers = static_cast<double>(views[0].by_state.cols());
   double within = 0, within_freedom = 0, all = 0, total_freedom = -numbers;
   for (const ViewErrors& v : views) {
-    const Eigen::MatrixXd rigid = v.by_state.middleCols(kGripperColumns, kPoseStep);
-    const Eigen::VectorXd left = v.residuals - rigid * rigid.colPivHouseholderQr().solve(v.residuals);
-    within += left.squaredNorm();
-    within_freedom += static_cast<double>(v.residuals.size() - kPoseStep);
+    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> joints(v.by_view);
+    within += (v.residuals - v.by_view * joints.solve(v.residuals)).squaredNorm();
+    within_freedom += static_cast<double>(v.residuals.size() - joints.rank());
     all += v.residuals.squaredNorm();
     total_freedom += static_cast<double>(v.residuals.size());
   }

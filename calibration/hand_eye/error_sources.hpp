@@ -21,7 +21,7 @@ struct Whitened {
 };
 Whitened whitened(const std::vector<ViewErrors>& views, const std::vector<Eigen::MatrixXd>& whiten);
 
-/// The corners' scatter is what no rigid motion of the marker explains. What views differ by beyond that is the joints': their
+/// The corners' scatter is what no motion of the joints explains. What views differ by beyond that is the joints': their
 /// standard deviation is the one at which the sum of squares is what its degrees of freedom say (J. Mandel, R. C. Paule 1970).
 /// `views` are at a least-squares solution; `poses_alone`: without corners.
 ErrorSources error_sources(const std::vector<ViewErrors>& views, bool poses_alone);
