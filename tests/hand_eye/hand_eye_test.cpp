@@ -83,6 +83,23 @@ INSTANTIATE_TEST_SUITE_P(HandEye, Interval,
                                          Conditions{"ElbowZero", 0.2, 0.5e-3, 0.06}),
                          [](const auto& tested) { return std::string(tested.param.name); });
 
+TEST(HandEye, DoesNotBlameTheJointsForWhatTheyCannotDo) {
+  GeneratedPostures set;
+  set.corner_px = 0.02;
+  HandEyeProblem problem = set.problem();
+  std::mt19937_64 random(set.seed);
+  std::normal_distribution<double> noise(0, 1);
+  for (HandEyeView& view : problem.views) {  // the whole marker is seen larger or smaller: no joint does that
+    const double share = 1 + 0.01 * noise(random);
+    Vector2d middle = Vector2d::Zero();
+    for (const Vector2d& corner : view.corners) middle += corner / 4;
+    for (Vector2d& corner : view.corners) corner = middle + share * (corner - middle);
+  }
+  const HandEyeSolution s = solve(problem);
+  EXPECT_LT(s.joint_sigma, 0.01);
+  EXPECT_LT(s.rms, 1);
+}
+
 TEST(HandEye, HasTheSameBitsEveryTime) {
   GeneratedPostures set;
   set.joint_rad = 1e-3;

@@ -93,6 +93,10 @@ TEST_F(CalibrateAll, MakesARigThatNobodyKnowsScanWithinMillimetresAndTheSameNumb
   ASSERT_EQ(again.exit_code, 0) << again.err;
   EXPECT_THAT(again.err, HasSubstr("recorded already"));
   EXPECT_EQ(values_of(data_ / "calibration.yaml"), before);
+
+  const ProgramRun other = run_tankrig({"calibrate", "all", "--rig", "tank-sim", "--data", data_.string()});
+  EXPECT_EQ(other.exit_code, 1);
+  EXPECT_THAT(other.err, HasSubstr("is of rig tank-true, expected tank-sim"));
 }
 
 class CalibrateAllSlow : public CalibrateAll, public testing::WithParamInterface<int> {};

@@ -167,7 +167,10 @@ int propose_postures(const CalibrateHandEyeOptions& options) {
     print_json(out);
     return kOk;
   }
-  fmt::print("{} postures from park and back, each move clear of everything; degrees\n    ", postures.size());
+  fmt::print(
+      "{} postures from park and back, each move clear of what the rig file names; the plate is not checked; degrees\n "
+      "   ",
+      postures.size());
   for (const char* joint : kJointNames) fmt::print("{:>13}", joint);
   for (std::size_t i = 0; i < postures.size(); ++i) {
     fmt::print("\n{:>4}", i + 1);

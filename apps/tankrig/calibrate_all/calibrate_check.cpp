@@ -47,6 +47,10 @@ int calibrate_check(const ScanOptions& given) {
   options.command = "calibrate check";
   const fs::path file = find_rig(options.rig);
   RigConfig rig = load_rig(file, "", options.calibration);
+  for (const CameraRole role : {CameraRole::kMono, CameraRole::kLeft, CameraRole::kRight})
+    if (!rig.find_camera(role))
+      throw InputError(file,
+                       std::string("has no camera of the role ") + name_of(role) + ", expected mono, left and right");
   if (!rig.calibration)
     throw InputError(file, "names no calibration, expected `calibration: FILE` there, or --calibration FILE");
   const SheetTarget sheet = targets_of(rig).sheet;

@@ -14,8 +14,13 @@ namespace fs = std::filesystem;
 namespace tankrig::app {
 namespace {
 
-bool is_complete(const fs::path& path) {
-  return fs::exists(path / "session.yaml") && Session::open(path).info.status == "complete";
+/// Errors: InputError if it is of another rig.
+bool is_complete(const fs::path& path, const RigConfig& rig) {
+  if (!fs::exists(path / "session.yaml")) return false;
+  const SessionInfo info = Session::open(path).info;
+  if (info.rig != rig.name)
+    throw InputError(path, "is of rig " + shown_text(info.rig) + ", expected " + rig.name + ": take another folder");
+  return info.status == "complete";
 }
 
 /// PATH.stopped, PATH.stopped-2, ...
@@ -43,7 +48,7 @@ void record(const ScanOptions& options, const RigConfig& rig, const fs::path& pa
 OpenedSession recorded_step(const ScanOptions& options, const RigConfig& rig, const fs::path& path,
                             const ReadyRig::PlanFrom& plan_from, Progress& progress,
                             const std::function<void()>& before) {
-  if (fs::exists(path) && is_complete(path)) {
+  if (fs::exists(path) && is_complete(path, rig)) {
     progress.note("found " + printable(path.string()) + ", recorded already");
   } else {
     if (fs::exists(path)) put_aside(path, progress);
