@@ -7,6 +7,7 @@ namespace tankrig::app {
 
 void add_scan(CLI::App& app, ChosenCommand& chosen);
 void add_bench(CLI::App& app, ChosenCommand& chosen);
+void add_experiment(CLI::App& app, ChosenCommand& chosen);
 void add_reconstruct(CLI::App& app, ChosenCommand& chosen);
 void add_evaluate(CLI::App& app, ChosenCommand& chosen);
 void add_cloud(CLI::App& app, ChosenCommand& chosen);

@@ -1,5 +1,6 @@
 #include "bench/benchmark/benchmark.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/text_files.hpp"
@@ -37,12 +38,18 @@ const char* Updater::column() const {
   return "";
 }
 
-std::size_t Updater::count() const { return static_cast<std::size_t>(std::floor((last - first) / step + 5e-7)) + 1; }
+std::size_t Updater::count() const {
+  if (!levels.empty()) return levels.size();
+  return static_cast<std::size_t>(std::floor((last - first) / step + 5e-7)) + 1;
+}
 
 /// From a whole number of millionths, so that 3 * 0.05 is the number that 0.15 reads as.
 double Updater::value(std::size_t index) const {
+  if (!levels.empty()) return levels.at(index);
   return std::round((first + static_cast<double>(index) * step) * 1e6) / 1e6;
 }
+
+double Updater::highest() const { return levels.empty() ? value(count() - 1) : std::ranges::max(levels); }
 
 std::string Updater::shown(double value) const {
   return kind == UpdaterKind::kAlgorithm ? clouds.at(static_cast<std::size_t>(value)) : exact_text(value);

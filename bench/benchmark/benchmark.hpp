@@ -152,11 +152,14 @@ struct Updater {
   std::vector<std::string> clouds;  ///< kAlgorithm
   PoseError error;                  ///< kCalibrationError
   std::string bag, image_topic, info_topic, image_depth;
+  std::vector<double> levels;  ///< kLux, in place of first, last and step [lx]
+  double tolerance = 0.1;      ///< kLux: of a level, as a share of it
 
   /// How the column of its values is called: "Light", "Noise", "Iteration" ...
   const char* column() const;
   std::size_t count() const;
   double value(std::size_t index) const;
+  double highest() const;
   /// As tables show it: the cloud's name of kAlgorithm, else the number.
   std::string shown(double value) const;
 };

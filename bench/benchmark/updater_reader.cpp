@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::size_t kMostNested = 8;
 constexpr double kMostSteps = 100'000;
-constexpr Bounds kPeriod{1e-6, 1e6}, kAngle{-10, 10};
+constexpr Bounds kPeriod{1e-6, 1e6}, kAngle{-10, 10}, kTolerance{0.001, 1};
 
 /// What each updater has; a '?' marks what may be absent.
 const std::map<UpdaterKind, std::vector<const char*>>& children_of_updaters() {
@@ -35,7 +35,7 @@ const std::map<UpdaterKind, std::vector<const char*>>& children_of_updaters() {
       {UpdaterKind::kSweepSpeed, {"initialValue", "finalValue", "step", "interval"}},
       {UpdaterKind::kAlgorithm, {"interval"}},
       {UpdaterKind::kCalibrationError, {"initialValue", "finalValue", "step", "interval", "target", "error"}},
-      {UpdaterKind::kLux, {"initialValue", "finalValue", "step", "interval"}},
+      {UpdaterKind::kLux, {"initialValue", "finalValue", "step", "tolerance", "interval"}},
   };
   return table;
 }
@@ -106,6 +106,19 @@ void read_current(const XmlElement& element, Updater& updater) {
   swing.as_force = element.attribute_choice("publishAsForce", {"false", "true"}) == "true";
 }
 
+/// Errors: InputError if a level stands there twice, or beside bounds.
+void read_levels(const XmlElement& element, Updater& updater) {
+  for (const XmlElement& level : element.children("level")) {
+    const double lux = benchmark_number(level, bounds_of(UpdaterKind::kLux));
+    if (std::ranges::find(updater.levels, lux) != updater.levels.end())
+      level.fail(fmt::format("<level>: found {:g} for the second time, expected each level once", lux));
+    updater.levels.push_back(lux);
+  }
+  for (const char* name : {"initialValue", "finalValue", "step"})
+    if (const auto found = element.optional(name))
+      found->fail("found <" + found->name() + "> beside <level>, expected levels, or first, last and step");
+}
+
 /// From the first posture to the last in steps of the way, 0 to their number less one.
 void read_arm_positions(const XmlElement& element, Updater& updater) {
   for (const XmlElement& position : element.children("armPosition")) {
@@ -154,12 +167,17 @@ void read_updaters(const XmlElement& element, std::vector<Updater>& updaters) {
   if (updater.kind != UpdaterKind::kNone) known.push_back("sceneUpdater");
   if (updater.kind == UpdaterKind::kArmMove) repeated = {"armPosition"};
   if (updater.kind == UpdaterKind::kAlgorithm) repeated = {"cloud"};
+  if (updater.kind == UpdaterKind::kLux) repeated = {"level"};
   if (updater.kind == UpdaterKind::kCurrent) attributes = {"publishAsForce"};
   loop.expect(known, repeated, {}, attributes);
   if (updater.kind == UpdaterKind::kNone) return;
 
   updater.interval_s = benchmark_number(loop, "interval", kNotNegative);
-  if (has_bounds) read_bounds(loop, updater);
+  const bool has_levels = updater.kind == UpdaterKind::kLux && loop.has("level");
+  if (has_levels) read_levels(loop, updater);
+  if (has_bounds && !has_levels) read_bounds(loop, updater);
+  if (updater.kind == UpdaterKind::kLux && loop.has("tolerance"))
+    updater.tolerance = benchmark_number(loop, "tolerance", kTolerance);
   if (loop.has("target")) updater.target = loop.text("target");
   if (updater.kind == UpdaterKind::kCurrent) (void)loop.child("target"), read_current(loop, updater);
   if (updater.kind == UpdaterKind::kArmMove) (void)loop.child("target"), read_arm_positions(loop, updater);

@@ -53,6 +53,9 @@ array chart_nodes(const Benchmark& benchmark, const PointRows& rows) {
       caption = "In the form of the paper's Figure 8. " + caption;
     if (axes.are_papers(benchmark) && figure.detail == std::string("outliers"))
       caption = "In the form of the paper's Figure 9. " + caption;
+    const bool over_lux = benchmark.updaters[static_cast<std::size_t>(axes.x)].kind == UpdaterKind::kLux;
+    if (over_lux && (figure.detail == std::string("coverage") || figure.detail == std::string("outliers")))
+      caption = "In the form of the paper's Figure 10. " + caption;
     nodes.push_back(map{
         {"heading", heading}, {"svg", chart_svg(sweep_chart(benchmark, rows, figure.detail))}, {"caption", caption}});
   }
@@ -128,13 +131,20 @@ std::string sweep_html(const fs::path& folder, const Benchmark& benchmark, const
     warnings.push_back(fmt::format("{} configurations are missing: run the benchmark again, it goes on.", missing));
   if (!failures.rows.empty())
     warnings.push_back(fmt::format("Something failed in {} configurations.", failures.rows.size()));
-  std::vector<std::pair<std::string, std::string>> views{{"views_light.png", "Over light, without added noise"},
-                                                         {"views_noise.png", "Over noise, in the brightest light"}},
-      clouds;
+  std::vector<std::pair<std::string, std::string>> views{
+      {kViewsLight, "Over light, without added noise"},
+      {kViewsNoise, "Over noise, in the brightest light"},
+      {kViewsOutside, "The rig from outside. In the form of the upper row of the paper's Figure 11"},
+      {kViewsCamera,
+       "What the laser's camera sees in the middle of the sweep. In the form of the lower row of "
+       "the paper's Figure 11"}},
+      clouds{{kCloudGrid, "Green on the object, black ground, blue outliers. In the form of the paper's Figure 12"}};
+  const SweepTable sessions = sessions_table(rows);
   for (const Measure* measure : clouds_of(benchmark))
     clouds.emplace_back(
         "cloud_" + measure->name + ".png",
         measure->name + " in the brightest, quietest configuration: green on the object, black ground, blue outliers");
+  const std::string scan = "tankrig scan" + shared_options(run) + " --light LIGHT --noise NOISE --seed SEED";
   std::string loops;
   for (const Updater& updater : benchmark.updaters)
     loops += fmt::format("{}{} {}", loops.empty() ? "" : " x ", updater.count(), updater.column());
@@ -149,9 +159,10 @@ std::string sweep_html(const fs::path& folder, const Benchmark& benchmark, const
           {"clouds", pictures(folder, clouds)},
           {"failures", failure_nodes(failures)},
           {"tables", table_nodes(sweep_tables(benchmark, rows))},
-          {"scan_command", "tankrig scan" + shared_options(run) + " --light LIGHT --noise NOISE --seed SEED"},
-          {"command", "tankrig bench " + benchmark.file.filename().string() + shared_options(run) + " --seed " +
-                          text_of(run, "seed")},
+          {"sessions", sessions.rows.empty() ? array() : table_nodes({sessions})},
+          {"scan", sessions.rows.empty() ? mstch::node(map{{"command", scan}}) : nullptr},
+          {"command", "tankrig " + run.value("command", "bench") + " " + benchmark.file.filename().string() +
+                          shared_options(run) + " --seed " + text_of(run, "seed")},
           {"facts", fact_nodes(run)}},
       {{"table", std::string(kTable)}});
 }

@@ -57,9 +57,9 @@ Chart sweep_chart(const Benchmark& benchmark, const PointRows& rows, const std::
         cell.interval = {as.factor * values["interval95"][detail][0].template get<double>(),
                          as.factor * values["interval95"][detail][1].template get<double>()};
     }
-    ChartPanel panel{measure->name, axis_label(x), as.label, {}};
+    ChartPanel panel{axes.curve < 0 ? "" : measure->name, axis_label(x), as.label, {}};
     for (const auto& [level, cells] : curves) {
-      ChartCurve curve;
+      ChartCurve curve{measure->name, {}};
       if (axes.curve >= 0) {
         const Updater& loop = benchmark.updaters[static_cast<std::size_t>(axes.curve)];
         curve.name =
@@ -77,7 +77,11 @@ Chart sweep_chart(const Benchmark& benchmark, const PointRows& rows, const std::
       }
       panel.curves.push_back(std::move(curve));
     }
-    chart.panels.push_back(std::move(panel));
+    if (axes.curve < 0 && !chart.panels.empty()) {
+      for (ChartCurve& curve : panel.curves) chart.panels.front().curves.push_back(std::move(curve));
+    } else {
+      chart.panels.push_back(std::move(panel));
+    }
   }
   return chart;
 }
@@ -105,15 +109,16 @@ std::string sweep_page(const Benchmark& benchmark, const ordered_json& run, cons
   for (const auto& [point, row] : rows) failed += !point_error(row).empty();
   std::string text = fmt::format("# {}\n", benchmark.file.stem().string());
   text += fmt::format(
-      "Made by `tankrig bench {}`: {} configurations of {}, {} failed. tankrig {}, rig {}, sensor {}, seed {}. "
+      "Made by `tankrig {} {}`: {} configurations of {}, {} failed. tankrig {}, rig {}, sensor {}, seed {}. "
       "SHA-256: benchmark {:.12}, rig "
       "{:.12}, "
       "scene {:.12}, object {:.12}, calibration {:.12}.\n\n",
-      benchmark.file.filename().string(), rows.size(), benchmark.points(), failed, run.value("software", ""),
-      run.value("rig", ""), run.value("sensor", ""), run.value("seed", 0), run.value("benchmark_sha256", ""),
-      run.value("rig_sha256", ""), run.value("scene_sha256", ""), run.value("object_sha256", ""),
-      run.value("calibration_sha256", ""));
-  const std::vector<SweepTable> tables = sweep_tables(benchmark, rows);
+      run.value("command", "bench"), benchmark.file.filename().string(), rows.size(), benchmark.points(), failed,
+      run.value("software", ""), run.value("rig", ""), run.value("sensor", ""), run.value("seed", 0),
+      run.value("benchmark_sha256", ""), run.value("rig_sha256", ""), run.value("scene_sha256", ""),
+      run.value("object_sha256", ""), run.value("calibration_sha256", ""));
+  std::vector<SweepTable> tables = sweep_tables(benchmark, rows);
+  if (SweepTable sessions = sessions_table(rows); !sessions.rows.empty()) tables.push_back(std::move(sessions));
   for (std::size_t i = 0; i < tables.size(); ++i)
     text += fmt::format("{}## {}\n{}\n\n", i ? "\n" : "", tables[i].heading, tables[i].note) + markdown(tables[i]);
   if (!figures.empty()) text += "\n## Figures\n";

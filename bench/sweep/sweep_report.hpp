@@ -11,8 +11,16 @@
 
 namespace tankrig {
 
+// Pictures in figures/ that need the rig, or its sessions, to be made again.
+inline constexpr const char* kViewsLight = "views_light.png";
+inline constexpr const char* kViewsNoise = "views_noise.png";
+inline constexpr const char* kViewsOutside = "views_outside.png";  ///< of an experiment, as what follows
+inline constexpr const char* kViewsCamera = "views_camera.png";
+inline constexpr const char* kCloudGrid = "clouds.png";
+
 /// A panel for each reconstruction3D measure that has `detail`: its values over the light (else the innermost loop), a
-/// curve for every noise (else the next loop), averaged over all other loops. Bars: with three values or more, the 95 %
+/// curve for every noise (else the next loop), averaged over all other loops; with one loop alone, one panel with a
+/// curve for each measure. Bars: with three values or more, the 95 %
 /// interval of their mean by Student's t; else the interval of the one value. Shares in per cent, metres in millimetres.
 Chart sweep_chart(const Benchmark& benchmark, const PointRows& rows, const std::string& detail);
 

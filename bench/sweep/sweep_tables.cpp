@@ -2,8 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cctype>
 #include <functional>
+#include <span>
 
 #include "bench/sweep/sweep_values.hpp"
 
@@ -23,10 +25,11 @@ std::vector<double> values_where(const PointRows& rows, const std::string& measu
   return out;
 }
 
-/// "50.2 (46.1 to 54.4)"
+/// "50.2 (46.1 to 54.4)"; one value has no range
 std::string mean_and_range(const std::vector<double>& values, const ShownFigure& as) {
   if (values.empty()) return "none";
   const Spread s = spread_of(values);
+  if (s.n == 1) return number_text(as.factor * s.mean, as.digits);
   return fmt::format("{} ({} to {})", number_text(as.factor * s.mean, as.digits),
                      number_text(as.factor * s.low, as.digits), number_text(as.factor * s.high, as.digits));
 }
@@ -46,9 +49,7 @@ SweepTable grid_table(const Benchmark& benchmark, const PointRows& rows) {
   return table;
 }
 
-SweepTable curve_table(const Benchmark& benchmark, const PointRows& rows, const SweepAxes& axes,
-                       const ShownFigure& as) {
-  const auto loop = static_cast<std::size_t>(axes.curve);
+SweepTable level_table(const Benchmark& benchmark, const PointRows& rows, std::size_t loop, const ShownFigure& as) {
   const Updater& curves = benchmark.updaters[loop];
   SweepTable table{as.label, "Mean (range) over all others.", {axis_label(curves)}, {}};
   table.heading[0] = static_cast<char>(std::toupper(table.heading[0]));
@@ -63,8 +64,34 @@ SweepTable curve_table(const Benchmark& benchmark, const PointRows& rows, const 
   return table;
 }
 
+/// What the paper's text says of a figure, and where to look for it here.
+struct PaperLine {
+  const char *what, *paper, *detail;
+  std::function<bool(const ordered_json&)> wanted;
+  const char* only;  ///< of measures whose cloud's name holds this
+};
+
+SweepTable beside_paper(const Benchmark& benchmark, const PointRows& rows, std::span<const PaperLine> lines) {
+  SweepTable table{"Beside the paper's text",
+                   "The paper gives no table of its figures. Means over the configurations that the words name, with "
+                   "their range.",
+                   {"what, mean (range)", "the paper"},
+                   {}};
+  const auto clouds = clouds_of(benchmark);
+  for (const Measure* measure : clouds) table.columns.push_back(measure->name);
+  for (const PaperLine& line : lines) {
+    table.rows.push_back({line.what, line.paper});
+    for (const Measure* measure : clouds)
+      table.rows.back().push_back(measure->topic.find(line.only) == std::string::npos
+                                      ? ""
+                                      : mean_and_range(values_where(rows, measure->name, line.detail, line.wanted),
+                                                       shown_figure_of(line.detail)));
+  }
+  return table;
+}
+
 /// The paper's text on its Figures 8 and 9, and what was found here under the same words.
-SweepTable paper_table(const Benchmark& benchmark, const PointRows& rows, const SweepAxes& axes) {
+SweepTable figures_8_and_9(const Benchmark& benchmark, const PointRows& rows, const SweepAxes& axes) {
   const auto x = static_cast<std::size_t>(axes.x), noise = static_cast<std::size_t>(axes.curve);
   const auto light = [&](const ordered_json& row) { return row["values"][x].get<double>(); };
   const auto noise_of = [&](const ordered_json& row) { return row["values"][noise].get<double>(); };
@@ -74,11 +101,7 @@ SweepTable paper_table(const Benchmark& benchmark, const PointRows& rows, const 
   const auto very_bright = [&](const ordered_json& row) { return light(row) >= 0.8; };
   const auto clean = [&](const ordered_json& row) { return bright(row) && noise_of(row) == 0; };
   const auto noisy = [&](const ordered_json& row) { return bright(row) && noise_of(row) >= 0.1; };
-  const struct {
-    const char *what, *paper, *detail;
-    std::function<bool(const ordered_json&)> wanted;
-    const char* only;
-  } lines[] = {
+  const PaperLine lines[] = {
       {"laser: coverage [%], everywhere", "about 50 in almost every situation", "coverage", anywhere, "laser"},
       {"stereo: coverage [%], light 0.5 and more", "40 in good light", "coverage", bright, "stereo"},
       {"stereo: coverage [%], light 0.2 and less", "needs some light", "coverage", dark, "stereo"},
@@ -97,22 +120,30 @@ SweepTable paper_table(const Benchmark& benchmark, const PointRows& rows, const 
       {"stereo: outliers [%], light 0.5 and more, noise 0.10", "higher noise, more outliers", "outliers", noisy,
        "stereo"},
   };
-  SweepTable table{"Beside the paper's text",
-                   "The paper gives no table of its figures. Means over the configurations that the words name, with "
-                   "their range.",
-                   {"what, mean (range)", "the paper"},
-                   {}};
-  const auto clouds = clouds_of(benchmark);
-  for (const Measure* measure : clouds) table.columns.push_back(measure->name);
-  for (const auto& line : lines) {
-    table.rows.push_back({line.what, line.paper});
-    for (const Measure* measure : clouds)
-      table.rows.back().push_back(measure->topic.find(line.only) == std::string::npos
-                                      ? ""
-                                      : mean_and_range(values_where(rows, measure->name, line.detail, line.wanted),
-                                                       shown_figure_of(line.detail)));
-  }
-  return table;
+  return beside_paper(benchmark, rows, lines);
+}
+
+/// The paper's text on its real experiment, Figures 10 to 12.
+SweepTable figure_10(const Benchmark& benchmark, const PointRows& rows, std::size_t loop) {
+  const Updater& levels = benchmark.updaters[loop];
+  const double least = levels.levels.empty() ? levels.first : std::ranges::min(levels.levels);
+  const auto anywhere = [](const ordered_json&) { return true; };
+  const auto darkest = [&](const ordered_json& row) { return row["values"][loop] == least; };
+  const auto brightest = [&](const ordered_json& row) { return row["values"][loop] == levels.highest(); };
+  const PaperLine lines[] = {
+      {"laser: coverage [%]", "32 to 38", "coverage", anywhere, "laser"},
+      {"stereo: coverage [%], brightest level", "38 in good light", "coverage", brightest, "stereo"},
+      {"stereo: coverage [%], darkest level", "completely dependent on light", "coverage", darkest, "stereo"},
+      {"laser: mean error [mm]", "around 8", "mean_error", anywhere, "laser"},
+      {"stereo: mean error [mm], brightest level", "around 8", "mean_error", brightest, "stereo"},
+      {"laser: standard deviation [mm]", "around 8", "stddev", anywhere, "laser"},
+      {"stereo: standard deviation [mm], brightest level", "around 5", "stddev", brightest, "stereo"},
+      {"laser: outliers [%], darkest level", "more as light increases", "outliers", darkest, "laser"},
+      {"laser: outliers [%], brightest level", "more as light increases", "outliers", brightest, "laser"},
+      {"stereo: outliers [%], darkest level", "0: no points in the absence of light", "outliers", darkest, "stereo"},
+      {"stereo: outliers [%], brightest level", "more as light increases", "outliers", brightest, "stereo"},
+  };
+  return beside_paper(benchmark, rows, lines);
 }
 
 }  // namespace
@@ -122,10 +153,32 @@ std::vector<SweepTable> sweep_tables(const Benchmark& benchmark, const PointRows
   std::vector<SweepTable> tables;
   if (clouds_of(benchmark).empty() || axes.x < 0) return tables;
   tables.push_back(grid_table(benchmark, rows));
-  if (axes.are_papers(benchmark)) tables.push_back(paper_table(benchmark, rows, axes));
-  if (axes.curve >= 0)
-    for (const ShownFigure& as : shown_figures()) tables.push_back(curve_table(benchmark, rows, axes, as));
+  const auto x = static_cast<std::size_t>(axes.x);
+  if (axes.are_papers(benchmark)) tables.push_back(figures_8_and_9(benchmark, rows, axes));
+  if (benchmark.updaters[x].kind == UpdaterKind::kLux) tables.push_back(figure_10(benchmark, rows, x));
+  const std::size_t levels = axes.curve >= 0 ? static_cast<std::size_t>(axes.curve) : x;
+  for (const ShownFigure& as : shown_figures()) tables.push_back(level_table(benchmark, rows, levels, as));
   return tables;
+}
+
+SweepTable sessions_table(const PointRows& rows) {
+  SweepTable table{"Sessions",
+                   "Each is a folder with everything that was recorded, its clouds and its own report.",
+                   {"session", "recorded", "light [lx]", "limit of error [lx]", "note"},
+                   {}};
+  const auto number = [](const ordered_json& row, const char* key) {
+    const auto found = row.find(key);
+    return found != row.end() && found->is_number() ? number_text(found->get<double>(), 1) : std::string("not known");
+  };
+  std::string last;
+  for (const auto& [point, row] : rows) {
+    const std::string session = row.value("session", "");
+    if (session.empty() || session == last) continue;
+    last = session;
+    table.rows.push_back({session, row.value("recorded_utc", ""), number(row, "lux"), number(row, "lux_uncertainty"),
+                          row.value("warning", "")});
+  }
+  return table;
 }
 
 SweepTable failures_table(const Benchmark& benchmark, const PointRows& rows) {

@@ -17,6 +17,9 @@ struct SweepTable {
 /// None where there is no cloud or no loop.
 std::vector<SweepTable> sweep_tables(const Benchmark& benchmark, const PointRows& rows);
 
+/// The sessions of an experiment, each with its light; no rows where the sweep has none.
+SweepTable sessions_table(const PointRows& rows);
+
 /// The configurations in which something failed: their loops' values, and what.
 SweepTable failures_table(const Benchmark& benchmark, const PointRows& rows);
 

@@ -36,6 +36,8 @@ const Setting<CaptureSettings> kCaptureRows[] = {
     {"laser_pairs", &CaptureSettings::laser_pairs,
      "laser on in every second frame of the sweep only; needs `laser: switches_per_frame`"},
     {"read_lux", &CaptureSettings::read_lux, "ask the lux meter before and after the sweep"},
+    {"lux_accuracy", &CaptureSettings::lux_accuracy, ConfigRange(0, 1),
+     "the lux meter's limit of error by its data sheet, as a share of the reading; 0: not known", Need::kSparse},
 };
 constexpr SettingsTable<CaptureSettings> kCapture{kCaptureRows};
 

@@ -55,6 +55,7 @@ struct CaptureSettings {
   bool laser_pairs = false;               ///< laser on in every second frame of the sweep only
   bool laser_switches_per_frame = false;  ///< the rig file says that its laser can do so
   bool read_lux = true;                   ///< ask the lux meter before and after the sweep
+  double lux_accuracy = 0;                ///< the meter's limit of error, as a share of the reading; 0: not known
 };
 
 /// How the joints follow the plan.

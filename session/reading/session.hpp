@@ -68,6 +68,7 @@ struct SessionInfo {
   std::optional<double> light;  ///< simulated only
   std::string lux_source;       ///< "meter", "hand", or empty where there is none
   std::optional<double> lux_before, lux_after;
+  std::optional<double> lux_uncertainty;         ///< limit of error of either [lx], where the meter's is known
   double simulated_s = 0;                        ///< length of the run on its own clock
   FrameCounts counts;                            ///< every frame not used has a reason here
   std::map<std::string, CameraAccount> account;  ///< by camera; none in imports and sessions from before it was kept

@@ -46,6 +46,7 @@ std::vector<std::pair<std::string, std::string>> session_summary(const Session& 
   if (info.light) add("light", fmt::format("{:.3f} of the reference", *info.light));
   if (info.lux_before) add("lux before", fmt::format("{:.1f} lx", *info.lux_before));
   if (info.lux_after) add("lux after", fmt::format("{:.1f} lx", *info.lux_after));
+  if (info.lux_uncertainty) add("lux meter's limit of error", fmt::format("{:.1f} lx", *info.lux_uncertainty));
   if (info.simulated_s > 0) add("length", fmt::format("{:.2f} s", info.simulated_s));
   for (const CalibratedCamera& camera : info.cameras)
     add("camera " + camera.name, fmt::format("{}, {} x {} px, {}", to_string(camera.role), camera.model.width,

@@ -152,6 +152,7 @@ const Setting<Info> kSessionRows[] = {
     {"lux_source", {read_lux_source, write_lux_source, "", nullptr, is_there<&Info::lux_source>}},
     {"lux_before", &Info::lux_before, kLux, ""},
     {"lux_after", &Info::lux_after, kLux, ""},
+    {"lux_uncertainty", &Info::lux_uncertainty, kLux, ""},
     {"simulated_s", &Info::simulated_s, ConfigRange(0, 1e9), ""},
     {"counts", {read_counts, write_counts, ""}, "", Need::kRequired},
     {"account", {read_account, write_account, "", nullptr, is_there<&Info::account>}},

@@ -77,7 +77,8 @@ class Drawing {
         laser_on_(laser_on),
         arm_(arm_bodies(scene.arm, scene.laser, q)),
         pose_(scene.arm.wMb * scene.arm.model.bMe(q) * scene.laser.eMl),
-        reach_(pose_, scene.laser.fan, geometry, bodies_in_sheet(arm_, pose_)) {
+        reach_(pose_, scene.laser.fan, geometry, bodies_in_sheet(arm_, pose_)),
+        day_(0.05f + 0.95f * static_cast<float>(scene.light)) {
     bodies_ = arm_;
     for (const CameraSpec& camera : scene.cameras) add_camera(bodies_, camera);
     for (const Lamp& lamp : scene.lamps) {
@@ -159,7 +160,7 @@ class Drawing {
     const bool lit = facing > 0 && !blocked(origin, kKey, kFar);
     if (nearby.normal.dot(normal) < 0.9f || (nearby.p - p).squaredNorm() > 1e-3f)
       nearby = {p, normal, openness(origin, normal)};
-    return albedo * (Rgb(1.20f, 1.16f, 1.08f) * (lit ? facing : 0.0f) + Rgb(0.62f, 0.68f, 0.74f) * nearby.open);
+    return albedo * day_ * (Rgb(1.20f, 1.16f, 1.08f) * (lit ? facing : 0.0f) + Rgb(0.62f, 0.68f, 0.74f) * nearby.open);
   }
 
   /// Walls do not block the draughtsman's lamp.
@@ -211,7 +212,7 @@ class Drawing {
     }
     if (leave <= enter) return seen;
     const Rgb left = (-Rgb(0.26f, 0.075f, 0.045f) * (leave - enter)).exp();
-    return seen * left + Rgb(0.10f, 0.36f, 0.46f) * (1 - left) * 0.7f;
+    return seen * left + Rgb(0.10f, 0.36f, 0.46f) * (1 - left) * 0.7f * day_;
   }
 
   Rgb through_fan(const Rgb& seen, const Vector3f& origin, const Vector3f& ray, float end) const {
@@ -230,6 +231,7 @@ class Drawing {
   std::vector<Capsule> arm_, bodies_;
   SheetPose pose_;
   FanReach reach_;
+  float day_;  ///< the lamp, dimmed with the scene's light: never so far that nothing is seen
   Vector3f low_, high_;
 };
 

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <sstream>
 
+#include "tests/program/benchmark_text.hpp"
 #include "tests/program/program.hpp"
 #include "tests/support/sanitizers.hpp"
 
@@ -18,21 +19,10 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-const char* const kCloud =
-    "<reconstruction3D detailedResultsToGlobals=\"true\"><name>NAME</name><target>object</target><topic>NAME</topic>"
-    "<from>base</from><startOn><type>onInit</type></startOn><stopOn><type>never</type></stopOn></reconstruction3D>";
-const char* const kAlways = "<startOn><type>onInit</type></startOn><stopOn><type>never</type></stopOn>";
-
 std::string loop(const std::string& name, double first, double last, double step, const std::string& inner = "") {
   return "<sceneUpdater><" + name + "><initialValue>" + std::to_string(first) + "</initialValue><finalValue>" +
          std::to_string(last) + "</finalValue><step>" + std::to_string(step) + "</step><interval>1</interval>" + inner +
          "</" + name + "></sceneUpdater>";
-}
-
-std::string cloud(const std::string& name) {
-  std::string text = kCloud;
-  for (auto at = text.find("NAME"); at != std::string::npos; at = text.find("NAME")) text.replace(at, 4, name);
-  return text;
 }
 
 fs::path benchmark(const std::string& measures, const std::string& updater, const std::string& function,
@@ -41,10 +31,6 @@ fs::path benchmark(const std::string& measures, const std::string& updater, cons
   write_text(file, "<benchmark>" + algorithms + "<measures>" + measures + "</measures>" + kAlways + "<function>" +
                        function + "</function>" + updater + "</benchmark>\n");
   return file;
-}
-
-nlohmann::json points_of(const fs::path& folder) {
-  return nlohmann::json::parse(read_text(folder / "results.json"))["points"];
 }
 
 TEST(Bench, APointOfTheGridIsTheScanOfThatPointToTheBit) {

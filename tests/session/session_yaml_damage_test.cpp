@@ -31,6 +31,7 @@ SessionInfo full_info() {
   info.commission = "by Anna at 2026-01-02T02:04:05Z, waived: enable";
   info.rig_hash = sha256_of_text("the rig\n");
   info.lux_after = 208.25;
+  info.lux_uncertainty = 6.25;
   info.account = {{"left", {12, -1}}, {"mono", {171, 0}}};
   info.tables = {{"joints", {48, {1'000'000'000}, {1'235'000'000}}}, {"frames", {6, {1'000'000'000}, {1'200'000'000}}}};
   info.recovered = {"joints.csv: 3 lines cannot be read and are left out", "camera mono: \"one\" frame"};

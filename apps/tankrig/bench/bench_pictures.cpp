@@ -8,6 +8,7 @@
 #include "apps/tankrig/bench/bench_run.hpp"
 #include "bench/report/cloud_picture.hpp"
 #include "bench/sweep/strip.hpp"
+#include "bench/sweep/sweep_report.hpp"
 #include "core/atomic_file.hpp"
 
 namespace fs = std::filesystem;
@@ -41,23 +42,24 @@ std::vector<double> some_values(const Updater& updater) {
 
 std::vector<std::string> BenchRun::write_pictures(const fs::path& folder) {
   std::vector<std::string> names;
-  const Updater *lux = updater_of(benchmark_, UpdaterKind::kLux),
-                *light = lux ? lux : updater_of(benchmark_, UpdaterKind::kLight),
-                *noise = updater_of(benchmark_, UpdaterKind::kNoise);
+  const Updater *lux = updater_of(benchmark(), UpdaterKind::kLux),
+                *light = lux ? lux : updater_of(benchmark(), UpdaterKind::kLight),
+                *noise = updater_of(benchmark(), UpdaterKind::kNoise);
   const auto scan_now = scan(condition(0));
   fs::create_directories(folder / "figures");
   PictureConditions best;
   const auto set = [&](PictureConditions& at, const Updater* updater, double value) {
     (updater == noise ? at.noise : updater == lux ? at.lux : at.light) = value;
   };
-  if (light) set(best, light, light->value(light->count() - 1));
+  if (light) set(best, light, light->highest());
   if (noise) set(best, noise, noise->first);
   // A frame of the sweep, for the stripe is what light and noise hide.
   const Session& session = scan_now->recorded();
   const CalibratedCamera& mono = session.camera(CameraRole::kMono);
   const auto lit = frames_of(session, mono, [](const FrameRecord& f) { return f.laser_on; });
   if (!lit.empty())
-    for (const auto& [updater, name] : {std::pair{light, "light"}, {noise, "noise"}}) {
+    for (const auto& [updater, name, file] :
+         {std::tuple{light, "light", kViewsLight}, std::tuple{noise, "noise", kViewsNoise}}) {
       if (!updater) continue;
       std::vector<std::pair<std::string, cv::Mat>> views;
       for (const double value : some_values(*updater)) {
@@ -66,29 +68,25 @@ std::vector<std::string> BenchRun::write_pictures(const fs::path& folder) {
         views.emplace_back(fmt::format("{} {:g}", updater == lux ? "lux" : name, value),
                            scan_now->picture(*lit[lit.size() / 2], at));
       }
-      names.push_back(fmt::format("views_{}.png", name));
+      names.push_back(file);
       write_png(folder / "figures" / names.back(), view_strip(views, 3, 220));
     }
   const Session shot = scan_now->session(best, true, true);
   Session believed = shot;
   for (const CalibrationError& error : condition(0).errors) put_error(error, believed.info);
-  for (std::size_t i = 0; i < measured_.size(); ++i) {
-    const Measure& measure = benchmark_.measures[i];
-    if (!measured_[i] || measure.kind != MeasureKind::kReconstruction3D) continue;
-    const std::string method = cloud_of(measure, condition(0));
-    const std::string eyes = algorithm(method) ? (uses_laser(method) ? "laser" : "stereo") : method;
-    const Score score =
-        score_reconstruction(shot, parameters_.thresholds, object_, reconstruct(*scan_now, believed, method),
-                             session_ceiling(shot, object_, eyes, parameters_.thresholds));
-    const CalibratedCamera& camera = shot.camera(uses_laser(method) ? CameraRole::kMono : CameraRole::kLeft);
+  for (std::size_t i = 0; i < benchmark().measures.size(); ++i) {
+    const std::string cloud = evaluation_.measured_cloud(i, condition(0));
+    if (cloud.empty()) continue;
+    const Score score = evaluation_.score(*scan_now, shot, believed, cloud);
+    const CalibratedCamera& camera = shot.camera(evaluation_.uses_laser(cloud) ? CameraRole::kMono : CameraRole::kLeft);
     CloudPictureOptions options;
-    options.title = method;
+    options.title = cloud;
     options.width = 560, options.height = 400;
-    options.view = view_from((shot.info.object->bMo.inverse() * camera.bMc).translation(), object_.mesh());
-    names.push_back(fmt::format("cloud_{}.png", measure.name));
+    options.view = view_from((shot.info.object->bMo.inverse() * camera.bMc).translation(), evaluation_.object());
+    names.push_back(fmt::format("cloud_{}.png", benchmark().measures[i].name));
     write_png(folder / "figures" / names.back(),
               draw_cloud_over_object(cloud_in_object(shot, score.reconstruction), score.metrics.verdicts,
-                                     object_.mesh(), options));
+                                     evaluation_.object(), options));
   }
   return names;
 }

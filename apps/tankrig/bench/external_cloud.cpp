@@ -25,7 +25,7 @@ namespace {
 constexpr std::size_t kMostPoints = 5'000'000;
 
 /// What the program may know: its cameras, their frames, the arm and the laser.
-void write_session(const fs::path& folder, const LayeredScan& scan, const Session& session, bool laser) {
+void write_session(const fs::path& folder, const MeasuredScan& scan, const Session& session, bool laser) {
   SessionInfo info = session.info;
   info.object.reset();
   std::erase_if(info.cameras, [&](const CalibratedCamera& c) { return (c.role == CameraRole::kMono) != laser; });
@@ -87,7 +87,7 @@ PointCloud cloud_of_program(const fs::path& file, const Session& session, bool l
 }
 
 /// As external_reconstruction(), with the folder that it works in.
-Reconstruction run_in(const fs::path& place, const Algorithm& algorithm, const LayeredScan& scan,
+Reconstruction run_in(const fs::path& place, const Algorithm& algorithm, const MeasuredScan& scan,
                       const Session& session, const std::optional<WorkspaceBox>& workspace,
                       const std::atomic<bool>& stop) {
   Reconstruction out;
@@ -139,7 +139,7 @@ std::optional<fs::path> program_file(const fs::path& named, const fs::path& fold
   return std::nullopt;
 }
 
-Reconstruction external_reconstruction(const Algorithm& algorithm, const LayeredScan& scan, const Session& session,
+Reconstruction external_reconstruction(const Algorithm& algorithm, const MeasuredScan& scan, const Session& session,
                                        const std::optional<WorkspaceBox>& workspace, const std::atomic<bool>& stop) {
   ScratchFolder scratch("tankrig-algorithm");
   Reconstruction out = run_in(scratch.path(), algorithm, scan, session, workspace, stop);

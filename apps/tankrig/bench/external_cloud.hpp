@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <optional>
 
-#include "apps/tankrig/bench/layered_scan.hpp"
+#include "apps/tankrig/bench/measured_scan.hpp"
 #include "bench/benchmark/benchmark.hpp"
 #include "pipeline/reconstruct_session.hpp"
 
@@ -22,7 +22,7 @@ std::optional<std::filesystem::path> program_file(const std::filesystem::path& n
 /// or with its cloud, is the `reason` of an empty cloud. Points outside `workspace` are left out, as of our clouds.
 /// Threads: any.
 /// Errors: InputError if this machine cannot write the session or start a process.
-Reconstruction external_reconstruction(const Algorithm& algorithm, const LayeredScan& scan, const Session& session,
+Reconstruction external_reconstruction(const Algorithm& algorithm, const MeasuredScan& scan, const Session& session,
                                        const std::optional<WorkspaceBox>& workspace, const std::atomic<bool>& stop);
 
 }  // namespace tankrig::app

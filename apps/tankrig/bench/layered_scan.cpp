@@ -5,10 +5,10 @@
 #include <algorithm>
 
 #include "apps/tankrig/arm/arm_motion.hpp"
+#include "apps/tankrig/bench/scan_trace.hpp"
 #include "apps/tankrig/bench/scratch_folder.hpp"
 #include "apps/tankrig/command_line/stop.hpp"
 #include "apps/tankrig/scan/plan_check.hpp"
-#include "bench/metrics/triangle_mesh.hpp"
 #include "core/input_error.hpp"
 #include "rig/capture/beam_view.hpp"
 #include "rig/plan/light_check.hpp"
@@ -21,8 +21,6 @@ namespace fs = std::filesystem;
 
 namespace tankrig::app {
 namespace {
-
-constexpr double kTraceStep = 0.02;  ///< between the samples that measures look at [s]
 
 class MemorySink final : public ScanSink {
  public:
@@ -56,68 +54,6 @@ Session as_opened(SessionInfo info, const std::vector<FrameRecord>& frames) {
   session.frames = read_frames_csv(folder / "frames.csv").records;
   session.path = "scan in memory";
   return session;
-}
-
-/// Clearance of the arm from object, floor and walls.
-class NearestSolid {
- public:
-  explicit NearestSolid(const RigConfig& rig) : clearance_(rig.arm, obstacles_of(rig)) {
-    for (std::size_t pair = 0; pair < clearance_.pairs(); ++pair)
-      if (clearance_.kind(pair) == PairKind::kObject || clearance_.kind(pair) == PairKind::kTank)
-        pairs_.push_back(pair);
-  }
-  double at(const JointVector& q) const {
-    double nearest = std::numeric_limits<double>::infinity();
-    for (const std::size_t pair : pairs_) nearest = std::min(nearest, clearance_.at(pair, q));
-    return nearest;
-  }
-
- private:
-  Clearance clearance_;
-  std::vector<std::size_t> pairs_;
-};
-
-RunTrace trace_of(const RigConfig& rig, const ScanPlan& plan, const MemorySink& sink, const Session& session,
-                  double lux) {
-  RunTrace trace;
-  const NearestSolid solids(rig);
-  const Stamp begin = sink.states.front().stamp, plan_begin = sink.plan_begin.value_or(begin);
-  for (const JointState& state : sink.states) {
-    const double t = seconds(state.stamp - begin);
-    if (!trace.samples.empty() && t < trace.samples.back().t_s + kTraceStep) continue;
-    const double in_plan = seconds(state.stamp - plan_begin);
-    const MotionPoint planned = plan.at(in_plan);
-    const std::size_t segment = plan.segment_at(in_plan);
-    trace.samples.push_back({t, state.q, state.velocity, planned.q, planned.velocity, static_cast<int>(segment),
-                             plan.segments()[segment].phase, state.current_a, solids.at(state.q)});
-  }
-  for (const FrameRecord& frame : session.frames)
-    trace.frames.push_back({seconds(frame.stamp - begin), seconds(frame.sync_residual), frame.sync_on_target});
-  for (const auto& [camera, account] : session.info.account) {
-    for (const auto& [reason, count] : frame_reasons(session.info.counts, camera))
-      if (reason != "not_recorded") trace.frames_lost += count;
-    trace.frames_lost += static_cast<std::uint64_t>(std::max<std::int64_t>(0, account.unaccounted));
-  }
-  const Transform wMb = rig.obstacles.wMb;
-  const auto fixed = [](const Transform& pose) { return [pose](const JointVector&) { return pose; }; };
-  trace.bodies["tank"] = fixed(Transform::Identity());
-  trace.bodies["base"] = fixed(wMb);
-  trace.bodies["object"] = fixed(wMb * rig.object.bMo);
-  trace.bodies["end_effector"] = [wMb, arm = rig.arm](const JointVector& q) -> Transform { return wMb * arm.bMe(q); };
-  for (const CalibratedCamera& camera : session.info.cameras) {
-    trace.bodies[camera.name] = fixed(wMb * camera.bMc);
-    trace.cameras[camera.name] = {camera.model, wMb * camera.bMc};
-  }
-  trace.corners["object"] = read_mesh(rig.object.mesh).vertices;
-  trace.numbers["joints"] = [](const TraceSample& sample) {
-    return std::vector<double>(sample.q.data(), sample.q.data() + sample.q.size());
-  };
-  trace.numbers["end_effector"] = [body = trace.bodies["end_effector"]](const TraceSample& sample) {
-    const Vector3d p = body(sample.q).translation();
-    return std::vector<double>{p.x(), p.y(), p.z()};
-  };
-  trace.lux = lux;
-  return trace;
 }
 
 }  // namespace
@@ -170,8 +106,6 @@ LayeredScan::LayeredScan(const RigConfig& rig, const sim::WorldOptions& world, P
   info.counts.insert(result.counts.begin(), result.counts.end());
   info.account = result.account;
   describe(rig, info);
-  for (CalibratedCamera& camera : info.cameras) camera.bMc = as_stored(camera.bMc);
-  info.object->bMo = as_stored(info.object->bMo);
   session_ = as_opened(std::move(info), sink.frames);
   std::map<FrameKey, std::shared_ptr<const sim::FrameLayers>> kept;
   for (const FrameRecord& frame : session_.frames) {
@@ -181,8 +115,8 @@ LayeredScan::LayeredScan(const RigConfig& rig, const sim::WorldOptions& world, P
   layers_ = std::move(kept);
   const double lux = backend_->world()->lux(), light = backend_->world()->light();
   if (light > 0) most_lux_ = lux / light;
-  trace_ = trace_of(rig, plan, sink, session_, lux);
   joints_ = std::move(sink.states);
+  trace_ = trace_of_scan(rig, plan, sink.plan_begin.value_or(joints_.front().stamp), joints_, session_, lux);
   rig_yaml_ = resolved_rig_yaml(rig, session_.info.object->mesh);
 }
 
@@ -191,7 +125,9 @@ double LayeredScan::light(const PictureConditions& conditions) const {
   return conditions.light.value_or(backend_->world()->light());
 }
 
-double LayeredScan::lux(const PictureConditions& conditions) const { return light(conditions) * most_lux_; }
+std::optional<double> LayeredScan::lux(const PictureConditions& conditions) const {
+  return light(conditions) * most_lux_;
+}
 
 cv::Mat LayeredScan::picture(const FrameRecord& frame, const PictureConditions& conditions) const {
   const sim::TankWorld& tank = *backend_->world();

@@ -12,6 +12,7 @@
 #include "apps/tankrig/command_line/output.hpp"
 #include "apps/tankrig/command_line/rig_files.hpp"
 #include "apps/tankrig/devices/world_options.hpp"
+#include "apps/tankrig/scan/recorded_session.hpp"
 #include "apps/tankrig/scan/used_calibration.hpp"
 #include "core/input_error.hpp"
 #include "core/shown_text.hpp"
@@ -58,7 +59,7 @@ int calibrate_check(const ScanOptions& given) {
   if (!sheet.scene_boards.empty()) options.world.boards = {sheet.scene_boards.front()};
   const bool person = rig.scene.empty();
   const fs::path session = options.out.empty() ? default_session(rig.name) : options.out;
-  const OpenedSession opened = recorded_step(options, rig, session, there_and_back(rig), progress, [&] {
+  const OpenedSession opened = recorded_session(options, rig, session, there_and_back(rig), progress, [&] {
     if (person) confirm("Lean the checkerboard over the object, on the arm's side of it. Ready?", options.yes);
   });
   const std::vector<CalibrationCheck> checks = checks_of(opened, rig, sheet, progress);

@@ -15,6 +15,7 @@
 #include "apps/tankrig/command_line/confirm.hpp"
 #include "apps/tankrig/command_line/rig_files.hpp"
 #include "apps/tankrig/devices/scene_check.hpp"
+#include "apps/tankrig/scan/recorded_session.hpp"
 #include "bench/metrics/triangle_mesh.hpp"
 #include "calibration/estimate/rotation_vector.hpp"
 #include "calibration/object_pose/corners_file.hpp"
@@ -76,7 +77,7 @@ OpenedSession GuidedCalibration::session(const std::string& name, const std::str
   if (!scene_board.empty()) scan.world.boards = {scene_board};
   const ReadyRig::PlanFrom plan = prepare(rig);
   const bool person = rig.scene.empty();
-  return recorded_step(scan, rig, options_.folder / name, plan, progress_, [&] {
+  return recorded_session(scan, rig, options_.folder / name, plan, progress_, [&] {
     if (person) confirm(ask + ". Ready?", options_.scan.yes);
   });
 }

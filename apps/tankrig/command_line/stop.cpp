@@ -14,6 +14,8 @@ std::atomic<bool> stop_requested{false};
 std::atomic<int> times_asked{0};
 static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<int>::is_always_lock_free);  // set by a handler
 
+int alive = 0;  // of StopOnSignal
+
 /// Asked twice in a row is asked once: the end takes its time.
 constexpr int kImpatient = 3;
 
@@ -48,13 +50,14 @@ void for_every_signal(const struct sigaction& action) {
 }  // namespace
 
 StopOnSignal::StopOnSignal() {
+  if (++alive > 1) return;
   struct sigaction action {};
   action.sa_sigaction = request_stop;
   action.sa_flags = SA_SIGINFO;
   for_every_signal(action);
 }
 StopOnSignal::~StopOnSignal() {
-  if (stop_requested) return;
+  if (--alive > 0 || stop_requested) return;
   struct sigaction action {};
   action.sa_handler = SIG_DFL;
   for_every_signal(action);

@@ -24,7 +24,8 @@ class StoppedEarly : public std::runtime_error {
 /// 32 and 33, which the C library keeps to itself. The third signal, of whatever kind, ends the program at once: laser
 /// off and arm at rest by EmergencyStop where devices are in use, then death of that signal. A key that is held on the
 /// terminal counts once, to the end of the program: its exit code is the stop's. SIGTTIN and SIGTTOU do not count: a
-/// terminal sends them by itself. One at a time.
+/// terminal sends them by itself. Several at a time are as one.
+/// Threads: one.
 class StopOnSignal {
  public:
   StopOnSignal();

@@ -75,6 +75,7 @@ struct Need {
   bool laser = true;             ///< false: what cannot be opened is a warning that its state is not known
   bool cameras = true;           ///< with the lux meter
   std::string only_camera = {};  ///< this one alone, without lux meter; empty: all
+  bool lux_meter = false;        ///< without arm and cameras too
 };
 
 struct BackendOptions {

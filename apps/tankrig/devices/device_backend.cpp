@@ -186,10 +186,10 @@ class DeviceBackend final : public Backend {
           cameras_.push_back(open_camera(camera, camera_info(rig, camera), cameras.child(camera.name), warnings_));
         }
     }
-    if (need.arm && need.cameras && need.only_camera.empty()) {
+    const bool all = need.arm && need.cameras && need.only_camera.empty();
+    if (all || need.lux_meter)
       if (const auto lux = devices_.optional_child("lux_meter")) lux_meter_ = open_lux_meter(*lux, runtime);
-      devices_.finish();
-    }
+    if (all) devices_.finish();
     add_warnings(rig);
   }
 

@@ -5,6 +5,7 @@
 #include "apps/tankrig/devices/camera_info.hpp"
 #include "bench/metrics/triangle_mesh.hpp"
 #include "core/input_error.hpp"
+#include "rig/plan/light_check.hpp"
 #include "rig/platform/machine.hpp"
 #include "session/recording/spool_pictures.hpp"
 
@@ -56,6 +57,13 @@ std::uint64_t disk_need(const RigConfig& rig, const ScanPlan& plan) {
 void check_room(const RigConfig& rig, const ScanPlan& plan, const std::filesystem::path& path) {
   const Finding room = room_finding(path, free_space(path), disk_need(rig, plan));
   if (room.refused) throw InputError(room.measured + "; nothing was moved; " + room.cure);
+}
+
+ScanPlan sweep_plan(const RigConfig& rig, const JointVector& posture) {
+  ScanPlan plan = make_scan_plan(rig.scan, posture);
+  check_light(plan, rig.scan.safety);
+  for (const RigCamera& camera : rig.cameras) check_witness(plan, rig.scan.safety.beam, camera.name, camera.record);
+  return plan;
 }
 
 }  // namespace tankrig::app

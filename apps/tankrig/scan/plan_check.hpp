@@ -27,4 +27,8 @@ std::uint64_t disk_need(const RigConfig& rig, const ScanPlan& plan);
 /// Errors: InputError with need, rest and cure if there is no room for the session at `path`.
 void check_room(const RigConfig& rig, const ScanPlan& plan, const std::filesystem::path& path);
 
+/// The rig's scan from `posture`.
+/// Errors: InputError if its light is not as the rig file allows, or would not be verified.
+ScanPlan sweep_plan(const RigConfig& rig, const JointVector& posture);
+
 }  // namespace tankrig::app

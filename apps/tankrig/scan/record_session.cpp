@@ -208,6 +208,8 @@ Recording record_session(const ScanOptions& options, const RigConfig& rig, const
   if (meter || options.lux != "auto") {
     info.lux_source = meter ? "meter" : "hand";
     info.lux_before = meter ? read_lux(backend) : std::stod(options.lux);
+    if (meter && rig.scan.capture.lux_accuracy > 0)
+      info.lux_uncertainty = rig.scan.capture.lux_accuracy * *info.lux_before;
   }
   const std::string mesh = rig.object.mesh.filename().string();
   RigConfig as_used = rig;
@@ -215,10 +217,6 @@ Recording record_session(const ScanOptions& options, const RigConfig& rig, const
   const std::string rig_file = resolved_rig_yaml(as_used, mesh);
   info.rig_hash = sha256_of_text(rig_file);
   describe(rig, info);
-  // As rig.yaml will read back: a pose read and written again is not the same text, and `session recover` proves a
-  // calibration by its text.
-  for (CalibratedCamera& camera : info.cameras) camera.bMc = as_stored(camera.bMc);
-  info.object->bMo = as_stored(info.object->bMo);
   SessionWriterOptions writer_options;
   writer_options.wait_when_full = !backend.clock().real_time();
   SessionWriter writer(path, std::move(info), writer_options);

@@ -30,7 +30,6 @@
 #include "core/utc.hpp"
 #include "pipeline/report_session.hpp"
 #include "pipeline/score_session.hpp"
-#include "rig/plan/light_check.hpp"
 #include "rig/scan/scan.hpp"
 #include "session/checking/checksums.hpp"
 #include "session/recording/session_lock.hpp"
@@ -142,14 +141,6 @@ void print_scan(const Session& session, const std::vector<Score>& scores, const 
               (session.path / "report.html").c_str());
 }
 
-/// Errors: InputError if its light is not as the rig file allows, or would not be verified.
-ScanPlan plan_from(const RigConfig& rig, const JointVector& posture) {
-  ScanPlan plan = make_scan_plan(rig.scan, posture);
-  check_light(plan, rig.scan.safety);
-  for (const RigCamera& camera : rig.cameras) check_witness(plan, rig.scan.safety.beam, camera.name, camera.record);
-  return plan;
-}
-
 int scan(const ScanOptions& options) {
   const auto began = std::chrono::steady_clock::now();
   check_lux(options.lux);
@@ -161,13 +152,13 @@ int scan(const ScanOptions& options) {
   if (options.dry_run) {
     if (!rig.scene.empty())
       for (const std::string& warning : scene_warnings(rig, load_world(rig, options.world))) progress.warn(warning);
-    const ScanPlan plan = plan_from(rig, rig.scan.park);
+    const ScanPlan plan = sweep_plan(rig, rig.scan.park);
     print_dry_run(rig, plan, check_plan(rig, plan), options.json);
     return kOk;
   }
   const fs::path path = options.out.empty() ? default_session(rig.name) : options.out;
   ReadyRig ready_rig(
-      options, rig, path, [&rig](const JointVector& posture) { return plan_from(rig, posture); }, progress);
+      options, rig, path, [&rig](const JointVector& posture) { return sweep_plan(rig, posture); }, progress);
   Backend& backend = ready_rig.backend();
   const ScanPlan& plan = ready_rig.plan();
   Motion& motion = ready_rig.motion();

@@ -65,6 +65,7 @@ nlohmann::ordered_json info_json(const Session& session) {
   if (info.light) out["light"] = *info.light;
   if (info.lux_before) out["lux_before"] = *info.lux_before;
   if (info.lux_after) out["lux_after"] = *info.lux_after;
+  if (info.lux_uncertainty) out["lux_uncertainty"] = *info.lux_uncertainty;
   if (info.simulated_s > 0) out["length_s"] = info.simulated_s;
   out["cameras"] = nlohmann::ordered_json::object();
   for (const CalibratedCamera& camera : info.cameras) {

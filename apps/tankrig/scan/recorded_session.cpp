@@ -1,0 +1,55 @@
+#include "apps/tankrig/scan/recorded_session.hpp"
+
+#include "apps/tankrig/session/open_session.hpp"
+#include "core/input_error.hpp"
+#include "core/shown_text.hpp"
+
+namespace fs = std::filesystem;
+
+namespace tankrig::app {
+namespace {
+
+/// Errors: InputError if it is of another rig.
+bool is_complete(const fs::path& path, const RigConfig& rig) {
+  if (!fs::exists(path / "session.yaml")) return false;
+  const SessionInfo info = Session::open(path).info;
+  if (info.rig != rig.name)
+    throw InputError(path, "is of rig " + shown_text(info.rig) + ", expected " + rig.name + ": take another folder");
+  return info.status == "complete";
+}
+
+void record(const ScanOptions& options, const RigConfig& rig, const fs::path& path, const ReadyRig::PlanFrom& plan_from,
+            Progress& progress) {
+  ReadyRig ready(options, rig, path, plan_from, progress);
+  const Recording recording = record_session(options, rig, nullptr, ready.plan(), ready.backend(), path,
+                                             ready.commission(), progress, ready.motion());
+  ready.disarm();
+  progress.finish_line();
+  if (!recording.result.complete())
+    throw InputError(path, "the recording " + recording.result.status + "; run the same command again to go on");
+}
+
+}  // namespace
+
+void put_aside(const fs::path& path, const std::string& why, Progress& progress) {
+  const std::string first = path.string() + "." + why;
+  fs::path aside = first;
+  for (int n = 2; fs::exists(aside); ++n) aside = first + "-" + std::to_string(n);
+  fs::rename(path, aside);
+  progress.note(printable(path.string()) + ": now " + printable(aside.filename().string()) + ", recorded again");
+}
+
+OpenedSession recorded_session(const ScanOptions& options, const RigConfig& rig, const fs::path& path,
+                               const ReadyRig::PlanFrom& plan_from, Progress& progress,
+                               const std::function<void()>& before) {
+  if (fs::exists(path) && is_complete(path, rig)) {
+    progress.note("found " + printable(path.string()) + ", recorded already");
+  } else {
+    if (fs::exists(path)) put_aside(path, "stopped", progress);
+    before();
+    record(options, rig, path, plan_from, progress);
+  }
+  return open_with_warnings(path, progress);
+}
+
+}  // namespace tankrig::app

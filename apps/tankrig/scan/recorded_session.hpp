@@ -1,0 +1,24 @@
+// Recordings of one piece of work, each in a folder of its own: the work can go on where it was stopped.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+
+#include "apps/tankrig/command_line/progress.hpp"
+#include "apps/tankrig/scan/ready_rig.hpp"
+#include "session/checking/open_session.hpp"
+
+namespace tankrig::app {
+
+/// The session at `path`: as it is if it is complete, else recorded now, after `before()`, without clouds and report. One
+/// that was stopped is put aside.
+/// Errors: InputError, also if the recording is stopped or frames of it are missing; StoppedEarly.
+OpenedSession recorded_session(const ScanOptions& options, const RigConfig& rig, const std::filesystem::path& path,
+                               const ReadyRig::PlanFrom& plan_from, Progress& progress,
+                               const std::function<void()>& before);
+
+/// Renames a session to PATH.`why`, or PATH.`why`-2 ..., and says so.
+void put_aside(const std::filesystem::path& path, const std::string& why, Progress& progress);
+
+}  // namespace tankrig::app
