@@ -7,6 +7,7 @@
 
 #include "bench/metrics/verdict_cloud.hpp"
 #include "bench/report/cloud_picture.hpp"
+#include "bench/report/cloud_view.hpp"
 #include "bench/report/coverage_picture.hpp"
 #include "bench/report/figures.hpp"
 #include "bench/report/report_html.hpp"
@@ -120,6 +121,24 @@ void add_method_pictures(const Session& session, const ObjectSurface& object, co
   });
 }
 
+/// Every cloud with the cameras, and the arm as it was over the object.
+std::string cloud_view(const Session& session, const ObjectSurface& object, const std::vector<Score>& scores) {
+  const Transform oMb = session.info.object->bMo.inverse();
+  std::vector<ViewedCloud> clouds;
+  for (const Score& score : scores)
+    clouds.push_back({score.method(), cloud_in_object(session, score.reconstruction), score.metrics.verdicts});
+  std::vector<ViewedLines> rig;
+  for (const CalibratedCamera& camera : session.info.cameras)
+    rig.push_back(camera_pyramid(camera.name, camera.model, oMb * camera.bMc));
+  if (const FrameRecord* frame = frame_over_object(session)) {
+    ViewedLines arm{"arm", {oMb.translation()}};
+    for (const Transform& bMi : session.info.calibration.arm->link_frames(*frame->q))
+      arm.points.push_back(oMb * bMi.translation());
+    rig.push_back(arm);
+  }
+  return cloud_view_json(object.mesh(), clouds, rig);
+}
+
 }  // namespace
 
 Pictures draw_pictures(const Session& session, const ObjectSurface& object, const Score& score) {
@@ -144,6 +163,7 @@ void write_pictures_and_report(const Session& session, const ObjectSurface& obje
   }
 
   ReportData report;
+  if (!cloud_view_program().empty()) report.cloud_view = cloud_view(session, object, scores);
   report.title = "Session " + session.info.name;
   report.facts = session_summary(session);
   for (const Score& score : scores) {

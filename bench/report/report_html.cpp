@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <mstch/mstch.hpp>
 
+#include "bench/report/cloud_view.hpp"
 #include "bench/report/figures.hpp"
 #include "bench/report/picture_uri.hpp"
 #include "core/atomic_file.hpp"
@@ -156,6 +157,11 @@ array file_rows(const std::vector<ReportMethod>& methods) {
   return rows;
 }
 
+mstch::node cloud_view_node(const std::string& data) {
+  if (data.empty() || cloud_view_program().empty()) return nullptr;
+  return map{{"data", data}, {"program", cloud_view_program()}};
+}
+
 array fact_rows(const ReportData& data) {
   array rows;
   for (const auto& [what, value] : data.facts) rows.push_back(map{{"what", what}, {"value", value}});
@@ -165,17 +171,20 @@ array fact_rows(const ReportData& data) {
 }  // namespace
 
 std::string report_html(const ReportData& data) {
-  return mstch::render(kReportTemplate, map{{"title", data.title},
-                                            {"warnings", array_of(data.warnings)},
-                                            {"scored", !data.methods.empty()},
-                                            {"methods", method_nodes(data.methods)},
-                                            {"figures", figure_rows(data.methods)},
-                                            {"files", section("rows", file_rows(data.methods))},
-                                            {"pictures", section("groups", picture_groups(data.pictures))},
-                                            {"tolerances", coverage_by_tolerance(data.methods)},
-                                            {"thresholds", section("rows", threshold_rows(data.methods))},
-                                            {"session", section("facts", fact_rows(data))},
-                                            {"command", data.command}});
+  return mstch::render(kReportTemplate,
+                       map{{"title", data.title},
+                           {"warnings", array_of(data.warnings)},
+                           {"scored", !data.methods.empty()},
+                           {"methods", method_nodes(data.methods)},
+                           {"figures", figure_rows(data.methods)},
+                           {"files", section("rows", file_rows(data.methods))},
+                           {"cloud_view", cloud_view_node(data.cloud_view)},
+                           {"pictures", section("groups", picture_groups(data.pictures))},
+                           {"tolerances", coverage_by_tolerance(data.methods)},
+                           {"thresholds", section("rows", threshold_rows(data.methods))},
+                           {"session", section("facts", fact_rows(data))},
+                           {"command", data.command}},
+                       {{"view", std::string(kViewTemplate)}});
 }
 
 void write_report_html(const fs::path& file, const ReportData& data) { write_file_durably(file, report_html(data)); }

@@ -27,6 +27,7 @@ struct ReportData {
   std::string title;
   std::vector<std::pair<std::string, std::string>> facts;  ///< of the session: what, value with its unit
   std::vector<ReportMethod> methods;                       ///< in table order
+  std::string cloud_view;                                  ///< cloud_view_json(); empty: no 3D view
   std::vector<ReportPicture> pictures;
   std::vector<std::string> warnings;
   std::string command;  ///< what makes this page again

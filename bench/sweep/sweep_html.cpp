@@ -6,10 +6,13 @@
 #include <cctype>
 #include <mstch/mstch.hpp>
 
+#include "bench/report/cloud_view.hpp"
 #include "bench/report/picture_uri.hpp"
 #include "bench/sweep/sweep_report.hpp"
 #include "bench/sweep/sweep_tables.hpp"
 #include "bench/sweep/sweep_values.hpp"
+#include "core/input_error.hpp"
+#include "core/text_files.hpp"
 
 namespace tankrig {
 
@@ -70,6 +73,15 @@ mstch::node pictures(const fs::path& folder, const std::vector<std::pair<std::st
   }
   if (nodes.empty()) return nullptr;
   return map{{"pictures", nodes}};
+}
+
+/// Of the clouds that the run has kept.
+mstch::node cloud_view_node(const fs::path& folder) {
+  const fs::path data = folder / "figures" / kCloudView;
+  if (cloud_view_program().empty() || !fs::exists(data)) return nullptr;
+  const std::string text = read_whole_file(data);
+  if (text.find('<') != std::string::npos) throw InputError(data, "found '<', expected what tankrig bench writes");
+  return map{{"data", text}, {"program", cloud_view_program()}};
 }
 
 array table_nodes(const std::vector<SweepTable>& tables) {
@@ -157,6 +169,7 @@ std::string sweep_html(const fs::path& folder, const Benchmark& benchmark, const
           {"charts", chart_nodes(benchmark, rows)},
           {"views", pictures(folder, views)},
           {"clouds", pictures(folder, clouds)},
+          {"cloud_view", cloud_view_node(folder)},
           {"failures", failure_nodes(failures)},
           {"tables", table_nodes(sweep_tables(benchmark, rows))},
           {"sessions", sessions.rows.empty() ? array() : table_nodes({sessions})},
@@ -164,7 +177,7 @@ std::string sweep_html(const fs::path& folder, const Benchmark& benchmark, const
           {"command", "tankrig " + run.value("command", "bench") + " " + benchmark.file.filename().string() +
                           shared_options(run) + " --seed " + text_of(run, "seed")},
           {"facts", fact_nodes(run)}},
-      {{"table", std::string(kTable)}});
+      {{"table", std::string(kTable)}, {"view", std::string(kViewTemplate)}});
 }
 
 }  // namespace tankrig

@@ -17,6 +17,7 @@ inline constexpr const char* kViewsNoise = "views_noise.png";
 inline constexpr const char* kViewsOutside = "views_outside.png";  ///< of an experiment, as what follows
 inline constexpr const char* kViewsCamera = "views_camera.png";
 inline constexpr const char* kCloudGrid = "clouds.png";
+inline constexpr const char* kCloudView = "cloud_view.json";  ///< cloud_view_json() of the measured clouds
 
 /// A panel for each reconstruction3D measure that has `detail`: its values over the light (else the innermost loop), a
 /// curve for every noise (else the next loop), averaged over all other loops; with one loop alone, one panel with a

@@ -7,6 +7,7 @@
 
 #include "apps/tankrig/bench/bench_run.hpp"
 #include "bench/report/cloud_picture.hpp"
+#include "bench/report/cloud_view.hpp"
 #include "bench/sweep/strip.hpp"
 #include "bench/sweep/sweep_report.hpp"
 #include "core/atomic_file.hpp"
@@ -74,6 +75,8 @@ std::vector<std::string> BenchRun::write_pictures(const fs::path& folder) {
   const Session shot = scan_now->session(best, true, true);
   Session believed = shot;
   for (const CalibrationError& error : condition(0).errors) put_error(error, believed.info);
+  const Transform oMb = shot.info.object->bMo.inverse();
+  std::vector<ViewedCloud> viewed;
   for (std::size_t i = 0; i < benchmark().measures.size(); ++i) {
     const std::string cloud = evaluation_.measured_cloud(i, condition(0));
     if (cloud.empty()) continue;
@@ -82,12 +85,17 @@ std::vector<std::string> BenchRun::write_pictures(const fs::path& folder) {
     CloudPictureOptions options;
     options.title = cloud;
     options.width = 560, options.height = 400;
-    options.view = view_from((shot.info.object->bMo.inverse() * camera.bMc).translation(), evaluation_.object());
+    options.view = view_from((oMb * camera.bMc).translation(), evaluation_.object());
     names.push_back(fmt::format("cloud_{}.png", benchmark().measures[i].name));
+    viewed.push_back(
+        {benchmark().measures[i].name, cloud_in_object(shot, score.reconstruction), score.metrics.verdicts});
     write_png(folder / "figures" / names.back(),
-              draw_cloud_over_object(cloud_in_object(shot, score.reconstruction), score.metrics.verdicts,
-                                     evaluation_.object(), options));
+              draw_cloud_over_object(viewed.back().cloud, viewed.back().verdicts, evaluation_.object(), options));
   }
+  std::vector<ViewedLines> rig;
+  for (const CalibratedCamera& camera : shot.info.cameras)
+    rig.push_back(camera_pyramid(camera.name, camera.model, oMb * camera.bMc));
+  write_whole_file(folder / "figures" / kCloudView, cloud_view_json(evaluation_.object(), viewed, rig));
   return names;
 }
 

@@ -45,6 +45,8 @@ void take_pictures(const fs::path& folder, const fs::path& other, const Benchmar
   fs::create_directories(folder / "figures");
   for (const std::string& name : pictures_there(other, benchmark))
     copy_whole_file(other / "figures" / name, folder / "figures" / name);
+  if (fs::exists(other / "figures" / kCloudView))
+    copy_whole_file(other / "figures" / kCloudView, folder / "figures" / kCloudView);
 }
 
 std::size_t failed_points(const PointRows& rows) {
