@@ -27,13 +27,13 @@ std::string values_of(const fs::path& file) {
 class CalibrateAll : public testing::Test {
  protected:
   ProgramRun calibrate(int seed) const {
-    return run_tankrig({"calibrate", "all", "--rig", "tank-true", "--truth-seed", std::to_string(seed), "--data",
-                        data_.string(), "--json"});
+    return run_tankrig(
+        {"calibrate", "all", "--rig", rig_, "--truth-seed", std::to_string(seed), "--data", data_.string(), "--json"});
   }
 
   void expect_a_good_scan(int seed) const {
     const ProgramRun run =
-        run_tankrig({"scan", "--rig", "tank-true", "--truth-seed", std::to_string(seed), "--calibration",
+        run_tankrig({"scan", "--rig", rig_, "--truth-seed", std::to_string(seed), "--calibration",
                      (data_ / "calibration.yaml").string(), "--out", (data_ / "scan").string(), "--json"});
     ASSERT_EQ(run.exit_code, 0) << run.err;
     const auto scores = run.json();
@@ -54,6 +54,7 @@ class CalibrateAll : public testing::Test {
                         (data_ / ("check-" + std::to_string(seed))).string(), "--json"});
   }
 
+  std::string rig_ = "tank-true";
   fs::path data_ = scratch_folder() / "calibration";
 };
 
@@ -99,16 +100,38 @@ TEST_F(CalibrateAll, MakesARigThatNobodyKnowsScanWithinMillimetresAndTheSameNumb
   EXPECT_THAT(other.err, HasSubstr("is of rig tank-true, expected tank-sim"));
 }
 
-class CalibrateAllSlow : public CalibrateAll, public testing::WithParamInterface<int> {};
+class CalibrateAllSlow : public CalibrateAll {};
+class CalibrateAllSlowRigs : public CalibrateAll, public testing::WithParamInterface<int> {};
 
-TEST_P(CalibrateAllSlow, HoldsTheBoundsHoweverTheRigIsBuilt) {
+TEST_P(CalibrateAllSlowRigs, HoldsTheBoundsHoweverTheRigIsBuilt) {
   RecordProperty("seed", GetParam());
   const ProgramRun run = calibrate(GetParam());
   ASSERT_EQ(run.exit_code, 0) << run.err << run.out;
   expect_a_good_scan(GetParam());
 }
 
-INSTANTIATE_TEST_SUITE_P(Rigs, CalibrateAllSlow, testing::Range(1, 11));
+/// The paper's Figure 10: 12, 147 and 207 lx, with a sensor that counts photo-electrons.
+TEST_F(CalibrateAllSlow, TheLasersCloudIsWholeAtEveryLightLevelOfThePaper) {
+  ASSERT_EQ(calibrate(1).exit_code, 0);
+  const ProgramRun run = run_tankrig({"experiment", "etc/benchmarks/paper-figure-10.xml", "--rig", rig_, "--sensor",
+                                      "emva1288", "--calibration", (data_ / "calibration.yaml").string(), "--out",
+                                      (data_ / "experiment").string(), "--json"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  ASSERT_EQ(run.json()["levels"].size(), 3u);
+  for (const auto& level : run.json()["levels"]) EXPECT_GE(level["laser"]["of_ceiling"], 0.85) << level;
+}
+
+class CalibrateAllSlowWire : public CalibrateAll {};
+
+TEST_F(CalibrateAllSlowWire, HoldsTheBoundsBehindRealDrivers) {
+  rig_ = "tank-true-wire";
+  const ProgramRun run = calibrate(1);
+  if (forbids_private_network(run)) GTEST_SKIP() << run.err;
+  ASSERT_EQ(run.exit_code, 0) << run.err << run.out;
+  expect_a_good_scan(1);
+}
+
+INSTANTIATE_TEST_SUITE_P(Rigs, CalibrateAllSlowRigs, testing::Range(1, 11));
 
 }  // namespace
 }  // namespace tankrig::test

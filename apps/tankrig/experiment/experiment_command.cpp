@@ -97,6 +97,7 @@ class Experiment {
     evaluation_.refuse_measures(
         trace_of_rig(rig_, info.cameras, rig_.scan.capture.read_lux ? std::optional(0.0) : std::nullopt));
     for (const std::string& refusal : evaluation_.refusals()) progress_.warn(refusal);
+    for (const std::string& program : evaluation_.programs()) progress_.note("runs " + program);
     check_options();
     evaluation_.identity()["command"] = "experiment";
     evaluation_.identity()["calibration_sha256"] = sha256_of_text(calibration_yaml(info));
