@@ -1,8 +1,6 @@
 // Whether the arm is measured at rest: for light with the arm held still, and for the end of a scan.
 #pragma once
 
-#include <optional>
-
 #include "drivers/arm/arm.hpp"
 
 namespace tankrig {
@@ -19,20 +17,20 @@ class RestWatch {
   /// Samples in order of their stamps. A velocity that is not a number is not rest.
   void add(const JointState& joints) noexcept {
     if (!(joints.velocity.cwiseAbs().array() < velocity_).all()) {
-      since_.reset();
-      at_rest_ = false;
+      slow_ = at_rest_ = false;
       return;
     }
-    if (!since_) since_ = joints.stamp;
-    at_rest_ = joints.stamp - *since_ >= kWindow;
+    if (!slow_) since_ = joints.stamp;
+    slow_ = true;
+    at_rest_ = joints.stamp - since_ >= kWindow;
   }
 
   bool at_rest() const noexcept { return at_rest_; }
 
  private:
   double velocity_;
-  std::optional<Stamp> since_;
-  bool at_rest_ = false;
+  bool slow_ = false, at_rest_ = false;
+  Stamp since_{};  ///< while slow_
 };
 
 }  // namespace tankrig
