@@ -21,6 +21,7 @@
 #include <optional>
 
 #include "bench/external/process_tree.hpp"
+#include "bench/external/task_group.hpp"
 #include "core/input_error.hpp"
 #include "core/shown_text.hpp"
 #include "core/text_files.hpp"
@@ -37,6 +38,7 @@ constexpr int kLooksPerAccount = 3;  // /proc and the folder are looked through 
 constexpr double kEnding_s = 10;     // for all that it started to be gone
 // Of this user, before a bomb can start no more: beyond what a desktop or other configurations start meanwhile.
 constexpr std::size_t kTaskRoom = 4096;
+constexpr int kGroupRoom = 64;  // of its own group: more than it may have, so that it is seen to have too many
 constexpr const char* kWell = "ended well";
 constexpr const char* kRun = "run.json";  // what is run, for the supervisor
 
@@ -79,7 +81,8 @@ void set_limit(int resource, double most, int failed) {
 }
 
 /// In the child: the program, or give_up().
-[[noreturn]] void become(const LimitedRun& run, std::size_t users_tasks, int failed) {
+[[noreturn]] void become(const LimitedRun& run, const TaskGroup& group, std::size_t users_tasks, int failed) {
+  group.enter();
   ::setpgid(0, 0);
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
   for (int signal = 1; signal < NSIG; ++signal) ::signal(signal, SIG_DFL);
@@ -171,9 +174,10 @@ std::string supervise(const LimitedRun& run, int caller) {
   const std::uint64_t disk_before = bytes_below(run.folder);
   const Clock_::time_point begin = Clock_::now();
   const std::size_t users_tasks = tasks_of_user();
+  const TaskGroup group(run.limits.processes + kGroupRoom);
   const pid_t program = ::fork();
   if (program < 0) throw InputError(std::string("fork: ") + std::strerror(errno));
-  if (program == 0) become(run, users_tasks, failed[1]);
+  if (program == 0) become(run, group, users_tasks, failed[1]);
   ::setpgid(program, program);
   ::close(failed[1]);
   int error = 0;

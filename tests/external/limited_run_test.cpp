@@ -67,6 +67,14 @@ TEST_F(LimitedRunTest, EndsAForkBombAndOneThatLeavesItsGroup) {
   EXPECT_EQ(end_of("for i in 1 2 3; do setsid sleep 1000 & done; (setsid sleep 1000 &); exit 0"), "");
 }
 
+TEST_F(LimitedRunTest, BoundsAForkBombOfRootToo) {
+  if (end_of("grep -q '/tankrig-' /proc/self/cgroup") != "") GTEST_SKIP() << "this user may make no control groups";
+  const std::string end = end_of("bomb() { bomb | bomb & }; bomb; sleep 1000", {.processes = 20});
+  int most = 0;
+  ASSERT_EQ(std::sscanf(end.c_str(), "had %d processes", &most), 1) << end;
+  EXPECT_LE(most, 20 + 64);
+}
+
 TEST_F(LimitedRunTest, EndsOneThatFillsTheDisk) {
   const RunLimits limits{.disk_bytes = 4 << 20};
   EXPECT_EQ(end_of("exec cat /dev/zero > big", limits), "wrote more than 4 MiB");
