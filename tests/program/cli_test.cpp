@@ -118,7 +118,7 @@ TEST(Usage, WrongWordsAreExitCodeTwo) {
 
 TEST(Usage, AWordThatIsNoCommandIsNamedBesideThoseThatAre) {
   const std::pair<std::vector<std::string>, std::vector<std::string>> wrong[] = {
-      {{"sacn"}, {"tankrig: found 'sacn'", "scan, bench, reconstruct"}},
+      {{"sacn"}, {"tankrig: found 'sacn'", "scan, bench, experiment, reconstruct"}},
       {{"session", "inof"}, {"tankrig session: found 'inof'", "info, list, check"}},
       {{"arm", "raise"}, {"tankrig arm: found 'raise'", "status, stop, jog, park, home"}}};
   for (const auto& [words, expected] : wrong) {
