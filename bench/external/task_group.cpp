@@ -3,7 +3,6 @@
 #include <fcntl.h>
 #include <unistd.h>
 
-#include <fstream>
 #include <string>
 #include <system_error>
 
@@ -15,9 +14,11 @@ TaskGroup::TaskGroup(int most) {
     path_ = mount / ("tankrig-" + std::to_string(::getpid()));
     if (!std::filesystem::exists(mount / "cgroup.procs", error) || !std::filesystem::create_directory(path_, error))
       continue;
-    std::ofstream limit(path_ / "pids.max");
-    limit << most << std::flush;
-    if (limit.good()) processes_ = ::open((path_ / "cgroup.procs").c_str(), O_WRONLY | O_CLOEXEC);
+    const std::string number = std::to_string(most);
+    const int limit = ::open((path_ / "pids.max").c_str(), O_WRONLY | O_CLOEXEC);
+    const bool set = limit >= 0 && ::write(limit, number.data(), number.size()) > 0;
+    if (limit >= 0) ::close(limit);
+    if (set) processes_ = ::open((path_ / "cgroup.procs").c_str(), O_WRONLY | O_CLOEXEC);
     if (processes_ >= 0) return;
     ::rmdir(path_.c_str());
   }

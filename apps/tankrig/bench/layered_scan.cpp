@@ -105,7 +105,7 @@ LayeredScan::LayeredScan(const RigConfig& rig, const sim::WorldOptions& world, P
   info.simulated_s = result.simulated_s;
   info.counts.insert(result.counts.begin(), result.counts.end());
   info.account = result.account;
-  describe(rig, info);
+  describe_for_recording(rig, info);
   session_ = as_opened(std::move(info), sink.frames);
   std::map<FrameKey, std::shared_ptr<const sim::FrameLayers>> kept;
   for (const FrameRecord& frame : session_.frames) {

@@ -93,7 +93,7 @@ class Experiment {
       return why.empty() ? evaluation_.unknown_name(updater) : why;
     });
     SessionInfo info;
-    describe(rig_, info);
+    describe_for_recording(rig_, info);
     evaluation_.refuse_measures(
         trace_of_rig(rig_, info.cameras, rig_.scan.capture.read_lux ? std::optional(0.0) : std::nullopt));
     for (const std::string& refusal : evaluation_.refusals()) progress_.warn(refusal);

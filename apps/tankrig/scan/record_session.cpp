@@ -216,7 +216,7 @@ Recording record_session(const ScanOptions& options, const RigConfig& rig, const
   if (rig.calibration) as_used.calibration_sha256 = sha256_of_text(rig.calibration->text);
   const std::string rig_file = resolved_rig_yaml(as_used, mesh);
   info.rig_hash = sha256_of_text(rig_file);
-  describe(rig, info);
+  describe_for_recording(rig, info);
   SessionWriterOptions writer_options;
   writer_options.wait_when_full = !backend.clock().real_time();
   SessionWriter writer(path, std::move(info), writer_options);
