@@ -63,7 +63,6 @@ std::string stripe_warning(const StripeResult& result) {
         {all.ambiguous, "show a second line almost as strong"},
         {all.too_wide, "show a profile wider than the stripe's"},
         {all.skewed, "show a lopsided profile"},
-        {all.faint, "show a line far fainter than the stripe"},
         {all.edge, "lie beside a jump of the stripe"},
         {all.isolated, "belong to pieces too short for a stripe"}};
     const auto& [count, why] = *std::ranges::max_element(reasons);

@@ -31,7 +31,7 @@ struct StripePeak {
 };
 
 /// What became of every column (row, for kRows), and afterwards of every triangulated point.
-/// columns = peaks + no_peak + low_snr + ambiguous + too_wide + skewed + faint + edge + isolated;
+/// columns = peaks + no_peak + low_snr + ambiguous + too_wide + skewed + edge + isolated;
 /// peaks = points + behind_camera + grazing + outside_workspace + particle.
 struct StripeStatistics {
   std::uint64_t frames = 0;
@@ -41,7 +41,6 @@ struct StripeStatistics {
   std::uint64_t ambiguous = 0;      ///< a second line almost as strong: a reflection
   std::uint64_t too_wide = 0;       ///< wider than the stripe can be
   std::uint64_t skewed = 0;         ///< lopsided: light of two surfaces mixed
-  std::uint64_t faint = 0;          ///< far fainter than the stripe: its light, scattered
   std::uint64_t edge = 0;           ///< beside a jump of the stripe and belonging to neither side
   std::uint64_t isolated = 0;       ///< a run of too few columns: a floating particle
   std::uint64_t peaks = 0;          ///< stripe points found in images

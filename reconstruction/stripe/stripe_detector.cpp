@@ -92,7 +92,6 @@ class ColumnDetector {
     measure_shape(fitted);
     for (const auto& run : fitted) runs.push_back(chosen_of(run, candidates));
     std::erase_if(runs, [](const FittedRun& run) { return run.empty(); });
-    drop_faint(runs, statistics);
     drop_strangers(runs, parameters_, statistics);
     const std::vector<double> correlations = calibrate_sigmas(runs);
     drop_edges(runs, parameters_, statistics);

@@ -76,20 +76,6 @@ void drop_edges(std::vector<FittedRun>& runs, const StripeParameters& parameters
   }
 }
 
-void drop_faint(std::vector<FittedRun>& runs, StripeStatistics& statistics) {
-  constexpr double kFaint = 0.04;  // a matt black surface beside a white one is at 0.05
-  std::vector<double> amplitudes;
-  for (const FittedRun& run : runs)
-    for (const RunPoint& point : run) amplitudes.push_back(point.amplitude);
-  if (amplitudes.empty()) return;
-  const auto middle = amplitudes.begin() + static_cast<std::ptrdiff_t>(amplitudes.size() / 2);
-  std::nth_element(amplitudes.begin(), middle, amplitudes.end());
-  const double least = kFaint * *middle;
-  for (FittedRun& run : runs)
-    statistics.faint += std::erase_if(run, [&](const RunPoint& point) { return point.amplitude < least; });
-  std::erase_if(runs, [](const FittedRun& run) { return run.empty(); });
-}
-
 void drop_strangers(std::vector<FittedRun>& runs, const StripeParameters& parameters, StripeStatistics& statistics) {
   constexpr int kShort = 4;  // in shortest runs
   constexpr double kMaxAngle = 0.35, kSigmas = 4;

@@ -17,10 +17,6 @@ struct RunPoint {
 
 using FittedRun = std::vector<RunPoint>;
 
-/// Takes out points far fainter than the image's typical one: the stripe's own light, scattered by the water or by another
-/// surface, bridges gaps in it (counted as faint).
-void drop_faint(std::vector<FittedRun>& runs, StripeStatistics& statistics);
-
 /// Takes out the ends of runs that neighbour another run and lie off their own run's line (counted as edge), and runs
 /// shorter than min_run (edge between two runs, isolated otherwise).
 void drop_edges(std::vector<FittedRun>& runs, const StripeParameters& parameters, StripeStatistics& statistics);
