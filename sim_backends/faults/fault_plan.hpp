@@ -62,7 +62,7 @@ struct FaultSpec {
   std::string name() const;
 };
 
-/// An existing combination and its effect; docs/reference/faults.md shows the same table.
+/// An existing combination and its effect; docs/reference/faults.md tells the same by kind.
 struct FaultOffer {
   FaultDevice device;
   FaultKind kind;
