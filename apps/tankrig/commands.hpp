@@ -19,6 +19,7 @@ void add_arm(CLI::App& app, ChosenCommand& chosen);
 void add_camera(CLI::App& app, ChosenCommand& chosen);
 void add_guardian(CLI::App& app, ChosenCommand& chosen);
 void add_emulate(CLI::App& app, ChosenCommand& chosen);
+void add_serve(CLI::App& app, ChosenCommand& chosen);
 void add_calibrate(CLI::App& app, ChosenCommand& chosen);
 void add_budget(CLI::App& app, ChosenCommand& chosen);
 void add_completion(CLI::App& app, ChosenCommand& chosen);

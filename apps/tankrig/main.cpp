@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <exception>
 
+#include "apps/tankrig/command_line/feed.hpp"
 #include "apps/tankrig/command_line/output.hpp"
 #include "apps/tankrig/command_line/stop.hpp"
 #include "apps/tankrig/commands.hpp"
@@ -42,13 +43,14 @@ int main(int argc, char** argv) {
   // A closed terminal or pager, or a file that may not grow, must not end a program that has an arm to stop.
   for (const int signal : {SIGPIPE, SIGXFSZ}) std::signal(signal, SIG_IGN);
   tankrig::keep_freed_memory();
+  Feed::one();
   CLI::App app{"tankrig: laser-stripe and stereo reconstruction in a water tank, on a real or a simulated rig"};
   app.require_subcommand(1);
   app.set_version_flag("--version", TANKRIG_VERSION);
   app.footer("Example: tankrig scan    (scans the simulated tank and writes a report)");
   ChosenCommand chosen;
   for (const auto add : {add_scan, add_bench, add_experiment, add_reconstruct, add_evaluate, add_cloud, add_session,
-                         add_report, add_doctor, add_init, add_arm, add_camera, add_emulate, add_guardian,
+                         add_report, add_doctor, add_init, add_arm, add_camera, add_emulate, add_serve, add_guardian,
                          add_calibrate, add_budget, add_completion, add_manual})
     add(app, chosen);
   try {

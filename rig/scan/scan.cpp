@@ -118,7 +118,7 @@ class ScanRun {
                                   seconds(job_.box->enable_wait())));
       if (job_.clock.now() < tell) continue;
       tell = tell + kProgressPeriod;
-      if (job_.progress) job_.progress({0, Phase::kMove, "waiting for the watchdog box: press its button"});
+      if (job_.progress) job_.progress({0, Phase::kMove, "waiting for the watchdog box: press its button", newest_q_, newest_laser_});
     }
   }
 
@@ -217,6 +217,7 @@ class ScanRun {
   void consume(const CycleRecord& record) {
     look_at_the_end(record);
     if (record.has_joints) take_joints(record.joints);
+    if (record.laser) newest_laser_ = record.laser;
     laser_.add(record);
     beam_.add(record);
     log_.add(record, record.fault == Fault::kHeartbeat ? feeds_.held_up() : failure_);
@@ -231,6 +232,7 @@ class ScanRun {
       return;
     }
     joints_.push(state);
+    newest_q_ = state.q;
     job_.sink.joints(state);
   }
 
@@ -277,7 +279,7 @@ class ScanRun {
     if (!job_.progress || !plan_zero_ || ended() || last_.stamp < next_progress_) return;
     next_progress_ = last_.stamp + kProgressPeriod;
     const Segment& segment = plan_.segments()[last_.segment];
-    job_.progress({std::clamp(last_.plan_time / plan_.duration(), 0.0, 1.0), segment.phase, segment.name});
+    job_.progress({std::clamp(last_.plan_time / plan_.duration(), 0.0, 1.0), segment.phase, segment.name, newest_q_, newest_laser_});
   }
 
   std::string status() const {
@@ -342,6 +344,8 @@ class ScanRun {
   SafeEnd end_;
   ScanLog log_;
   CycleRecord last_;
+  std::optional<JointVector> newest_q_;
+  std::optional<LaserState> newest_laser_;
   std::optional<Stamp> plan_zero_;
   Stamp round_began_{}, well_at_{};
   std::string failure_;             // why the supervisor wants an end

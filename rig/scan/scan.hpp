@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "core/arm_model.hpp"
 #include "core/clock.hpp"
 #include "core/cycle_times.hpp"
 #include "drivers/arm/arm.hpp"
@@ -28,6 +29,8 @@ struct ScanProgress {
   double fraction = 0;  ///< of the plan's time, [0, 1]
   Phase phase = Phase::kMove;
   std::string segment;  ///< its name
+  std::optional<JointVector> q;     ///< the newest joints; none before the arm has said them
+  std::optional<LaserState> laser;  ///< the newest that it said
 };
 
 struct ScanResult {

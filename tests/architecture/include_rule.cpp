@@ -44,13 +44,15 @@ const std::vector<Rule>& rules() {
       {"reconstruction", {"core", "reconstruction"}},
       {"bench", {"core", "reconstruction", "bench"}},
       {"pipeline", {"core", "session", "calibration", "reconstruction", "bench", "pipeline"}},
+      {"console/feed", {"core", "console/feed"}},
+      {"console", {"core", "session", "pipeline", "console"}},
       {"examples", {"core", "session", "calibration", "reconstruction", "bench", "pipeline", "examples"}},
       {"apps",
        {"core", "drivers", "sim_backends", "session", "rig", "calibration", "reconstruction", "bench", "pipeline",
-        "apps"}},
+        "console", "apps"}},
       {"tests",
        {"core", "drivers", "sim_backends", "session", "rig", "calibration", "reconstruction", "bench", "pipeline",
-        "tests"}},
+        "console", "tests"}},
   };
   return table;
 }

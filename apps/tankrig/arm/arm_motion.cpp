@@ -17,6 +17,7 @@
 #include "apps/tankrig/command_line/waiting.hpp"
 #include "apps/tankrig/commands.hpp"
 #include "apps/tankrig/scan/plan_check.hpp"
+#include "apps/tankrig/scan/shown_scan.hpp"
 #include "core/angles.hpp"
 #include "core/input_error.hpp"
 #include "rig/executive/cycle.hpp"
@@ -155,6 +156,7 @@ void Motion::run(ScanJob& job) {
     if (!job.result.status.empty()) left_ = job.result.left;
     end();
     if (left_) job.result.left = *left_;
+    if (left_) show_end(*left_);
   };
   job.step_watch = backend_.step_watch();
   job.box = backend_.box();
@@ -239,7 +241,10 @@ int move_arm(const ArmCommandOptions& options, const TargetFrom& target_from, bo
                 sink,
                 StopOnSignal::requested(),
                 [] { return false; },
-                [&](const ScanProgress& p) { progress.update("arm: " + p.segment, p.fraction); },
+                [&](const ScanProgress& p) {
+                  show_state(rig, p);
+                  progress.update("arm: " + p.segment, p.fraction);
+                },
                 [&](const std::string& what) { progress.cut(what); }};
     Motion(*backend, settings.safety, progress).run(job);
     outcome.result = job.result;

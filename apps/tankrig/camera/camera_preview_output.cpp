@@ -9,6 +9,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <string_view>
 
+#include "apps/tankrig/command_line/feed.hpp"
 #include "core/input_error.hpp"
 #include "core/text_files.hpp"
 #include "reconstruction/stripe/stripe.hpp"
@@ -141,8 +142,10 @@ void PreviewOutput::show(const cv::Mat& image, bool lit) {
   width_ = image.cols;
   marks.caption = fmt::format("{}  {:.1f} frames/s  lost {}", title_, summary_.frames_per_s, summary_.lost);
 
+  const cv::Mat picture = preview_picture(image, marks);
+  Feed::one().picture(title_, picture);
   std::vector<unsigned char> png;
-  if (!cv::imencode(".png", preview_picture(image, marks), png, {cv::IMWRITE_PNG_COMPRESSION, 1}))
+  if (!cv::imencode(".png", picture, png, {cv::IMWRITE_PNG_COMPRESSION, 1}))
     throw InputError(picture_, "cannot be encoded");
   write_whole_file(picture_, {reinterpret_cast<const char*>(png.data()), png.size()});
   ++summary_.refreshes;

@@ -6,10 +6,19 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <nlohmann/json.hpp>
 
+#include "apps/tankrig/command_line/feed.hpp"
 #include "core/shown_text.hpp"
 
 namespace tankrig::app {
+namespace {
+
+void tell(const char* level, const std::string& text) {
+  if (Feed::one().heard()) Feed::one().tell({{"feed", "told"}, {"level", level}, {"text", text}});
+}
+
+}  // namespace
 
 Progress::Progress() : terminal_(isatty(STDERR_FILENO) != 0) {
   if (!spdlog::get("tankrig")) spdlog::set_default_logger(spdlog::stderr_color_mt("tankrig"));
@@ -38,6 +47,10 @@ void Progress::update(const std::string& stage, double fraction, const std::stri
   const std::lock_guard lock(mutex_);
   const auto now = std::chrono::steady_clock::now();
   const bool new_stage = stage != stage_;
+  if (Feed::one().heard() && (new_stage || fraction >= 1 || now - fed_ >= std::chrono::milliseconds(100))) {
+    fed_ = now;
+    Feed::one().tell({{"feed", "progress"}, {"stage", stage}, {"fraction", fraction}, {"detail", detail}});
+  }
   if (!terminal_) {
     if (new_stage) end_stage(), std::fprintf(stderr, "%s\n", stage.c_str());
     stage_ = stage;
@@ -66,12 +79,14 @@ void Progress::note(const std::string& text) {
   const std::lock_guard lock(mutex_);
   end_line();
   spdlog::info("{}", printable(text));
+  tell("note", text);
 }
 
 void Progress::warn(const std::string& text) {
   const std::lock_guard lock(mutex_);
   end_line();
   spdlog::warn("{}", printable(text));
+  tell("warning", text);
 }
 
 }  // namespace tankrig::app

@@ -1,4 +1,5 @@
-// Progress of long work on standard error: one line that moves on a terminal, a line per stage elsewhere.
+// Progress of long work on standard error: one line that moves on a terminal, a line per stage elsewhere. Whoever
+// listens to the feed is told as well.
 #pragma once
 
 #include <chrono>
@@ -38,11 +39,11 @@ class Progress {
   void end_line();
   void end_stage();
 
-  std::mutex mutex_;  // guards what follows, up to last_
+  std::mutex mutex_;  // guards what follows, up to fed_
   bool terminal_;
   bool line_open_ = false;
   std::string stage_, detail_;
-  std::chrono::steady_clock::time_point last_{};
+  std::chrono::steady_clock::time_point last_{}, fed_{};
   CryForHelp cry_{[this](const std::string& line) { warn(line); }};  // last: it may warn at its end
 };
 

@@ -4,7 +4,9 @@
 
 #include <csignal>
 #include <limits>
+#include <nlohmann/json.hpp>
 
+#include "apps/tankrig/command_line/feed.hpp"
 #include "core/clock.hpp"
 
 namespace tankrig::app {
@@ -74,6 +76,7 @@ std::function<bool()> StopOnSignal::from_now_on() {
 RigStops::RigStops(Backend& backend, Progress& progress, bool hold_to_run)
     : emergency_(backend.laser(), backend.arm()),
       key_(STDIN_FILENO, stop_requested, hold_to_run ? std::optional(HeldKey{}) : std::nullopt) {
+  Feed::one().tell({{"feed", "keys"}, {"hold_to_run", key_.active() && hold_to_run}});
   if (key_.active())
     progress.note(hold_to_run ? "hold space: the arm moves while it is held, and q stops"
                               : "space, Enter or q stops: laser off, arm at rest");

@@ -7,9 +7,12 @@
 #include <chrono>
 #include <utility>
 
+#include "apps/tankrig/command_line/feed.hpp"
 #include "apps/tankrig/command_line/rig_files.hpp"
 #include "apps/tankrig/command_line/stop.hpp"
 #include "apps/tankrig/devices/played_faults.hpp"
+#include "apps/tankrig/scan/shown_frames.hpp"
+#include "apps/tankrig/scan/shown_scan.hpp"
 #include "apps/tankrig/scan/timing.hpp"
 #include "apps/tankrig/scan/used_calibration.hpp"
 #include "core/camera_file.hpp"
@@ -32,11 +35,14 @@ namespace {
 class LiveView {
  public:
   /// `parameters`: null if nothing is to be reconstructed.
-  LiveView(const fs::path& session, const PipelineParameters* parameters, bool real_time, Progress& progress)
-      : progress_(progress) {
+  LiveView(const fs::path& session, const RigConfig& rig, const PipelineParameters* parameters, bool real_time,
+           Progress& progress)
+      : rig_(rig), progress_(progress) {
+    show_scene(rig);
     if (!parameters) return;
     LiveOptions options;
     options.real_time = real_time;
+    if (Feed::one().heard()) options.line = [](const LiveLine& line) { Feed::one().points(line.points); };
     const auto memory = static_cast<std::size_t>(::sysconf(_SC_PHYS_PAGES)) * static_cast<std::size_t>(::getpagesize());
     options.kept_bytes = std::min(options.kept_bytes, memory / 4);
     try {
@@ -48,12 +54,14 @@ class LiveView {
 
   void frame(const FrameRecord& record, const cv::Mat& image) {
     if (live_) live_->frame(record, image);
+    shown_.frame(record, image);
   }
   void all_recorded() {
     if (live_) live_->all_recorded();
   }
 
   void show(const ScanProgress& p) {
+    show_state(rig_, p);
     const bool sweeps = live_ && p.phase == Phase::kSweep;
     if (live_) tell_trouble(live_->trouble());
     progress_.update("scan: " + p.segment, p.fraction, sweeps && told_.empty() ? in_words(live_->figures()) : "");
@@ -77,7 +85,9 @@ class LiveView {
     progress_.warn("live: " + what + "; the scan goes on, and its report is made from the session");
   }
 
+  const RigConfig& rig_;
   Progress& progress_;
+  ShownFrames shown_;
   std::unique_ptr<LiveReconstruction> live_;
   std::string told_;
 };
@@ -234,7 +244,7 @@ Recording record_session(const ScanOptions& options, const RigConfig& rig, const
   backend.record_wire(path);
   PlayedFaults faults(backend, writer, options.faults);
   const bool real_time = backend.clock().real_time();
-  LiveView live(path, parameters, real_time, progress);
+  LiveView live(path, rig, parameters, real_time, progress);
   SessionSink sink(writer, live, faults, progress, plan.segments().back().name);
   std::vector<ScanCamera> cameras;
   const std::vector<Camera*> devices = backend.cameras();

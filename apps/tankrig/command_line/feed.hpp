@@ -1,0 +1,36 @@
+// What a command tells the program that shows it, while it runs (console/feed/feed_format.hpp).
+#pragma once
+
+#include <atomic>
+#include <nlohmann/json_fwd.hpp>
+#include <opencv2/core.hpp>
+#include <string>
+#include <vector>
+
+#include "reconstruction/cloud/cloud.hpp"
+
+namespace tankrig::app {
+
+/// Never waits: what a listener has no room for is lost, and one that has gone is not told again. Does nothing where
+/// nobody listens.
+/// Threads: any.
+class Feed {
+ public:
+  /// The first call reads the environment and takes the descriptor out of it: no other program inherits it.
+  static Feed& one();
+
+  bool heard() const noexcept { return socket_.load(std::memory_order_relaxed) >= 0; }
+  void tell(const nlohmann::ordered_json& message) noexcept;
+  /// Frame: b.
+  void points(const std::vector<CloudPoint>& points) noexcept;
+  /// 8 bits, grey or BGR.
+  void picture(const std::string& camera, const cv::Mat& picture) noexcept;
+
+ private:
+  Feed() noexcept;
+  void send(const std::string& message) noexcept;
+
+  std::atomic<int> socket_{-1};
+};
+
+}  // namespace tankrig::app

@@ -1,0 +1,72 @@
+#include "apps/tankrig/scan/shown_frames.hpp"
+
+#include <fmt/format.h>
+#include <sys/resource.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+
+#include "apps/tankrig/command_line/feed.hpp"
+#include "bench/report/preview_picture.hpp"
+
+namespace tankrig::app {
+namespace {
+
+constexpr auto kPeriod = std::chrono::milliseconds{200};
+constexpr int kNice = 10;
+
+}  // namespace
+
+ShownFrames::ShownFrames() {
+  if (Feed::one().heard()) thread_ = std::thread([this] { run(); });
+}
+
+ShownFrames::~ShownFrames() {
+  if (!thread_.joinable()) return;
+  {
+    const std::lock_guard lock(mutex_);
+    ends_ = true;
+  }
+  wake_.notify_one();
+  thread_.join();
+}
+
+void ShownFrames::frame(const FrameRecord& record, const cv::Mat& image) {
+  if (!thread_.joinable()) return;
+  const std::lock_guard lock(mutex_);
+  Shown& shown = cameras_[record.camera];
+  shown.fresh = true;
+  shown.laser = record.laser_on;
+  shown.image = image;
+  shown.caption = fmt::format("{}  frame {}", record.camera, record.index);
+  if (!record.laser_on && record.phase == Phase::kDarkBefore) shown.dark = image;
+}
+
+void ShownFrames::run() {
+  ::setpriority(PRIO_PROCESS, static_cast<id_t>(::syscall(SYS_gettid)), kNice);
+  std::unique_lock lock(mutex_);
+  while (!wake_.wait_for(lock, kPeriod, [this] { return ends_; })) {
+    for (auto& [camera, shown] : cameras_) {
+      if (!std::exchange(shown.fresh, false)) continue;
+      Shown now = shown;
+      lock.unlock();
+      show(camera, now);
+      lock.lock();
+      shown.best_focus = now.best_focus;
+    }
+  }
+}
+
+void ShownFrames::show(const std::string& camera, Shown& shown) {
+  PreviewMarks marks;
+  marks.focus = focus_of(shown.image);
+  marks.best_focus = shown.best_focus = std::max(shown.best_focus, marks.focus);
+  marks.laser = shown.laser;
+  marks.caption = shown.caption;
+  if (shown.laser) marks.stripe = stripe_points(shown.image, shown.dark);
+  Feed::one().picture(camera, preview_picture(shown.image, marks));
+}
+
+}  // namespace tankrig::app

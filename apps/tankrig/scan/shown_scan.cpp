@@ -1,0 +1,71 @@
+#include "apps/tankrig/scan/shown_scan.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include "apps/tankrig/command_line/feed.hpp"
+#include "bench/metrics/triangle_mesh.hpp"
+#include "bench/report/cloud_view.hpp"
+#include "core/angles.hpp"
+#include "core/input_error.hpp"
+
+namespace tankrig::app {
+namespace {
+
+using nlohmann::ordered_json;
+
+constexpr std::size_t kMostTriangles = 2000;  // of a mesh that fits into one message
+
+ordered_json json_of(const Vector3d& p) { return {p.x(), p.y(), p.z()}; }
+
+ordered_json json_of(const std::vector<Vector3d>& points) {
+  ordered_json out = ordered_json::array();
+  for (const Vector3d& p : points) out.push_back(json_of(p));
+  return out;
+}
+
+/// One with more triangles than a message holds is left out.
+ordered_json json_of(const TriangleMesh& mesh, const Transform& bMo) {
+  if (mesh.triangles.size() > kMostTriangles) return nullptr;
+  ordered_json vertices = ordered_json::array(), triangles = ordered_json::array();
+  for (const Vector3d& vertex : mesh.vertices) vertices.push_back(json_of(bMo * vertex));
+  for (const Eigen::Vector3i& t : mesh.triangles) triangles.push_back({t.x(), t.y(), t.z()});
+  return {{"vertices", vertices}, {"triangles", triangles}};
+}
+
+}  // namespace
+
+void show_scene(const RigConfig& rig) {
+  if (!Feed::one().heard()) return;
+  ordered_json scene{{"feed", "scene"}, {"rig", rig.name}, {"cameras", ordered_json::array()}};
+  for (const RigCamera& camera : rig.cameras)
+    scene["cameras"].push_back(
+        {{"name", camera.name}, {"lines", json_of(camera_pyramid(camera.name, camera.model, camera.bMc).points)}});
+  try {
+    scene["object"] = json_of(read_mesh(rig.object.mesh), rig.object.bMo);
+  } catch (const InputError&) {
+  }
+  Feed::one().tell(scene);
+}
+
+void show_state(const RigConfig& rig, const ScanProgress& progress) {
+  if (!Feed::one().heard()) return;
+  ordered_json state{{"feed", "state"},
+                     {"fraction", progress.fraction},
+                     {"phase", to_string(progress.phase)},
+                     {"segment", progress.segment}};
+  if (progress.q) {
+    std::vector<Vector3d> links{Vector3d::Zero()};
+    for (const Transform& bMi : rig.arm.link_frames(*progress.q)) links.push_back(bMi.translation());
+    state["arm"] = json_of(links);
+    for (int j = 0; j < kJoints; ++j) state["joints_deg"][kJointNames[j]] = to_degrees((*progress.q)[j]);
+  }
+  if (progress.laser) state["laser"] = progress.laser->emitting ? "on" : progress.laser->powered ? "warming up" : "off";
+  Feed::one().tell(state);
+}
+
+void show_end(const EndState& left) {
+  if (Feed::one().heard())
+    Feed::one().tell({{"feed", "end"}, {"laser_dark", left.laser_dark}, {"arm_at_rest", left.arm_at_rest}});
+}
+
+}  // namespace tankrig::app

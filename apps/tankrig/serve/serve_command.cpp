@@ -1,0 +1,149 @@
+// `tankrig serve`: the operator's console in a browser. What the page may start is said here.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "apps/tankrig/command_line/output.hpp"
+#include "apps/tankrig/command_line/rig_files.hpp"
+#include "apps/tankrig/command_line/stop.hpp"
+#include "apps/tankrig/commands.hpp"
+#include "console/server/console.hpp"
+#include "core/input_error.hpp"
+#include "rig/config/rig_config.hpp"
+
+namespace fs = std::filesystem;
+
+namespace tankrig::app {
+namespace {
+
+using nlohmann::ordered_json;
+
+struct ServeOptions {
+  std::string rig = "tank-sim";
+  std::uint16_t port = 8080;
+};
+
+constexpr char kMakeSafe[] = "make_safe";
+constexpr char kSessions[] = "sessions";  ///< where `tankrig scan` puts them
+
+std::vector<std::string> presets_of(const RigConfig& rig) {
+  const auto presets = rig.root.optional_child("presets");
+  return presets ? presets->keys() : std::vector<std::string>{};
+}
+
+/// The benchmark files that come with the program, beside its rigs.
+std::vector<std::string> benchmark_files(const fs::path& rig_file) {
+  std::vector<std::string> files;
+  std::error_code none;
+  for (const auto& entry : fs::directory_iterator(rig_file.parent_path() / "../../benchmarks", none))
+    if (entry.path().extension() == ".xml") files.push_back(entry.path().lexically_normal().string());
+  std::ranges::sort(files);
+  return files;
+}
+
+std::vector<RunField> scan_fields(const RigConfig& rig) {
+  std::vector<RunField> fields;
+  if (const auto presets = presets_of(rig); !presets.empty())
+    fields.push_back({"preset", "Preset", "--preset", FieldKind::kChoice, presets});
+  if (!rig.scene.empty()) {
+    fields.push_back({"light", "Light", "--light", FieldKind::kNumber, {}, "0 is darkness, 1 the reference"});
+    fields.push_back({"noise", "Noise", "--noise", FieldKind::kNumber, {}, "a share of full scale, 0 to 0.1"});
+    fields.push_back({"sensor", "Sensor", "--sensor", FieldKind::kChoice, {"gaussian", "emva1288"}});
+    fields.push_back({"seed", "Seed", "--seed", FieldKind::kNumber});
+  }
+  fields.push_back({"lux", "Ambient light [lx]", "--lux", FieldKind::kNumber, {}, "empty: the lux meter is read"});
+  fields.push_back({"operator", "Operator", "--operator"});
+  fields.push_back({"notes", "Notes", "--notes"});
+  return fields;
+}
+
+std::vector<OfferedCommand> offered(const ServeOptions& options, const RigConfig& rig) {
+  const auto on_rig = [&](std::vector<std::string> words) {
+    words.insert(words.end(), {"--rig", options.rig});
+    return words;
+  };
+  std::vector<std::string> cameras, joints(kJointNames.begin(), kJointNames.end());
+  for (const RigCamera& camera : rig.cameras) cameras.push_back(camera.name);
+  std::vector<OfferedCommand> all{
+      {"scan", "Scan", "Sweeps the arm, records a session, reconstructs and scores it.", on_rig({"scan"}), scan_fields(rig), false, true},
+      {"preview",
+       "Look through a camera",
+       "Shows focus, clipped pixels and histogram; nothing moves or shines.",
+       on_rig({"camera", "preview", "--seconds", "600"}),
+       {{"camera", "Camera", "--camera", FieldKind::kChoice, cameras}}},
+      {"lit", "Look at the stripe", "Switches the laser on for 30 s with the arm at rest, and marks its stripe.",
+       on_rig({"camera", "preview", "--laser", "--seconds", "30"}),
+       {{"camera", "Camera", "--camera", FieldKind::kChoice, cameras}}, false, true},
+      {"jog",
+       "Jog",
+       "Moves one joint by an angle, while the button is held.",
+       on_rig({"arm", "jog", "--relative"}),
+       {{"joint", "Joint", "", FieldKind::kWord, joints, "", true}, {"angle", "By [deg]", "", FieldKind::kWord, {}, "", true}},
+       true,
+       true},
+      {"park", "Park", "Moves all joints to the park posture.", on_rig({"arm", "park"}), {}, false, true},
+      {"home", "Home", "Drives the joints into their stops to find the encoders' zeros.", on_rig({"arm", "home"}), {}, false, true},
+      {kMakeSafe, "Laser off, arm at rest", "Switches the laser off, brings the arm to rest, and says whether both are confirmed.", on_rig({"arm", "stop"}), {}},
+      {"calibrate", "Calibrate", "The whole rig, step by step: it says what to do and waits for an answer.",
+       on_rig({"calibrate", "all", "--data", std::string(kSessions) + "/calibration-" + rig.name}),
+       {{"operator", "Operator", "--operator"}}, false, true}};
+  if (const auto files = benchmark_files(find_rig(options.rig)); !files.empty()) {
+    const RunField file{"file", "Benchmark file", "", FieldKind::kWord, files, "", true};
+    all.push_back({"experiment", "Experiment", "A session at each light level of a benchmark file; it asks for the levels.",
+                   on_rig({"experiment"}), {file, {"operator", "Operator", "--operator"}}, false, true});
+    all.push_back({"bench", "Benchmark", "Sweeps light and noise in the simulated tank; moves no device.", {"bench"}, {file}});
+  }
+  return all;
+}
+
+ordered_json facts_of(const RigConfig& rig) {
+  return {{"name", rig.name},
+                     {"description", rig.description},
+                     {"version", TANKRIG_VERSION}};
+}
+
+int serve(const ServeOptions& options) {
+  const RigConfig rig = load_rig(find_rig(options.rig));
+  ConsoleOptions console;
+  console.program = fs::read_symlink("/proc/self/exe").string();
+  console.rig = facts_of(rig);
+  console.offered = offered(options, rig);
+  console.sessions = kSessions;
+  console.port = options.port;
+  console.make_safe = kMakeSafe;
+  console.questions = {{"sessions", {"session", "list", kSessions, "--json"}},
+                       {"arm", {"arm", "status", "--rig", options.rig, "--json"}},
+                       {"doctor", {"doctor", "--rig", options.rig, "--json"}},
+                       {"plan", {"scan", "--dry-run", "--rig", options.rig, "--json"}}};
+  const StopOnSignal stop_on_signal;
+  const auto first = StopOnSignal::from_now_on();
+  std::function<bool()> second;
+  serve_console(
+      console,
+      [](const std::string& address) {
+        fmt::print("The console is at {}\nIt is for browsers on this machine. Ctrl-C ends it, and stops what runs.\n", address);
+        std::fflush(stdout);
+      },
+      [&] {
+        if (!first()) return 0;
+        if (!second) second = StopOnSignal::from_now_on();
+        return second() ? 2 : 1;
+      });
+  return kOk;
+}
+
+}  // namespace
+
+void add_serve(CLI::App& app, ChosenCommand& chosen) {
+  CLI::App* c = app.add_subcommand("serve", "The operator's console: the rig in a browser on this machine");
+  ServeOptions& o = options_of(c, chosen, &serve);
+  c->footer(
+      "The page can start what the command line can, and stops it as Ctrl-C does. It is no emergency stop.\n"
+      "Example: tankrig serve --rig tank-wire    (then open the address that it prints)");
+  add_rig_option(c, o.rig);
+  c->add_option("--port", o.port, "Port on 127.0.0.1; 0: any that is free")->capture_default_str();
+}
+
+}  // namespace tankrig::app

@@ -1,0 +1,21 @@
+// A tankrig command that answers a question: what it prints, when it has ended.
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace tankrig {
+
+struct Captured {
+  int exit_code = 0;
+  std::string out, err;
+};
+
+/// Runs `command` with nothing to read and calls `done` once. One that takes longer than a minute or prints more than
+/// 64 MB is asked to end (SIGTERM).
+/// Errors: InputError if it cannot be started; then `done` is not called.
+void capture(boost::asio::io_context& io, const std::vector<std::string>& command, std::function<void(Captured)> done);
+
+}  // namespace tankrig

@@ -1,0 +1,356 @@
+#include <utility>  // before asio 1.74, which forgets it
+
+#include "console/server/console.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/posix/stream_descriptor.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <chrono>
+#include <memory>
+#include <optional>
+
+#include "console/feed/feed_format.hpp"
+#include "console/server/captured_program.hpp"
+#include "console/server/control.hpp"
+#include "console/server/session_files.hpp"
+#include "console/server/site.hpp"
+#include "console/server/terminal_program.hpp"
+#include "console/server/web_server.hpp"
+#include "core/input_error.hpp"
+#include "core/utc.hpp"
+
+namespace tankrig {
+namespace {
+
+namespace asio = boost::asio;
+using boost::system::error_code;
+using nlohmann::ordered_json;
+using namespace std::chrono_literals;
+using SteadyClock = std::chrono::steady_clock;
+using Message = std::shared_ptr<const std::string>;
+
+constexpr auto kTick = 50ms;
+constexpr auto kAlive = 250ms;          ///< between two signs of life for the page
+constexpr auto kHeld = 400ms;           ///< after which a key that is held has been let go
+constexpr auto kInterruptAgain = 1100ms;  // sooner, it is the same Ctrl-C to a command
+constexpr std::size_t kKeptLog = 64 << 10, kKeptPoints = 24 << 20;
+constexpr int kMostQuestions = 4;
+
+Message text_of(const ordered_json& message) {
+  return std::make_shared<const std::string>(message.dump(-1, ' ', false, ordered_json::error_handler_t::replace));
+}
+
+WebReply said(unsigned status, std::string why) { return {.status = status, .body = std::move(why) + "\n"}; }
+
+std::string last_line(std::string text) {
+  while (text.ends_with('\n')) text.pop_back();
+  return text.substr(text.rfind('\n') + 1);
+}
+
+/// A command that runs or has run, and what of it a browser that comes later must know.
+struct Run {
+  Run(asio::io_context& io, const std::vector<std::string>& command, const OfferedCommand& of)
+      : program(command), offered(of), terminal(io, ::dup(program.terminal())), feed(io, ::dup(program.feed())), end(io, ::dup(program.end())) {}
+
+  TerminalProgram program;
+  const OfferedCommand& offered;
+  asio::posix::stream_descriptor terminal, feed, end;
+  std::string began_utc = utc_now();
+  std::vector<std::string> words;
+  std::optional<int> exit_code;
+  bool keys_known = false, hold_to_run = false;  ///< the latter: its own keys must be held
+  std::optional<SteadyClock::time_point> held;   ///< when the page said so last
+  std::optional<SteadyClock::time_point> interrupted;
+  bool stopping = false;
+  std::string log;
+  std::map<std::string, Message> newest;  ///< of each kind of the feed's texts
+  std::map<std::string, Message> pictures;
+  std::vector<Message> points;
+  std::size_t point_bytes = 0;
+  std::array<char, 4096> terminal_buffer{};
+  std::string feed_buffer = std::string(kMostFeedBytes, '\0');
+};
+
+class Console {
+ public:
+  Console(asio::io_context& io, const ConsoleOptions& options)
+      : io_(io),
+        options_(options),
+        server_(io, options.port,
+                {[this](const std::string& path, auto reply) { get(path, std::move(reply)); },
+                 [this](ClientId id) { joined(id); }, [this](ClientId id) { left(id); },
+                 [this](ClientId id, const std::string& text) { heard(id, text); }}),
+        tick_(io) {}
+
+  std::string address() const { return server_.address(); }
+
+  void serve(const std::function<int()>& stops) {
+    tick(stops);
+    io_.run();
+  }
+
+ private:
+  void tick(const std::function<int()>& stops) {
+    const int asked = stops();
+    if (asked > 0) stop_run();
+    if ((asked > 0 && !running()) || asked > 1) return io_.stop();
+    const auto now = SteadyClock::now();
+    if (running() && run_->held && now - *run_->held > kHeld) {
+      run_->held.reset();
+      tell_log("The button was let go: stop.\r\n");
+      stop_run();
+    }
+    if (now >= alive_at_) {
+      alive_at_ = now + kAlive;
+      server_.send_to_all(text_of({{"is", "alive"}, {"utc", utc_now()}}), false, "alive");
+    }
+    tick_.expires_after(kTick);
+    tick_.async_wait([this, &stops](error_code cancelled) {
+      if (!cancelled) tick(stops);
+    });
+  }
+
+  bool running() const { return run_ && !run_->exit_code; }
+
+  // Pages and questions.
+
+  void get(const std::string& path, std::function<void(WebReply)> reply) {
+    if (const auto file = site_file(path)) return reply({.type = file->type, .body = std::string(file->text)});
+    if (path.starts_with("/sessions/")) return reply(session_file(options_.sessions, path.substr(10)));
+    if (path.starts_with("/api/"))
+      if (const auto question = options_.questions.find(path.substr(5)); question != options_.questions.end())
+        return ask(question->second, std::move(reply));
+    reply(said(404, "There is nothing at this address."));
+  }
+
+  void ask(const std::vector<std::string>& words, std::function<void(WebReply)> reply) {
+    if (questions_ >= kMostQuestions) return reply(said(503, "Too many questions at a time."));
+    std::vector<std::string> command{options_.program};
+    command.insert(command.end(), words.begin(), words.end());
+    ++questions_;
+    try {
+      capture(io_, command, [this, reply](const Captured& answer) {
+        --questions_;
+        if (ordered_json::accept(answer.out))
+          reply({.type = "application/json", .body = answer.out});
+        else
+          reply(said(502, last_line(answer.err)));
+      });
+    } catch (const InputError& e) {
+      --questions_;
+      reply(said(502, e.what()));
+    }
+  }
+
+  // Browsers.
+
+  void joined(ClientId id) {
+    ordered_json hello{{"is", "hello"}, {"you", id}, {"rig", options_.rig}, {"forms", forms_json(options_.offered)}};
+    server_.send(id, text_of(hello), false);
+    ++browsers_;
+    tell_control();
+    if (!run_) return;
+    server_.send(id, run_message(), false);
+    server_.send(id, text_of({{"is", "log"}, {"text", run_->log}}), false);
+    for (const auto& [kind, message] : run_->newest) server_.send(id, message, false);
+    for (const Message& points : run_->points) server_.send(id, points, true);
+    for (const auto& [camera, picture] : run_->pictures) server_.send(id, picture, true, "picture " + camera);
+  }
+
+  void left(ClientId id) {
+    --browsers_;
+    if (control_.lose(id) && running() && run_->offered.moves) {
+      tell_log("The browser in control is gone: stop.\r\n");
+      stop_run();
+    }
+    tell_control();
+  }
+
+  void heard(ClientId id, const std::string& text) {
+    const ordered_json message = ordered_json::parse(text, nullptr, false);
+    if (!message.is_object()) return refuse(id, "a message that is no JSON object");
+    const std::string what = message.contains("do") && message["do"].is_string() ? message["do"] : "";
+    if (what == "stop") return stop_asked(id);
+    if (what == "take") {
+      if (!control_.take(id)) refuse(id, "another browser is in control");
+      return tell_control();
+    }
+    if (what == "offer" || what == "release") {
+      if (what == "offer") control_.offer(id);
+      if (what == "release" && control_.holds(id)) release(id);
+      return tell_control();
+    }
+    if (!control_.holds(id)) return refuse(id, "this browser is not in control");
+    if (what == "start") return start(id, message);
+    if (!running()) return refuse(id, "nothing runs");
+    if (what == "answer") return answer(id, message);
+    if (what == "hold") return hold();
+    refuse(id, "a wish that nobody knows");
+  }
+
+  void refuse(ClientId id, const std::string& why) {
+    server_.send(id, text_of({{"is", "refused"}, {"why", why}}), false);
+  }
+
+  void release(ClientId id) {
+    if (running() && run_->offered.moves)
+      refuse(id, "a run that moves or shines needs somebody in control: stop it first, or let another browser take over");
+    else
+      control_.lose(id);
+  }
+
+  void tell_control() {
+    ordered_json message{{"is", "control"}, {"offered", control_.offered()}, {"browsers", browsers_}};
+    message["holder"] = control_.holder() ? ordered_json(*control_.holder()) : ordered_json();
+    server_.send_to_all(text_of(message), false);
+  }
+
+  // The run.
+
+  Message run_message() const {
+    ordered_json message{{"is", "run"},           {"command", run_->offered.name}, {"title", run_->offered.title},
+                         {"words", run_->words},  {"moves", run_->offered.moves},  {"began_utc", run_->began_utc},
+                         {"hold", run_->offered.hold}, {"stopping", run_->stopping}};
+    message["exit_code"] = run_->exit_code ? ordered_json(*run_->exit_code) : ordered_json();
+    return text_of(message);
+  }
+
+  void start(ClientId id, const ordered_json& request) {
+    if (running()) return refuse(id, run_->offered.title + " still runs");
+    try {
+      const OfferedCommand& offered = command_of(options_.offered, request);
+      std::vector<std::string> words = words_of(options_.offered, request);
+      std::vector<std::string> command{options_.program};
+      command.insert(command.end(), words.begin(), words.end());
+      run_ = std::make_shared<Run>(io_, command, offered);
+      run_->words = std::move(words);
+    } catch (const InputError& e) {
+      return refuse(id, e.what());
+    }
+    server_.send_to_all(run_message(), false);
+    read_terminal(run_);
+    read_feed(run_);
+    wait_for_end(run_);
+  }
+
+  void answer(ClientId id, const ordered_json& message) {
+    const std::string text = message.contains("text") && message["text"].is_string() ? message["text"] : "";
+    if (text.size() > 1000 || std::ranges::any_of(text, [](unsigned char c) { return c < 0x20 || c == 0x7f; }))
+      return refuse(id, "an answer that is no single line");
+    run_->program.type(text + "\r");
+  }
+
+  /// The button is held. Before the command knows its keys it may still ask, and nothing moves.
+  void hold() {
+    if (!run_->offered.hold || !run_->keys_known) return;
+    run_->held = SteadyClock::now();
+    if (run_->hold_to_run) run_->program.type(" ");
+  }
+
+  /// A command that holds to run by itself waits for the first key; any other moves from now on.
+  void keys(bool hold_to_run) {
+    run_->keys_known = true;
+    run_->hold_to_run = hold_to_run;
+    if (run_->offered.hold && !hold_to_run) run_->held = SteadyClock::now();
+  }
+
+  /// Where nothing runs, laser and arm are asked all the same: what moves may have been started elsewhere.
+  void stop_asked(ClientId id) {
+    if (running())
+      stop_run();
+    else
+      start(id, {{"command", options_.make_safe}});
+  }
+
+  /// As Ctrl-C on its terminal; a nervous hand presses once.
+  void stop_run() {
+    if (!running()) return;
+    const auto now = SteadyClock::now();
+    if (run_->interrupted && now - *run_->interrupted < kInterruptAgain) return;
+    run_->interrupted = now;
+    run_->program.interrupt();
+    if (!std::exchange(run_->stopping, true)) server_.send_to_all(run_message(), false);
+  }
+
+  void tell_log(const std::string& text) {
+    run_->log += text;
+    if (run_->log.size() > kKeptLog) run_->log.erase(0, run_->log.size() - kKeptLog / 2);
+    server_.send_to_all(text_of({{"is", "log"}, {"text", text}}), false);
+  }
+
+  void read_terminal(const std::shared_ptr<Run>& run) {
+    run->terminal.async_read_some(asio::buffer(run->terminal_buffer), [this, run](error_code failure, std::size_t n) {
+      if (failure) return;
+      if (run == run_) tell_log(std::string(run->terminal_buffer.data(), n));
+      read_terminal(run);
+    });
+  }
+
+  /// One read is one message: the socket keeps them apart.
+  void read_feed(const std::shared_ptr<Run>& run) {
+    run->feed.async_read_some(asio::buffer(run->feed_buffer), [this, run](error_code failure, std::size_t n) {
+      if (failure) return;
+      if (run == run_) fed({run->feed_buffer.data(), n});
+      read_feed(run);
+    });
+  }
+
+  void fed(std::string_view message) {
+    const auto kind = static_cast<FeedKind>(message.empty() ? '\0' : message.front());
+    if (kind == FeedKind::kText) return fed_text(message.substr(1));
+    const auto whole = std::make_shared<const std::string>(message);
+    if (kind == FeedKind::kPoints) {
+      if (run_->point_bytes + message.size() > kKeptPoints) return;
+      run_->point_bytes += message.size();
+      run_->points.push_back(whole);
+      server_.send_to_all(whole, true);
+    } else if (const auto camera = pictured_camera(message)) {
+      run_->pictures[std::string(*camera)] = whole;
+      server_.send_to_all(whole, true, "picture " + std::string(*camera));
+    }
+  }
+
+  void fed_text(std::string_view text) {
+    ordered_json said = ordered_json::parse(text, nullptr, false);
+    if (!said.is_object() || !said.contains("feed") || !said["feed"].is_string()) return;
+    const std::string kind = said["feed"];
+    if (kind == "keys") keys(said.contains("hold_to_run") && said["hold_to_run"] == true);
+    said["is"] = "feed";
+    const Message message = text_of(said);
+    if (kind != "told") run_->newest[kind] = message;
+    server_.send_to_all(message, false, kind == "state" || kind == "progress" ? kind : "");
+  }
+
+  void wait_for_end(const std::shared_ptr<Run>& run) {
+    run->end.async_wait(asio::posix::stream_descriptor::wait_read, [this, run](error_code failure) {
+      if (failure) return;
+      run->exit_code = run->program.exit_code();
+      if (run == run_) server_.send_to_all(run_message(), false);
+    });
+  }
+
+  asio::io_context& io_;
+  const ConsoleOptions& options_;
+  WebServer server_;
+  asio::steady_timer tick_;
+  SteadyClock::time_point alive_at_{};
+  Control control_;
+  std::shared_ptr<Run> run_;  // the last
+  int browsers_ = 0, questions_ = 0;
+};
+
+}  // namespace
+
+void serve_console(const ConsoleOptions& options, const std::function<void(const std::string& address)>& ready,
+                   const std::function<int()>& stops) {
+  asio::io_context io(1);
+  Console console(io, options);
+  ready(console.address());
+  console.serve(stops);
+}
+
+}  // namespace tankrig

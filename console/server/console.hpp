@@ -1,0 +1,34 @@
+// The operator's console: one rig, one run at a time, any number of browsers, one of which is in control.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "console/server/run_request.hpp"
+
+namespace tankrig {
+
+struct ConsoleOptions {
+  std::string program;          ///< its path
+  nlohmann::ordered_json rig;   ///< what the page says of the rig
+  std::vector<OfferedCommand> offered;
+  std::string make_safe;  ///< of those, what STOP starts where nothing runs
+  std::map<std::string, std::vector<std::string>> questions;  ///< /api/NAME: words after the program's name that print JSON
+  std::filesystem::path sessions;                             ///< their folder
+  std::uint16_t port = 8080;                                  ///< 0: any that is free
+};
+
+/// Serves until `stop()`; a run is then asked to end, and waited for until `stop()` is asked for again or it has ended.
+/// It has no way of its own to a device: a run is a command on a terminal, STOP is that terminal's Ctrl-C, and whoever
+/// dies, the browser in control or this process, takes the terminal along.
+/// `ready`: is told the address, once.
+/// Errors: InputError if the port is taken.
+void serve_console(const ConsoleOptions& options, const std::function<void(const std::string& address)>& ready,
+                   const std::function<int()>& stops);
+
+}  // namespace tankrig

@@ -1,0 +1,15 @@
+// Files below the folder of sessions, as a browser may have them.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "console/server/web_server.hpp"
+
+namespace tankrig {
+
+/// `path`: NAME/FILE. Only regular files without a link on the way; what a browser would run as a page is shown without
+/// the console's rights. 404 says why there is nothing.
+WebReply session_file(const std::filesystem::path& sessions, const std::string& path);
+
+}  // namespace tankrig

@@ -1,0 +1,54 @@
+// HTTP and WebSocket on this machine alone, for the console's pages.
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "console/server/control.hpp"
+
+namespace tankrig {
+
+struct WebReply {
+  unsigned status = 200;
+  std::string type = "text/plain; charset=utf-8";
+  std::string body;
+  int file = -1;             ///< an open regular file instead of a body; closed by the server
+  std::string policy;        ///< Content-Security-Policy; empty: the console's own
+  std::string download_as;   ///< a plain file name; empty: shown
+};
+
+/// Called in the thread of the io_context.
+struct WebHandlers {
+  /// `path`: decoded, without the query. `reply` may be called later, once.
+  std::function<void(const std::string& path, std::function<void(WebReply)> reply)> get;
+  std::function<void(ClientId)> joined, left;
+  std::function<void(ClientId, const std::string& text)> said;
+};
+
+/// A client that hears nothing, and a connection that is broken, are gone within a second and a half.
+class WebServer {
+ public:
+  /// Listens on 127.0.0.1:`port`; 0: on any that is free.
+  /// Errors: InputError if the port is taken.
+  WebServer(boost::asio::io_context& io, std::uint16_t port, WebHandlers handlers);
+  ~WebServer();
+  WebServer(const WebServer&) = delete;
+  WebServer& operator=(const WebServer&) = delete;
+
+  /// With the key that lets a browser in.
+  std::string address() const;
+
+  /// One WebSocket message to one client or to all. `newest`: of several with this name that wait, only the newest is
+  /// sent; empty: all are. A client that takes nothing is let go.
+  void send(ClientId client, std::shared_ptr<const std::string> message, bool binary, const std::string& newest = {});
+  void send_to_all(std::shared_ptr<const std::string> message, bool binary, const std::string& newest = {});
+
+ private:
+  class Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+}  // namespace tankrig

@@ -1,0 +1,117 @@
+// The list of sessions, and one of them: its report, its frames in time, its files.
+import { ask, byId, make } from './page'
+
+interface Listed {
+  session: string
+  path?: string
+  [key: string]: unknown
+}
+
+interface Frame {
+  camera: string
+  file: string
+  time: number // [s] after the first
+  joints: string
+}
+
+const folderOf = (s: Listed) => String(s.path ?? s.session).split('/').filter(part => part).pop() ?? ''
+const at = (folder: string, file: string) => `/sessions/${encodeURIComponent(folder)}/${file.split('/').map(encodeURIComponent).join('/')}`
+
+/** frames.csv: a name for each column in its first line. */
+function framesOf(csv: string): Frame[] {
+  const [head, ...lines] = csv.trim().split('\n').filter(line => !line.startsWith('#'))
+  const names = head.split(',')
+  const column = (part: string) => names.findIndex(name => name.includes(part))
+  const [camera, file, stamp] = [column('camera'), column('file'), column('stamp')]
+  const joints = names.map((name, i) => ({ name, i })).filter(({ name }) => /^q_|_rad$|_deg$/.test(name))
+  let begin = 0n
+  return lines.map((line, i) => {
+    const cells = line.split(',')
+    const ns = BigInt(cells[stamp])
+    if (i === 0) begin = ns
+    const angles = joints.filter(j => cells[j.i]).map(j => `${j.name} ${Number(cells[j.i]).toFixed(4)}`)
+    return { camera: cells[camera], file: cells[file], time: Number(ns - begin) / 1e9, joints: angles.join(', ') }
+  })
+}
+
+/** The frames of one camera along a time line. */
+async function timeLine(folder: string): Promise<HTMLElement> {
+  const answer = await fetch(at(folder, 'frames.csv'))
+  if (!answer.ok) return make('p', {}, 'This session has no frames.csv.')
+  const all = framesOf(await answer.text())
+  const cameras = [...new Set(all.map(f => f.camera))]
+  const choice = make('select', {}, ...cameras.map(c => make('option', { value: c }, c)))
+  const slider = make('input', { type: 'range', min: '0', value: '0' })
+  slider.setAttribute('aria-label', 'Frame')
+  const picture = make('img', { alt: 'The frame' })
+  const says = make('p')
+  const show = () => {
+    const frames = all.filter(f => f.camera === choice.value)
+    slider.max = String(frames.length - 1)
+    const frame = frames[Math.min(Number(slider.value), frames.length - 1)]
+    if (!frame) return
+    picture.src = at(folder, frame.file)
+    says.textContent = `frame ${Number(slider.value) + 1} of ${frames.length}, ${frame.time.toFixed(3)} s; ${frame.joints || 'no joints'}`
+  }
+  choice.addEventListener('change', show)
+  slider.addEventListener('input', show)
+  show()
+  return make('div', { className: 'frames' }, make('label', {}, 'Camera ', choice), slider, picture, says)
+}
+
+async function open(folder: string, place: HTMLElement): Promise<void> {
+  const files = ['session.yaml', 'rig.yaml', 'joints.csv', 'frames.csv', 'events.csv', 'clouds/laser.ply', 'clouds/stereo.ply', 'report.html']
+  const links = files.map(file => make('a', { href: at(folder, file), target: '_blank', rel: 'noopener' }, file))
+  const line = make('p', {}, 'Files: ')
+  for (const link of links) line.append(link, ' ')
+  const report = make('iframe', { title: `Report of ${folder}`, src: at(folder, 'report.html') })
+  report.setAttribute('sandbox', 'allow-scripts')
+  place.replaceChildren(
+    make('div', { className: 'box' }, make('h2', {}, folder), line),
+    make('div', { className: 'box' }, make('h2', {}, 'Frames'), await timeLine(folder)),
+    make('div', { className: 'box' }, make('h2', {}, 'Report'), report),
+  )
+  place.scrollIntoView({ block: 'start' })
+}
+
+const columns = ['session', 'status', 'created_utc', 'rig', 'lux', 'operator', 'frames']
+
+export async function showSessions(): Promise<void> {
+  const view = byId('sessions')
+  const filter = make('input', { type: 'search', placeholder: 'rig, date, operator, status' })
+  const place = make('div')
+  const body = make('tbody')
+  const says = make('p')
+  const table = make('table', {}, make('thead', {}, make('tr', {}, ...columns.map(c => make('th', {}, c.replace(/_/g, ' '))))), body)
+  const again = make('button', { type: 'button' }, 'Refresh')
+  again.addEventListener('click', () => void showSessions())
+  view.replaceChildren(
+    make('div', { className: 'box' }, make('div', { className: 'row' }, make('label', {}, 'Find ', filter), again), says, make('div', { className: 'scroll' }, table)),
+    place,
+  )
+  let all: Listed[]
+  try {
+    all = (await ask('sessions')) as Listed[]
+  } catch (error) {
+    says.textContent = error instanceof Error ? error.message : String(error)
+    return
+  }
+  const show = () => {
+    const wanted = filter.value.toLowerCase().split(/\s+/).filter(w => w)
+    const found = all.filter(s => wanted.every(w => JSON.stringify(s).toLowerCase().includes(w)))
+    says.textContent = all.length === 0 ? 'There are no sessions yet.' : `${found.length} of ${all.length} sessions`
+    body.replaceChildren(
+      ...found.map(s => {
+        const button = make('button', { type: 'button' }, folderOf(s))
+        const row = make('tr', {}, make('td', {}, button), ...columns.slice(1).map(c => make('td', {}, s[c] === undefined || s[c] === null ? '' : String(s[c]))))
+        button.addEventListener('click', () => {
+          for (const other of body.rows) other.classList.toggle('chosen', other === row)
+          void open(folderOf(s), place)
+        })
+        return row
+      }),
+    )
+  }
+  filter.addEventListener('input', show)
+  show()
+}

@@ -1,0 +1,258 @@
+// The console as an operator meets it: `tankrig serve` and a browser. Arguments: rig, program, folder with node_modules,
+// browser. TANKRIG_PICTURES=FOLDER keeps pictures of the pages.
+import assert from 'node:assert/strict'
+import { spawn } from 'node:child_process'
+import { existsSync, mkdtempSync, readdirSync, readFileSync, rmSync } from 'node:fs'
+import http from 'node:http'
+import { createRequire } from 'node:module'
+import { tmpdir } from 'node:os'
+import { join } from 'node:path'
+import { after, afterEach, before, beforeEach, test } from 'node:test'
+
+const [rig, program, web, executablePath] = process.argv.slice(2)
+const { chromium } = createRequire(join(web, 'package.json'))('playwright-core')
+const wires = rig !== 'tank-sim'
+const patience = wires ? 120_000 : 60_000 // [ms] for a whole scan
+const pictures = process.env.TANKRIG_PICTURES
+
+let browser, folder, server, address
+
+const until = async (what, condition, milliseconds = patience) => {
+  const begin = Date.now()
+  while (!(await condition())) {
+    assert.ok(Date.now() - begin < milliseconds, `${what}: not within ${milliseconds} ms`)
+    await new Promise(done => setTimeout(done, 20))
+  }
+  return Date.now() - begin
+}
+
+/** The end of a process, and what it printed. */
+function serve() {
+  const child = spawn(program, ['serve', '--rig', rig, '--port', '0'], { cwd: folder, stdio: ['ignore', 'pipe', 'pipe'] })
+  child.said = ''
+  for (const stream of [child.stdout, child.stderr]) stream.on('data', data => { child.said += data })
+  child.over = new Promise(done => child.on('exit', code => done(code)))
+  return child
+}
+
+const open = async (width = 1280, height = 900) => {
+  const context = await browser.newContext({ viewport: { width, height } })
+  const page = await context.newPage()
+  page.bad = []
+  page.on('pageerror', error => page.bad.push(String(error)))
+  page.on('console', message => { if (message.type() === 'error') page.bad.push(message.text()) })
+  await page.goto(address)
+  await page.getByText('connected', { exact: true }).waitFor()
+  return page
+}
+
+const keep = async (page, name) => { if (pictures) await page.screenshot({ path: join(pictures, `${name}.png`), fullPage: true }) }
+const points = async page => Number((await page.locator('#cloud-says').textContent()).split(' ')[0] || 0)
+const run = page => page.locator('#run-state')
+const sessions = () => (existsSync(join(folder, 'sessions')) ? readdirSync(join(folder, 'sessions')).filter(name => name.startsWith(rig)) : [])
+const status = name => /^status: (.*)$/m.exec(readFileSync(join(folder, 'sessions', name, 'session.yaml'), 'utf8'))?.[1] ?? ''
+
+async function start(page, command = 'scan') {
+  await page.getByRole('button', { name: 'Take control' }).click()
+  await page.locator('#control', { hasText: 'yours' }).waitFor()
+  await page.locator('#command').selectOption(command)
+  await page.locator('#start').click()
+}
+const sweeps = page => until('the sweep', async () => (await points(page)) > 0)
+
+before(async () => {
+  browser = await chromium.launch({ executablePath, args: ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'] })
+})
+after(async () => browser.close())
+beforeEach(async () => {
+  folder = mkdtempSync(join(tmpdir(), 'tankrig-test-'))
+  server = serve()
+  await until('the address', () => /http:\S+/.test(server.said) || server.exitCode !== null, 10_000)
+  address = /http:\S+/.exec(server.said)?.[0]
+  assert.ok(address, server.said)
+})
+afterEach(async () => {
+  for (const context of browser.contexts()) await context.close()
+  if (server.exitCode === null && server.signalCode === null) server.kill('SIGINT')
+  await server.over
+  rmSync(folder, { recursive: true, force: true })
+})
+
+const answer = (path, headers = {}, method = 'GET') =>
+  new Promise((done, failed) => {
+    const { hostname, port } = new URL(address)
+    const request = http.request({ hostname, port, path, method, headers }, response => {
+      response.resume()
+      response.on('end', () => done(response))
+    })
+    request.on('error', failed)
+    request.on('upgrade', (response, socket) => { socket.destroy(); done(response) })
+    request.end()
+  })
+
+test('only a browser with the key is let in, from this page alone', async () => {
+  const { host, search } = new URL(address)
+  const let_in = await answer(`/${search}`)
+  assert.equal(let_in.statusCode, 303)
+  const Cookie = let_in.headers['set-cookie'][0].split(';')[0]
+  assert.match(let_in.headers['set-cookie'][0], /HttpOnly; SameSite=Strict/)
+  assert.equal((await answer('/', { Cookie })).statusCode, 200)
+  assert.equal((await answer('/')).statusCode, 403)
+  assert.equal((await answer('/?key=0')).statusCode, 403)
+  assert.equal((await answer('/', { Cookie, Host: 'evil.example' })).statusCode, 403)
+  assert.equal((await answer('/', { Cookie }, 'POST')).statusCode, 405)
+  assert.equal((await answer('/sessions/..%2f..%2fetc/passwd', { Cookie })).statusCode, 404)
+  assert.equal((await answer('/%00', { Cookie })).statusCode, 400)
+  const upgrade = { Cookie, Connection: 'Upgrade', Upgrade: 'websocket', 'Sec-WebSocket-Version': '13', 'Sec-WebSocket-Key': 'dGhlIHNhbXBsZSBub25jZQ==' }
+  assert.equal((await answer('/live', { ...upgrade, Origin: `http://${host}` })).statusCode, 101)
+  assert.equal((await answer('/live', { ...upgrade, Origin: 'http://evil.example' })).statusCode, 403)
+  assert.equal((await answer('/live', upgrade)).statusCode, 403)
+})
+
+test('a scan is started, watched and looked at', async () => {
+  const page = await open()
+  await start(page)
+  await sweeps(page)
+  const first = await points(page)
+  await until('a growing cloud', async () => (await points(page)) > first + 1000)
+  await page.locator('#cameras img').first().waitFor()
+  assert.ok(await page.locator('#cameras img').first().evaluate(image => image.decode().then(() => image.naturalWidth > 100)))
+  await keep(page, 'console_scan')
+  await until('the end', async () => (await run(page).textContent()) === 'Scan: done', 2 * patience)
+  assert.equal(await page.locator('#end').textContent(), 'Laser off, arm at rest')
+  assert.ok((await points(page)) > 10_000, `${await points(page)} points`)
+  const colours = await page.locator('#cloud canvas').evaluate(async canvas => {
+    const picture = await createImageBitmap(canvas)
+    const context = new OffscreenCanvas(picture.width, picture.height).getContext('2d')
+    context.drawImage(picture, 0, 0)
+    const { data } = context.getImageData(0, 0, picture.width, picture.height)
+    let green = 0
+    for (let i = 0; i < data.length; i += 4) if (data[i] < 80 && data[i + 1] > 100 && data[i + 2] < 100) ++green
+    return green / (data.length / 4)
+  })
+  assert.ok(colours > 0.002, `${colours} of the picture is the cloud`)
+
+  await page.getByRole('tab', { name: 'Sessions' }).click()
+  await page.locator('#sessions tbody button').first().click()
+  await page.locator('.frames img').waitFor()
+  await until('a frame', () => page.locator('.frames img').evaluate(image => image.naturalWidth === 640 || image.naturalWidth > 100))
+  await page.frameLocator('iframe').getByText('laser').first().waitFor()
+  await keep(page, 'console_sessions')
+  await page.setViewportSize({ width: 800, height: 1000 })
+  await keep(page, 'console_sessions_800')
+  await page.getByRole('tab', { name: 'Run' }).click()
+  await page.getByRole('button', { name: 'Dark room' }).click()
+  await keep(page, 'console_dark_800')
+  assert.equal(await page.evaluate(() => document.documentElement.scrollWidth <= window.innerWidth), true)
+  assert.deepEqual(page.bad, [])
+})
+
+test('STOP in the sweep: the devices confirm, and the session can be read', async () => {
+  const page = await open()
+  await start(page)
+  await sweeps(page)
+  const pressed = Date.now()
+  await page.getByRole('button', { name: 'STOP' }).click()
+  await page.locator('#end', { hasText: 'Laser off, arm at rest' }).waitFor()
+  console.log(`laser off and arm at rest were confirmed on the page ${Date.now() - pressed} ms after STOP`)
+  await until('the end', async () => (await run(page).textContent()) === 'Scan: ended in part')
+  assert.match(status(sessions()[0]), /^['"]?stopped/)
+  await keep(page, 'console_stopped')
+})
+
+test('the space bar is STOP, wherever nobody types', async () => {
+  const page = await open()
+  await start(page)
+  await sweeps(page)
+  await page.locator('#take').focus()
+  await page.keyboard.press('Space')
+  await until('the end', async () => (await run(page).textContent()) === 'Scan: ended in part')
+})
+
+test('one browser is in control; any can stop', async () => {
+  const page = await open()
+  const other = await open(800, 900)
+  await start(page)
+  await sweeps(page)
+  assert.equal(await other.getByRole('button', { name: 'Take control' }).isDisabled(), true)
+  assert.equal(await other.locator('#start').isDisabled(), true)
+  await sweeps(other)
+  await other.getByRole('button', { name: 'STOP' }).click()
+  await until('the end', async () => (await run(page).textContent()) === 'Scan: ended in part')
+  await page.getByRole('button', { name: 'Offer control' }).click()
+  await other.getByRole('button', { name: 'Take control' }).click()
+  await other.locator('#control', { hasText: 'yours' }).waitFor()
+  assert.equal(await page.locator('#start').isDisabled(), true)
+})
+
+test('a server that is asked for what it does not offer says no', async () => {
+  const page = await open()
+  const refused = await page.evaluate(async () => {
+    const socket = new WebSocket(`ws://${location.host}/live`)
+    const said = []
+    socket.addEventListener('message', event => { if (typeof event.data === 'string') said.push(JSON.parse(event.data)) })
+    await new Promise(done => socket.addEventListener('open', done))
+    for (const text of ['{"do":"start","command":"scan"}', '{"do":"take"}', '{"do":"start","command":"emulate"}', '{"do":"start","command":"scan","options":{"out":"/x"}}', 'no JSON', '[]', '{"do":{}}'])
+      socket.send(text)
+    await new Promise(done => setTimeout(done, 500))
+    return said.filter(message => message.is === 'refused').length
+  })
+  assert.equal(refused, 6)
+  assert.deepEqual(sessions(), [])
+})
+
+test('the browser in control dies: everything stops', async () => {
+  const watcher = await open()
+  const own = await chromium.launch({ executablePath, args: ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'] })
+  const page = await (await own.newContext()).newPage()
+  await page.goto(address)
+  await start(page)
+  await sweeps(watcher)
+  await own.close()
+  await until('the end', async () => (await run(watcher).textContent()) === 'Scan: ended in part')
+  assert.equal(await watcher.locator('#end').textContent(), 'Laser off, arm at rest')
+})
+
+test('the server is killed: the page says so within a second and a half, and the scan stops', async () => {
+  const page = await open()
+  await start(page)
+  await sweeps(page)
+  server.kill('SIGKILL')
+  const after = await until('stale', () => page.evaluate(() => document.body.classList.contains('stale')), 5000)
+  assert.ok(after < 1500, `said after ${after} ms`)
+  await until('the stop', () => status(sessions()[0]).includes('stopped'))
+})
+
+test('Ctrl-C ends the server after the run has stopped', async () => {
+  const page = await open()
+  await start(page)
+  await sweeps(page)
+  server.kill('SIGINT')
+  assert.equal(await server.over, 0)
+  assert.match(status(sessions()[0]), /^['"]?stopped/)
+})
+
+test('jogging lasts as long as the button is held', { skip: wires && 'a scan over wires says enough' }, async () => {
+  const page = await open()
+  await page.getByRole('button', { name: 'Take control' }).click()
+  await page.locator('#command').selectOption('jog')
+  await page.locator('[name=joint]').selectOption('elbow')
+  await page.locator('[name=angle]').fill('0.5')
+  const button = page.locator('#start')
+  await button.hover()
+  await page.mouse.down()
+  await until('the end', async () => /done/.test(await run(page).textContent()))
+  await page.mouse.up()
+  assert.match(await page.locator('#log').textContent(), /elbow/)
+})
+
+test('the rig is asked for its state', async () => {
+  const page = await open()
+  await page.getByRole('tab', { name: 'Rig' }).click()
+  for (const [button, sign] of [['Read the arm', 'angle deg'], ['The scan that is planned', 'sweep pass 0'], ['What this machine and rig can do', 'verdict']]) {
+    await page.getByRole('button', { name: button }).click()
+    await page.locator('#rig-view').getByText(sign).first().waitFor({ timeout: 60_000 })
+  }
+  await keep(page, 'console_rig')
+  assert.deepEqual(page.bad, [])
+})

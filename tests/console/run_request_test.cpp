@@ -1,0 +1,79 @@
+// What the page may start: every wish becomes the words that a person would type, or is refused by name.
+#include "console/server/run_request.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "core/input_error.hpp"
+
+namespace tankrig {
+namespace {
+
+using nlohmann::ordered_json;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+std::vector<OfferedCommand> offered() {
+  return {{"scan", "Scan", "Scans.", {"scan", "--rig", "tank-sim"},
+           {{"preset", "Preset", "--preset", FieldKind::kChoice, {"fine"}},
+            {"light", "Light", "--light", FieldKind::kNumber},
+            {"json", "JSON", "--json", FieldKind::kSwitch},
+            {"notes", "Notes", "--notes"}}},
+          {"jog", "Jog", "Jogs.", {"arm", "jog"},
+           {{"joint", "Joint", "", FieldKind::kWord, {"elbow"}, "", true}, {"angle", "Angle", "", FieldKind::kWord, {}, "", true}}, true, true}};
+}
+
+std::vector<std::string> words(const char* request) { return words_of(offered(), ordered_json::parse(request)); }
+
+std::string refusal(const ordered_json& request) {
+  try {
+    words_of(offered(), request);
+  } catch (const InputError& e) {
+    return e.what();
+  }
+  return "taken";
+}
+std::string refusal(const char* request) { return refusal(ordered_json::parse(request)); }
+
+TEST(RunRequest, BecomesTheWordsOfACommand) {
+  EXPECT_THAT(words(R"({"command": "scan"})"), ElementsAre("scan", "--rig", "tank-sim"));
+  EXPECT_THAT(words(R"({"command": "scan", "options": {"notes": "a b", "light": 0.5, "preset": "fine", "json": true}})"),
+              ElementsAre("scan", "--rig", "tank-sim", "--preset=fine", "--light=0.5", "--json", "--notes=a b"));
+  EXPECT_THAT(words(R"({"command": "jog", "options": {"joint": "elbow", "angle": -5}})"), ElementsAre("arm", "jog", "elbow", "-5"));
+}
+
+TEST(RunRequest, TakesNoTextForAnOption) {
+  EXPECT_THAT(words(R"({"command": "scan", "options": {"notes": "--out=/etc"}})"),
+              ElementsAre("scan", "--rig", "tank-sim", "--notes=--out=/etc"));
+}
+
+TEST(RunRequest, RefusesByNameWhatIsNotOffered) {
+  EXPECT_THAT(refusal(R"({"command": "emulate"})"), HasSubstr("emulate"));
+  EXPECT_THAT(refusal(R"({"command": ["scan"]})"), HasSubstr("expected one that is offered"));
+  EXPECT_THAT(refusal(R"({})"), HasSubstr("expected one that is offered"));
+  EXPECT_THAT(refusal(R"({"command": "scan", "options": {"out": "/etc"}})"), HasSubstr("out"));
+  EXPECT_THAT(refusal(R"({"command": "scan", "options": 5})"), HasSubstr("expected one"));
+  EXPECT_THAT(refusal(R"({"command": "scan", "options": {"preset": "finer"}})"), HasSubstr("expected one of: fine"));
+  EXPECT_THAT(refusal(R"({"command": "scan", "options": {"light": "1"}})"), HasSubstr("expected a number"));
+  EXPECT_THAT(refusal(R"({"command": "scan", "options": {"light": null}})"), HasSubstr("expected a number"));
+  EXPECT_THAT(refusal(R"({"command": "scan", "options": {"json": 1}})"), HasSubstr("true or false"));
+  EXPECT_THAT(refusal(R"({"command": "scan", "options": {"notes": "two\nlines"}})"), HasSubstr("one line"));
+  EXPECT_THAT(refusal(R"({"command": "scan", "options": {"notes": "\u001b[2J"}})"), HasSubstr("one line"));
+  EXPECT_THAT(refusal({{"command", "scan"}, {"options", {{"notes", std::string(501, 'x')}}}}), HasSubstr("500"));
+  EXPECT_THAT(refusal(R"({"command": "jog", "options": {"joint": "--help", "angle": 1}})"), HasSubstr("elbow"));
+  EXPECT_THAT(refusal(R"({"command": "jog", "options": {"joint": "elbow"}})"), HasSubstr("found nothing"));
+}
+
+TEST(RunRequest, DescribesEachFieldForThePage) {
+  const ordered_json forms = forms_json(offered());
+  ASSERT_EQ(forms.size(), 2U);
+  EXPECT_EQ(forms[0]["fields"][0]["kind"], "choice");
+  EXPECT_EQ(forms[0]["fields"][0]["choices"][0], "fine");
+  EXPECT_EQ(forms[1]["hold"], true);
+  EXPECT_EQ(forms[1]["fields"][1]["required"], true);
+}
+
+}  // namespace
+}  // namespace tankrig
