@@ -1,5 +1,3 @@
-#include <utility>  // before asio 1.74, which forgets it
-
 #include "console/server/captured_program.hpp"
 
 #include <fcntl.h>
@@ -46,12 +44,13 @@ class Capture : public std::enable_shared_from_this<Capture> {
  private:
   using Buffer = std::array<char, 16 << 10>;
   void read(asio::posix::stream_descriptor& from, std::string& to, Buffer& buffer) {
-    from.async_read_some(asio::buffer(buffer), [this, &from, &to, &buffer, self = shared_from_this()](error_code failure, std::size_t n) {
-      to.append(buffer.data(), n);
-      if (to.size() > kMostBytes) ::kill(process_, SIGTERM);
-      if (!failure && to.size() <= 2 * kMostBytes) return read(from, to, buffer);
-      if (++ended_ == 2) end();
-    });
+    from.async_read_some(asio::buffer(buffer),
+                         [this, &from, &to, &buffer, self = shared_from_this()](error_code failure, std::size_t n) {
+                           to.append(buffer.data(), n);
+                           if (to.size() > kMostBytes) ::kill(process_, SIGTERM);
+                           if (!failure && to.size() <= 2 * kMostBytes) return read(from, to, buffer);
+                           if (++ended_ == 2) end();
+                         });
   }
   void end() {
     late_.cancel();

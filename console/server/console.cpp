@@ -1,5 +1,3 @@
-#include <utility>  // before asio 1.74, which forgets it
-
 #include "console/server/console.hpp"
 
 #include <unistd.h>
@@ -34,8 +32,8 @@ using SteadyClock = std::chrono::steady_clock;
 using Message = std::shared_ptr<const std::string>;
 
 constexpr auto kTick = 50ms;
-constexpr auto kAlive = 250ms;          ///< between two signs of life for the page
-constexpr auto kHeld = 400ms;           ///< after which a key that is held has been let go
+constexpr auto kAlive = 250ms;            ///< between two signs of life for the page
+constexpr auto kHeld = 400ms;             ///< after which a key that is held has been let go
 constexpr auto kInterruptAgain = 1100ms;  // sooner, it is the same Ctrl-C to a command
 constexpr std::size_t kKeptLog = 64 << 10, kKeptPoints = 24 << 20;
 constexpr int kMostQuestions = 4;
@@ -54,7 +52,11 @@ std::string last_line(std::string text) {
 /// A command that runs or has run, and what of it a browser that comes later must know.
 struct Run {
   Run(asio::io_context& io, const std::vector<std::string>& command, const OfferedCommand& of)
-      : program(command), offered(of), terminal(io, ::dup(program.terminal())), feed(io, ::dup(program.feed())), end(io, ::dup(program.end())) {}
+      : program(command),
+        offered(of),
+        terminal(io, ::dup(program.terminal())),
+        feed(io, ::dup(program.feed())),
+        end(io, ::dup(program.end())) {}
 
   TerminalProgram program;
   const OfferedCommand& offered;
@@ -198,7 +200,8 @@ class Console {
 
   void release(ClientId id) {
     if (running() && run_->offered.moves)
-      refuse(id, "a run that moves or shines needs somebody in control: stop it first, or let another browser take over");
+      refuse(id,
+             "a run that moves or shines needs somebody in control: stop it first, or let another browser take over");
     else
       control_.lose(id);
   }
@@ -212,9 +215,14 @@ class Console {
   // The run.
 
   Message run_message() const {
-    ordered_json message{{"is", "run"},           {"command", run_->offered.name}, {"title", run_->offered.title},
-                         {"words", run_->words},  {"moves", run_->offered.moves},  {"began_utc", run_->began_utc},
-                         {"hold", run_->offered.hold}, {"stopping", run_->stopping}};
+    ordered_json message{{"is", "run"},
+                         {"command", run_->offered.name},
+                         {"title", run_->offered.title},
+                         {"words", run_->words},
+                         {"moves", run_->offered.moves},
+                         {"began_utc", run_->began_utc},
+                         {"hold", run_->offered.hold},
+                         {"stopping", run_->stopping}};
     message["exit_code"] = run_->exit_code ? ordered_json(*run_->exit_code) : ordered_json();
     return text_of(message);
   }

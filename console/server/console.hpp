@@ -14,13 +14,14 @@
 namespace tankrig {
 
 struct ConsoleOptions {
-  std::string program;          ///< its path
-  nlohmann::ordered_json rig;   ///< what the page says of the rig
+  std::string program;         ///< its path
+  nlohmann::ordered_json rig;  ///< what the page says of the rig
   std::vector<OfferedCommand> offered;
   std::string make_safe;  ///< of those, what STOP starts where nothing runs
-  std::map<std::string, std::vector<std::string>> questions;  ///< /api/NAME: words after the program's name that print JSON
-  std::filesystem::path sessions;                             ///< their folder
-  std::uint16_t port = 8080;                                  ///< 0: any that is free
+  std::map<std::string, std::vector<std::string>>
+      questions;                   ///< /api/NAME: words after the program's name that print JSON
+  std::filesystem::path sessions;  ///< their folder
+  std::uint16_t port = 8080;       ///< 0: any that is free
 };
 
 /// Serves until `stop()`; a run is then asked to end, and waited for until `stop()` is asked for again or it has ended.

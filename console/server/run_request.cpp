@@ -19,17 +19,26 @@ constexpr std::size_t kLongestText = 500;
 
 const char* to_string(FieldKind kind) {
   switch (kind) {
-    case FieldKind::kText: return "text";
-    case FieldKind::kNumber: return "number";
-    case FieldKind::kSwitch: return "switch";
-    case FieldKind::kChoice: return "choice";
-    case FieldKind::kWord: return "word";
+    case FieldKind::kText:
+      return "text";
+    case FieldKind::kNumber:
+      return "number";
+    case FieldKind::kSwitch:
+      return "switch";
+    case FieldKind::kChoice:
+      return "choice";
+    case FieldKind::kWord:
+      return "word";
+    case FieldKind::kFolder:
+      return "folder";
   }
   return "";
 }
 
 [[noreturn]] void refuse(const RunField& field, const ordered_json& value, const std::string& expected) {
-  throw InputError(fmt::format("{}: found {}, expected {}", field.label, shown_text(value.dump(-1, ' ', false, ordered_json::error_handler_t::replace)), expected));
+  throw InputError(fmt::format("{}: found {}, expected {}", field.label,
+                               shown_text(value.dump(-1, ' ', false, ordered_json::error_handler_t::replace)),
+                               expected));
 }
 
 std::string number_of(const RunField& field, const ordered_json& value) {
@@ -51,18 +60,35 @@ std::string choice_of(const RunField& field, const ordered_json& value) {
   return value.get<std::string>();
 }
 
+/// One folder's name: neither an option nor a way elsewhere.
+std::string folder_of(const RunField& field, const ordered_json& value) {
+  const std::string name = text_of(field, value);
+  if (name.empty() || name.starts_with('.') || name.find('/') != std::string::npos)
+    refuse(field, value, "the name of a folder in " + field.option);
+  return field.option + "/" + name;
+}
+
 void add_word(const RunField& field, const ordered_json& value, std::vector<std::string>& words) {
   switch (field.kind) {
     case FieldKind::kWord:
       words.push_back(field.choices.empty() ? number_of(field, value) : choice_of(field, value));
       return;
+    case FieldKind::kFolder:
+      words.push_back(folder_of(field, value));
+      return;
     case FieldKind::kSwitch:
       if (!value.is_boolean()) refuse(field, value, "true or false");
       if (value.get<bool>()) words.push_back(field.option);
       return;
-    case FieldKind::kNumber: words.push_back(field.option + "=" + number_of(field, value)); return;
-    case FieldKind::kChoice: words.push_back(field.option + "=" + choice_of(field, value)); return;
-    case FieldKind::kText: words.push_back(field.option + "=" + text_of(field, value)); return;
+    case FieldKind::kNumber:
+      words.push_back(field.option + "=" + number_of(field, value));
+      return;
+    case FieldKind::kChoice:
+      words.push_back(field.option + "=" + choice_of(field, value));
+      return;
+    case FieldKind::kText:
+      words.push_back(field.option + "=" + text_of(field, value));
+      return;
   }
 }
 
@@ -92,7 +118,8 @@ ordered_json forms_json(const std::vector<OfferedCommand>& offered) {
 const OfferedCommand& command_of(const std::vector<OfferedCommand>& offered, const ordered_json& request) {
   const std::string name = request.contains("command") && request["command"].is_string() ? request["command"] : "";
   const auto command = std::ranges::find(offered, name, &OfferedCommand::name);
-  if (command == offered.end()) throw InputError("command: found '" + shown_text(name) + "', expected one that is offered");
+  if (command == offered.end())
+    throw InputError("command: found '" + shown_text(name) + "', expected one that is offered");
   return *command;
 }
 

@@ -7,14 +7,15 @@
 
 namespace tankrig {
 
-enum class FieldKind { kText, kNumber, kSwitch, kChoice, kWord };
+enum class FieldKind { kText, kNumber, kSwitch, kChoice, kWord, kFolder };
 
-/// One field of a form: an option, or, as kWord, an argument without a name.
+/// One field of a form: an option, or, as kWord and kFolder, an argument without a name.
 struct RunField {
   std::string key, label;
-  std::string option;  ///< "--preset"; empty for a kWord
+  std::string option;  ///< "--preset"; empty for a kWord; of a kFolder, where the folder lies
   FieldKind kind = FieldKind::kText;
-  std::vector<std::string> choices = {};  ///< of kChoice and kWord: nothing else is taken. A kWord with none is a number.
+  std::vector<std::string> choices =
+      {};  ///< of kChoice and kWord: nothing else is taken. A kWord with none is a number.
   std::string help = {};
   bool required = false;
 };

@@ -56,8 +56,8 @@ WebReply session_file(const fs::path& sessions, const std::string& path) {
     const fs::path file = sessions / below;
     WebReply reply;
     reply.file = open_regular_file(file, std::numeric_limits<std::int64_t>::max(), "a file of a session");
-    const auto kind = std::ranges::find(kKinds, file.extension().string(),
-                                        [](const Kind& k) { return std::string(k.extension); });
+    const auto kind =
+        std::ranges::find(kKinds, file.extension().string(), [](const Kind& k) { return std::string(k.extension); });
     const bool known = kind != kKinds.end();
     reply.type = known ? kind->type : "application/octet-stream";
     if (!known || !kind->shown) reply.download_as = plain_name(file);

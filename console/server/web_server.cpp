@@ -1,5 +1,3 @@
-#include <utility>  // before asio 1.74, which forgets it
-
 #include "console/server/web_server.hpp"
 
 #include <unistd.h>
@@ -38,7 +36,8 @@ constexpr std::chrono::seconds kRequestTime = 30s, kReplyTime = 10min;
 constexpr auto kSilence = 1500ms;  // of a WebSocket; it is pinged when half of it is over
 
 constexpr char kPolicy[] =
-    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; connect-src 'self'; frame-src 'self'; "
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; connect-src 'self'; "
+    "frame-src 'self'; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
 std::string_view view(beast::string_view text) { return {text.data(), text.size()}; }
@@ -153,7 +152,8 @@ class WebServer::Implementation {
     listener_.bind(here, failure);
     if (!failure) listener_.listen(asio::socket_base::max_listen_connections, failure);
     if (failure)
-      throw InputError("--port: found " + std::to_string(port) + " (" + failure.message() + "), expected one that is free");
+      throw InputError("--port: found " + std::to_string(port) + " (" + failure.message() +
+                       "), expected one that is free");
     return listener_.local_endpoint().port();
   }
 
@@ -246,7 +246,8 @@ class WebServer::Implementation {
     co_return std::move(*later->reply);
   }
 
-  static asio::awaitable<bool> write(beast::tcp_stream& stream, const http::request<http::empty_body>& request, WebReply reply) {
+  static asio::awaitable<bool> write(beast::tcp_stream& stream, const http::request<http::empty_body>& request,
+                                     WebReply reply) {
     error_code failure;
     stream.expires_after(kReplyTime);
     if (reply.file >= 0) {
@@ -302,7 +303,8 @@ class WebServer::Implementation {
         continue;
       }
       client->socket.binary(next->binary);
-      co_await client->socket.async_write(asio::buffer(*next->message), asio::redirect_error(asio::use_awaitable, failure));
+      co_await client->socket.async_write(asio::buffer(*next->message),
+                                          asio::redirect_error(asio::use_awaitable, failure));
       if (failure) co_return;
     }
   }
@@ -320,7 +322,8 @@ WebServer::WebServer(asio::io_context& io, std::uint16_t port, WebHandlers handl
     : implementation_(std::make_unique<Implementation>(io, port, std::move(handlers))) {}
 WebServer::~WebServer() = default;
 std::string WebServer::address() const { return implementation_->address(); }
-void WebServer::send(ClientId client, std::shared_ptr<const std::string> message, bool binary, const std::string& newest) {
+void WebServer::send(ClientId client, std::shared_ptr<const std::string> message, bool binary,
+                     const std::string& newest) {
   implementation_->send(client, message, binary, newest);
 }
 void WebServer::send_to_all(std::shared_ptr<const std::string> message, bool binary, const std::string& newest) {

@@ -14,10 +14,10 @@ namespace tankrig {
 struct WebReply {
   unsigned status = 200;
   std::string type = "text/plain; charset=utf-8";
-  std::string body;
-  int file = -1;             ///< an open regular file instead of a body; closed by the server
-  std::string policy;        ///< Content-Security-Policy; empty: the console's own
-  std::string download_as;   ///< a plain file name; empty: shown
+  std::string body = {};
+  int file = -1;                 ///< an open regular file instead of a body; closed by the server
+  std::string policy = {};       ///< Content-Security-Policy; empty: the console's own
+  std::string download_as = {};  ///< a plain file name; empty: shown
 };
 
 /// Called in the thread of the io_context.

@@ -20,9 +20,12 @@ export class Cloud {
   private readonly controls: OrbitControls
   private readonly fixed = new THREE.Group()
   private readonly arm = new THREE.Line(new THREE.BufferGeometry(), new THREE.LineBasicMaterial())
-  private readonly material = new THREE.PointsMaterial({ size: 2, sizeAttenuation: false })
+  private readonly material = new THREE.PointsMaterial({ size: 2, sizeAttenuation: false, vertexColors: true })
   private points = new THREE.Points(new THREE.BufferGeometry(), this.material)
   private place = new Float32Array(3 * first)
+  private tint = new Uint8Array(3 * first)
+  private heights: [number, number] = [0.9, 1.2] // z [m]: the colours' ends
+  private dark = false
   private waiting = false
   private ink = 0
   count = 0
@@ -49,7 +52,8 @@ export class Cloud {
   colour(dark: boolean): void {
     this.renderer.setClearColor(dark ? 0x000000 : 0xffffff)
     this.ink = dark ? 0x802018 : 0x707880
-    this.material.color.set(dark ? 0xff4a3a : 0x008a28)
+    this.dark = dark
+    this.paint(0, this.count)
     this.arm.material.color.set(dark ? 0xff8a7a : 0xb08000)
     this.fixed.traverse(part => {
       if (part instanceof THREE.LineSegments || part instanceof THREE.Line) part.material.color.set(this.ink)
@@ -76,6 +80,8 @@ export class Cloud {
       geometry.setIndex(message.object.triangles.flat())
       const edges = new THREE.EdgesGeometry(geometry, 20)
       this.fixed.add(new THREE.LineSegments(edges, lines()))
+      const z = message.object.vertices.map(p => p[2])
+      this.heights = [Math.min(...z), Math.max(...z)]
       geometry.computeBoundingSphere()
       const ball = geometry.boundingSphere
       if (ball) {
@@ -101,26 +107,44 @@ export class Cloud {
     const n = Math.min(data.length / 3, most - this.count)
     if (3 * (this.count + n) > this.place.length) this.reserve(2 * (this.count + n))
     this.place.set(data.subarray(0, 3 * n), 3 * this.count)
-    const attribute = this.points.geometry.getAttribute('position') as THREE.BufferAttribute
-    attribute.addUpdateRange(3 * this.count, 3 * n)
-    attribute.needsUpdate = true
     this.count += n
+    this.paint(this.count - n, n)
+    this.renew('position', this.count - n, n)
     this.points.geometry.setDrawRange(0, this.count)
     this.draw()
   }
 
-  /** Where each point is drawn, for whoever checks that it is. */
-  shown(): number {
-    return this.points.geometry.drawRange.count
+  /** By height over the object's foot: blue to green, or, in a dark room, dark red to light red. */
+  private paint(from: number, n: number): void {
+    const [top, foot] = this.heights
+    const colour = new THREE.Color()
+    for (let i = from; i < from + n; ++i) {
+      const share = Math.min(1, Math.max(0, (foot - this.place[3 * i + 2]) / (foot - top)))
+      if (this.dark) colour.setRGB(0.35 + 0.65 * share, 0.35 * share, 0.3 * share)
+      else colour.setHSL(0.62 - 0.3 * share, 1, 0.35)
+      this.tint.set([255 * colour.r, 255 * colour.g, 255 * colour.b], 3 * i)
+    }
+    this.renew('color', from, n)
+  }
+
+  private renew(name: string, from: number, n: number): void {
+    const attribute = this.points.geometry.getAttribute(name) as THREE.BufferAttribute | undefined
+    if (!attribute) return
+    attribute.addUpdateRange(3 * from, 3 * n)
+    attribute.needsUpdate = true
   }
 
   private reserve(points: number): void {
     const larger = new Float32Array(3 * points)
     larger.set(this.place.subarray(0, 3 * this.count))
     this.place = larger
+    const tints = new Uint8Array(3 * points)
+    tints.set(this.tint.subarray(0, 3 * this.count))
+    this.tint = tints
     this.points.geometry.dispose()
     this.points.geometry = new THREE.BufferGeometry()
     this.points.geometry.setAttribute('position', new THREE.BufferAttribute(larger, 3))
+    this.points.geometry.setAttribute('color', new THREE.BufferAttribute(tints, 3, true))
     this.points.geometry.setDrawRange(0, this.count)
   }
 

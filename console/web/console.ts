@@ -7,7 +7,7 @@ import { showSessions } from './sessions'
 interface Field {
   key: string
   label: string
-  kind: 'text' | 'number' | 'switch' | 'choice' | 'word'
+  kind: 'text' | 'number' | 'switch' | 'choice' | 'word' | 'folder'
   choices: string[]
   help: string
   required: boolean
@@ -23,7 +23,7 @@ interface Form {
 interface Hello {
   is: 'hello'
   you: number
-  rig: { name: string; description: string; version: string; }
+  rig: { name: string; description: string; version: string; calibration: string; warnings: string[] }
   forms: Form[]
 }
 interface Run {
@@ -116,6 +116,8 @@ function take(message: Message): void {
       byId('rig').textContent = message.rig.name
       byId('rig').title = `${message.rig.description} (tankrig ${message.rig.version})`
       document.title = `${message.rig.name} - tankrig console`
+      say('calibration', message.rig.calibration, message.rig.warnings.length > 0 ? 'bad' : '')
+      byId('calibration').title = message.rig.warnings.join('; ')
       if (byId<HTMLSelectElement>('command').length === 0) chooseForms()
       forget()
       break
@@ -151,6 +153,7 @@ function take(message: Message): void {
 /** A new run has nothing of the last one. */
 function forget(): void {
   run = undefined
+  document.body.classList.remove('running')
   terminal.clear()
   log.textContent = ''
   cloud.clear()
@@ -178,7 +181,7 @@ function fed(message: Feed): void {
       if (typeof message.joints_deg === 'object' && message.joints_deg !== null)
         byId('joints').replaceChildren(
           ...Object.entries(message.joints_deg).map(([name, deg]) =>
-            make('tr', {}, make('th', { scope: 'row' }, name), make('td', { className: 'number' }, `${Number(deg).toFixed(2)}°`)),
+            make('tr', {}, make('th', { scope: 'row' }, name), make('td', { className: 'number' }, `${(Math.round(100 * Number(deg)) / 100 + 0).toFixed(2)}°`)),
           ),
         )
       break
@@ -243,6 +246,7 @@ function showRun(): void {
   say('run-state', `${run.title}: ${how}`, over && run.exit_code !== 0 ? 'bad' : '')
   byId('run-title').textContent = `${run.title}: ${how}`
   byId('run-title').title = `tankrig ${run.words.join(' ')}`
+  document.body.classList.toggle('running', !over && !run.hold)
   if (over) letGo()
   showControl()
 }
@@ -282,6 +286,19 @@ function chooseForms(): void {
   showForm()
 }
 
+/** A wish of another view: its form is filled in and started. */
+function begin(command: string, given: Record<string, string>): void {
+  byId<HTMLSelectElement>('command').value = command
+  showForm()
+  for (const [key, value] of Object.entries(given)) {
+    const input = byId<HTMLFormElement>('form').elements.namedItem(key)
+    if (input instanceof HTMLInputElement) input.value = value
+  }
+  document.querySelector<HTMLButtonElement>('[data-view=run]')?.click()
+  const form = chosen()
+  if (form) start(form)
+}
+
 const chosen = () => forms.find(form => form.name === byId<HTMLSelectElement>('command').value)
 
 function fieldOf(field: Field): HTMLElement {
@@ -290,7 +307,7 @@ function fieldOf(field: Field): HTMLElement {
   const label = (value: string) => value.split('/').pop() ?? value
   const input = list
     ? make('select', { name }, ...(field.required ? [] : [make('option', { value: '' }, 'as the rig file says')]), ...field.choices.map(c => make('option', { value: c }, label(c))))
-    : make('input', { name, type: field.kind === 'switch' ? 'checkbox' : field.kind === 'text' ? 'text' : 'number', required: field.required })
+    : make('input', { name, type: field.kind === 'switch' ? 'checkbox' : field.kind === 'text' || field.kind === 'folder' ? 'text' : 'number', required: field.required })
   if (input instanceof HTMLInputElement && input.type === 'number') input.step = 'any'
   return make('label', {}, field.label, ' ', input, ...(field.help ? [make('small', {}, field.help)] : []))
 }
@@ -388,7 +405,7 @@ for (const tab of document.querySelectorAll<HTMLButtonElement>('[data-view]'))
       other.setAttribute('aria-selected', String(on))
       byId(other.dataset.view ?? '').hidden = !on
     }
-    if (tab.dataset.view === 'sessions') void showSessions()
+    if (tab.dataset.view === 'sessions') void showSessions(begin)
     if (tab.dataset.view === 'rig-view') void showRig()
   })
 

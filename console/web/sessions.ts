@@ -59,24 +59,33 @@ async function timeLine(folder: string): Promise<HTMLElement> {
   return make('div', { className: 'frames' }, make('label', {}, 'Camera ', choice), slider, picture, says)
 }
 
-async function open(folder: string, place: HTMLElement): Promise<void> {
+/** Starts a command of the forms. */
+type Begin = (command: string, given: Record<string, string>) => void
+
+async function open(folder: string, place: HTMLElement, begin: Begin): Promise<void> {
   const files = ['session.yaml', 'rig.yaml', 'joints.csv', 'frames.csv', 'events.csv', 'clouds/laser.ply', 'clouds/stereo.ply', 'report.html']
   const links = files.map(file => make('a', { href: at(folder, file), target: '_blank', rel: 'noopener' }, file))
   const line = make('p', {}, 'Files: ')
   for (const link of links) line.append(link, ' ')
+  const wishes = make('div', { className: 'row' })
+  for (const [command, title] of [['check', 'Check'], ['recover', 'Recover'], ['report', 'Reconstruct anew']]) {
+    const button = make('button', { type: 'button' }, title)
+    button.addEventListener('click', () => begin(command, { session: folder }))
+    wishes.append(button)
+  }
   const report = make('iframe', { title: `Report of ${folder}`, src: at(folder, 'report.html') })
   report.setAttribute('sandbox', 'allow-scripts')
   place.replaceChildren(
-    make('div', { className: 'box' }, make('h2', {}, folder), line),
+    make('div', { className: 'box' }, make('h2', {}, folder), line, wishes),
     make('div', { className: 'box' }, make('h2', {}, 'Frames'), await timeLine(folder)),
     make('div', { className: 'box' }, make('h2', {}, 'Report'), report),
   )
   place.scrollIntoView({ block: 'start' })
 }
 
-const columns = ['session', 'status', 'created_utc', 'rig', 'lux', 'operator', 'frames']
+const columns = ['session', 'status', 'created_utc', 'rig', 'lux_before', 'operator', 'frames']
 
-export async function showSessions(): Promise<void> {
+export async function showSessions(begin: Begin): Promise<void> {
   const view = byId('sessions')
   const filter = make('input', { type: 'search', placeholder: 'rig, date, operator, status' })
   const place = make('div')
@@ -84,7 +93,7 @@ export async function showSessions(): Promise<void> {
   const says = make('p')
   const table = make('table', {}, make('thead', {}, make('tr', {}, ...columns.map(c => make('th', {}, c.replace(/_/g, ' '))))), body)
   const again = make('button', { type: 'button' }, 'Refresh')
-  again.addEventListener('click', () => void showSessions())
+  again.addEventListener('click', () => void showSessions(begin))
   view.replaceChildren(
     make('div', { className: 'box' }, make('div', { className: 'row' }, make('label', {}, 'Find ', filter), again), says, make('div', { className: 'scroll' }, table)),
     place,
@@ -106,7 +115,7 @@ export async function showSessions(): Promise<void> {
         const row = make('tr', {}, make('td', {}, button), ...columns.slice(1).map(c => make('td', {}, s[c] === undefined || s[c] === null ? '' : String(s[c]))))
         button.addEventListener('click', () => {
           for (const other of body.rows) other.classList.toggle('chosen', other === row)
-          void open(folderOf(s), place)
+          void open(folderOf(s), place, begin)
         })
         return row
       }),

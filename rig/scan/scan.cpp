@@ -118,7 +118,8 @@ class ScanRun {
                                   seconds(job_.box->enable_wait())));
       if (job_.clock.now() < tell) continue;
       tell = tell + kProgressPeriod;
-      if (job_.progress) job_.progress({0, Phase::kMove, "waiting for the watchdog box: press its button", newest_q_, newest_laser_});
+      if (job_.progress)
+        job_.progress({0, Phase::kMove, "waiting for the watchdog box: press its button", newest_q_, newest_laser_});
     }
   }
 
@@ -279,7 +280,8 @@ class ScanRun {
     if (!job_.progress || !plan_zero_ || ended() || last_.stamp < next_progress_) return;
     next_progress_ = last_.stamp + kProgressPeriod;
     const Segment& segment = plan_.segments()[last_.segment];
-    job_.progress({std::clamp(last_.plan_time / plan_.duration(), 0.0, 1.0), segment.phase, segment.name, newest_q_, newest_laser_});
+    job_.progress({std::clamp(last_.plan_time / plan_.duration(), 0.0, 1.0), segment.phase, segment.name, newest_q_,
+                   newest_laser_});
   }
 
   std::string status() const {

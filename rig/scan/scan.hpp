@@ -28,7 +28,7 @@ class StepWatch;
 struct ScanProgress {
   double fraction = 0;  ///< of the plan's time, [0, 1]
   Phase phase = Phase::kMove;
-  std::string segment;  ///< its name
+  std::string segment;              ///< its name
   std::optional<JointVector> q;     ///< the newest joints; none before the arm has said them
   std::optional<LaserState> laser;  ///< the newest that it said
 };

@@ -30,7 +30,8 @@ TEST_F(AccessTest, RefusesWithoutTheKey) {
 TEST_F(AccessTest, RefusesOtherNamesAndOtherPages) {
   for (const char* host : {"", "evil.example:8080", "127.0.0.1", "127.0.0.1:80", "127.0.0.1.evil.example:8080"})
     EXPECT_NE(access.refused({host, "", cookie}), "") << host;
-  for (const char* origin : {"http://evil.example", "null", "https://127.0.0.1:8080", "http://127.0.0.1:8081", "http://localhost:8080"})
+  for (const char* origin :
+       {"http://evil.example", "null", "https://127.0.0.1:8080", "http://127.0.0.1:8081", "http://localhost:8080"})
     EXPECT_NE(access.refused({"127.0.0.1:8080", origin, cookie, true}), "") << origin;
 }
 

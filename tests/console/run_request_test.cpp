@@ -16,13 +16,27 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 std::vector<OfferedCommand> offered() {
-  return {{"scan", "Scan", "Scans.", {"scan", "--rig", "tank-sim"},
+  return {{"scan",
+           "Scan",
+           "Scans.",
+           {"scan", "--rig", "tank-sim"},
            {{"preset", "Preset", "--preset", FieldKind::kChoice, {"fine"}},
             {"light", "Light", "--light", FieldKind::kNumber},
             {"json", "JSON", "--json", FieldKind::kSwitch},
             {"notes", "Notes", "--notes"}}},
-          {"jog", "Jog", "Jogs.", {"arm", "jog"},
-           {{"joint", "Joint", "", FieldKind::kWord, {"elbow"}, "", true}, {"angle", "Angle", "", FieldKind::kWord, {}, "", true}}, true, true}};
+          {"jog",
+           "Jog",
+           "Jogs.",
+           {"arm", "jog"},
+           {{"joint", "Joint", "", FieldKind::kWord, {"elbow"}, "", true},
+            {"angle", "Angle", "", FieldKind::kWord, {}, "", true}},
+           true,
+           true},
+          {"check",
+           "Check",
+           "Checks.",
+           {"session", "check"},
+           {{"session", "Session", "sessions", FieldKind::kFolder, {}, "", true}}}};
 }
 
 std::vector<std::string> words(const char* request) { return words_of(offered(), ordered_json::parse(request)); }
@@ -39,14 +53,26 @@ std::string refusal(const char* request) { return refusal(ordered_json::parse(re
 
 TEST(RunRequest, BecomesTheWordsOfACommand) {
   EXPECT_THAT(words(R"({"command": "scan"})"), ElementsAre("scan", "--rig", "tank-sim"));
-  EXPECT_THAT(words(R"({"command": "scan", "options": {"notes": "a b", "light": 0.5, "preset": "fine", "json": true}})"),
-              ElementsAre("scan", "--rig", "tank-sim", "--preset=fine", "--light=0.5", "--json", "--notes=a b"));
-  EXPECT_THAT(words(R"({"command": "jog", "options": {"joint": "elbow", "angle": -5}})"), ElementsAre("arm", "jog", "elbow", "-5"));
+  EXPECT_THAT(
+      words(R"({"command": "scan", "options": {"notes": "a b", "light": 0.5, "preset": "fine", "json": true}})"),
+      ElementsAre("scan", "--rig", "tank-sim", "--preset=fine", "--light=0.5", "--json", "--notes=a b"));
+  EXPECT_THAT(words(R"({"command": "jog", "options": {"joint": "elbow", "angle": -5}})"),
+              ElementsAre("arm", "jog", "elbow", "-5"));
 }
 
 TEST(RunRequest, TakesNoTextForAnOption) {
   EXPECT_THAT(words(R"({"command": "scan", "options": {"notes": "--out=/etc"}})"),
               ElementsAre("scan", "--rig", "tank-sim", "--notes=--out=/etc"));
+}
+
+TEST(RunRequest, LeavesNoFolderButItsOwn) {
+  EXPECT_THAT(words(R"({"command": "check", "options": {"session": "tank-1"}})"),
+              ElementsAre("session", "check", "sessions/tank-1"));
+  EXPECT_THAT(words(R"({"command": "check", "options": {"session": "--json"}})"),
+              ElementsAre("session", "check", "sessions/--json"));
+  for (const char* name : {"", ".", "..", "../x", "a/b", "/etc"})
+    EXPECT_THAT(refusal({{"command", "check"}, {"options", {{"session", name}}}}), HasSubstr("folder in sessions"))
+        << name;
 }
 
 TEST(RunRequest, RefusesByNameWhatIsNotOffered) {
@@ -68,7 +94,7 @@ TEST(RunRequest, RefusesByNameWhatIsNotOffered) {
 
 TEST(RunRequest, DescribesEachFieldForThePage) {
   const ordered_json forms = forms_json(offered());
-  ASSERT_EQ(forms.size(), 2U);
+  ASSERT_EQ(forms.size(), 3U);
   EXPECT_EQ(forms[0]["fields"][0]["kind"], "choice");
   EXPECT_EQ(forms[0]["fields"][0]["choices"][0], "fine");
   EXPECT_EQ(forms[1]["hold"], true);

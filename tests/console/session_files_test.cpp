@@ -16,7 +16,8 @@ namespace {
 struct SessionFiles : ::testing::Test {
   SessionFiles() {
     fs::create_directories(sessions / "one/frames");
-    for (const char* file : {"sessions/one/report.html", "sessions/one/frames/0.png", "sessions/one/cloud.ply", "secret"})
+    for (const char* file :
+         {"sessions/one/report.html", "sessions/one/frames/0.png", "sessions/one/cloud.ply", "secret"})
       folder.write(file, file);
   }
   WebReply reply(const std::string& path) const {
@@ -40,7 +41,8 @@ TEST_F(SessionFiles, OfAPageHaveNoneOfTheConsolesRights) {
 }
 
 TEST_F(SessionFiles, DoNotLeadElsewhere) {
-  for (const char* path : {"", "one", "one/", "../secret", "one/../../secret", "/etc/passwd", "one/./report.html", "two/report.html", "one/frames"})
+  for (const char* path : {"", "one", "one/", "../secret", "one/../../secret", "/etc/passwd", "one/./report.html",
+                           "two/report.html", "one/frames"})
     EXPECT_EQ(reply(path).status, 404U) << path;
 }
 

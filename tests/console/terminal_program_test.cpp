@@ -58,7 +58,8 @@ TEST(TerminalProgram, LosesItsTerminalWithWhoeverStartedIt) {
   std::string file = ::testing::TempDir() + "hangup_XXXXXX";
   ::close(::mkstemp(file.data()));
   {
-    TerminalProgram program(shell("trap 'echo hung up > " + file + "; exit' HUP; echo ready; while :; do sleep 0.05; done"));
+    TerminalProgram program(
+        shell("trap 'echo hung up > " + file + "; exit' HUP; echo ready; while :; do sleep 0.05; done"));
     ASSERT_THAT(printed(program, "ready"), HasSubstr("ready"));
   }
   std::string said;

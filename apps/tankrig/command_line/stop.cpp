@@ -74,7 +74,8 @@ std::function<bool()> StopOnSignal::from_now_on() {
 }
 
 RigStops::RigStops(Backend& backend, Progress& progress, bool hold_to_run)
-    : emergency_(backend.laser(), backend.arm()),
+    : hold_to_run_(hold_to_run),
+      emergency_(backend.laser(), backend.arm()),
       key_(STDIN_FILENO, stop_requested, hold_to_run ? std::optional(HeldKey{}) : std::nullopt) {
   Feed::one().tell({{"feed", "keys"}, {"hold_to_run", key_.active() && hold_to_run}});
   if (key_.active())
@@ -88,7 +89,7 @@ RigStops::RigStops(Backend& backend, Progress& progress, bool hold_to_run)
 }
 
 bool RigStops::key_is_held(Clock& clock) const {
-  while (key_.active() && !key_.held() && !stop_requested)
+  while (hold_to_run_ && key_.active() && !key_.held() && !stop_requested)
     clock.sleep_until(clock.now() + std::chrono::milliseconds{10});
   return !stop_requested;
 }

@@ -45,10 +45,12 @@ class RigStops {
  public:
   /// `hold_to_run`: a key must be held for anything to move.
   RigStops(Backend& backend, Progress& progress, bool hold_to_run = false);
-  /// Hold to run: waits until a key is held; false if a stop is asked for first. At once where there is no terminal.
+  /// Hold to run: waits until a key is held; false if a stop is asked for first. At once where no key need be held, or
+  /// there is no terminal.
   bool key_is_held(Clock& clock) const;
 
  private:
+  const bool hold_to_run_;
   EmergencyStop emergency_;
   StopKey key_;
   std::optional<SleepInhibitor> inhibitor_;

@@ -9,6 +9,7 @@
 #include "apps/tankrig/command_line/rig_files.hpp"
 #include "apps/tankrig/command_line/stop.hpp"
 #include "apps/tankrig/commands.hpp"
+#include "apps/tankrig/scan/used_calibration.hpp"
 #include "console/server/console.hpp"
 #include "core/input_error.hpp"
 #include "rig/config/rig_config.hpp"
@@ -67,41 +68,77 @@ std::vector<OfferedCommand> offered(const ServeOptions& options, const RigConfig
   std::vector<std::string> cameras, joints(kJointNames.begin(), kJointNames.end());
   for (const RigCamera& camera : rig.cameras) cameras.push_back(camera.name);
   std::vector<OfferedCommand> all{
-      {"scan", "Scan", "Sweeps the arm, records a session, reconstructs and scores it.", on_rig({"scan"}), scan_fields(rig), false, true},
+      {"scan", "Scan", "Sweeps the arm, records a session, reconstructs and scores it.", on_rig({"scan"}),
+       scan_fields(rig), false, true},
       {"preview",
        "Look through a camera",
        "Shows focus, clipped pixels and histogram; nothing moves or shines.",
        on_rig({"camera", "preview", "--seconds", "600"}),
        {{"camera", "Camera", "--camera", FieldKind::kChoice, cameras}}},
-      {"lit", "Look at the stripe", "Switches the laser on for 30 s with the arm at rest, and marks its stripe.",
+      {"lit",
+       "Look at the stripe",
+       "Switches the laser on for 30 s with the arm at rest, and marks its stripe.",
        on_rig({"camera", "preview", "--laser", "--seconds", "30"}),
-       {{"camera", "Camera", "--camera", FieldKind::kChoice, cameras}}, false, true},
+       {{"camera", "Camera", "--camera", FieldKind::kChoice, cameras}},
+       false,
+       true},
       {"jog",
        "Jog",
        "Moves one joint by an angle, while the button is held.",
        on_rig({"arm", "jog", "--relative"}),
-       {{"joint", "Joint", "", FieldKind::kWord, joints, "", true}, {"angle", "By [deg]", "", FieldKind::kWord, {}, "", true}},
+       {{"joint", "Joint", "", FieldKind::kWord, joints, "", true},
+        {"angle", "By [deg]", "", FieldKind::kWord, {}, "", true}},
        true,
        true},
       {"park", "Park", "Moves all joints to the park posture.", on_rig({"arm", "park"}), {}, false, true},
-      {"home", "Home", "Drives the joints into their stops to find the encoders' zeros.", on_rig({"arm", "home"}), {}, false, true},
-      {kMakeSafe, "Laser off, arm at rest", "Switches the laser off, brings the arm to rest, and says whether both are confirmed.", on_rig({"arm", "stop"}), {}},
-      {"calibrate", "Calibrate", "The whole rig, step by step: it says what to do and waits for an answer.",
+      {"home",
+       "Home",
+       "Drives the joints into their stops to find the encoders' zeros.",
+       on_rig({"arm", "home"}),
+       {},
+       false,
+       true},
+      {kMakeSafe,
+       "Laser off, arm at rest",
+       "Switches the laser off, brings the arm to rest, and says whether both are confirmed.",
+       on_rig({"arm", "stop"}),
+       {}},
+      {"calibrate",
+       "Calibrate",
+       "The whole rig, step by step: it says what to do and waits for an answer.",
        on_rig({"calibrate", "all", "--data", std::string(kSessions) + "/calibration-" + rig.name}),
-       {{"operator", "Operator", "--operator"}}, false, true}};
+       {{"operator", "Operator", "--operator"}},
+       false,
+       true}};
+  const RunField session{"session", "Session", kSessions, FieldKind::kFolder, {}, "", true};
+  all.push_back({"report", "Report", "Reconstructs and scores a session anew.", {"report"}, {session}});
+  all.push_back({"check", "Check", "Says what a session has lost.", {"session", "check"}, {session}});
+  all.push_back({"recover",
+                 "Recover",
+                 "Rescues a session after a kill, a full disk or a power cut.",
+                 {"session", "recover"},
+                 {session}});
   if (const auto files = benchmark_files(find_rig(options.rig)); !files.empty()) {
     const RunField file{"file", "Benchmark file", "", FieldKind::kWord, files, "", true};
-    all.push_back({"experiment", "Experiment", "A session at each light level of a benchmark file; it asks for the levels.",
-                   on_rig({"experiment"}), {file, {"operator", "Operator", "--operator"}}, false, true});
-    all.push_back({"bench", "Benchmark", "Sweeps light and noise in the simulated tank; moves no device.", {"bench"}, {file}});
+    all.push_back({"experiment",
+                   "Experiment",
+                   "A session at each light level of a benchmark file; it asks for the levels.",
+                   on_rig({"experiment"}),
+                   {file, {"operator", "Operator", "--operator"}},
+                   false,
+                   true});
+    all.push_back(
+        {"bench", "Benchmark", "Sweeps light and noise in the simulated tank; moves no device.", {"bench"}, {file}});
   }
   return all;
 }
 
 ordered_json facts_of(const RigConfig& rig) {
   return {{"name", rig.name},
-                     {"description", rig.description},
-                     {"version", TANKRIG_VERSION}};
+          {"description", rig.description},
+          {"version", TANKRIG_VERSION},
+          {"calibration", rig.calibration ? rig.calibration_file.filename().string() : "none: the rig file's values"},
+          {"warnings", calibration_warnings(rig)}};
 }
 
 int serve(const ServeOptions& options) {
@@ -117,13 +154,15 @@ int serve(const ServeOptions& options) {
                        {"arm", {"arm", "status", "--rig", options.rig, "--json"}},
                        {"doctor", {"doctor", "--rig", options.rig, "--json"}},
                        {"plan", {"scan", "--dry-run", "--rig", options.rig, "--json"}}};
+  fs::create_directories(kSessions);
   const StopOnSignal stop_on_signal;
   const auto first = StopOnSignal::from_now_on();
   std::function<bool()> second;
   serve_console(
       console,
       [](const std::string& address) {
-        fmt::print("The console is at {}\nIt is for browsers on this machine. Ctrl-C ends it, and stops what runs.\n", address);
+        fmt::print("The console is at {}\nIt is for browsers on this machine. Ctrl-C ends it, and stops what runs.\n",
+                   address);
         std::fflush(stdout);
       },
       [&] {

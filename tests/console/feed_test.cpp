@@ -1,0 +1,145 @@
+// The program on a terminal, as the console starts it: what it feeds, and how it takes the terminal's keys.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
+
+#include "console/feed/feed_format.hpp"
+#include "console/server/terminal_program.hpp"
+#include "tests/program/program.hpp"
+
+namespace tankrig::test {
+namespace {
+
+using nlohmann::json;
+using ::testing::HasSubstr;
+
+constexpr int kPatience_ms = 120'000;  // between two signs of life
+
+/// What came, up to the program's end.
+struct Heard {
+  std::string screen;
+  std::vector<json> texts;
+  std::size_t points = 0;
+  bool all_finite = true;
+  std::map<std::string, cv::Mat> pictures;
+  int exit_code = -1;
+
+  std::vector<json> of(const char* feed) const {
+    std::vector<json> found;
+    for (const json& text : texts)
+      if (text.at("feed") == feed) found.push_back(text);
+    return found;
+  }
+};
+
+void take(std::string_view message, Heard& heard) {
+  if (const auto camera = pictured_camera(message)) {
+    const std::string_view jpeg = message.substr(2 + camera->size());
+    heard.pictures[std::string(*camera)] = cv::imdecode(std::vector<char>(jpeg.begin(), jpeg.end()), cv::IMREAD_COLOR);
+  } else if (message.front() == static_cast<char>(FeedKind::kPoints)) {
+    for (std::size_t at = 1; at + 12 <= message.size(); at += 12) {
+      std::array<float, 3> p{};
+      std::memcpy(p.data(), message.data() + at, sizeof p);
+      ++heard.points;
+      for (const float c : p) heard.all_finite = heard.all_finite && std::isfinite(c);
+    }
+  } else {
+    heard.texts.push_back(json::parse(message.substr(1)));
+  }
+}
+
+/// `on_text`: is told each text of the feed as it comes.
+Heard run_on_terminal(std::vector<std::string> words,
+                      const std::function<void(const json&, TerminalProgram&)>& on_text = {}) {
+  words.insert(words.begin(), TANKRIG_PROGRAM);
+  TerminalProgram program(words);
+  Heard heard;
+  std::string buffer(kMostFeedBytes, '\0');
+  bool over = false;
+  while (!over) {
+    std::array<pollfd, 3> wanted{
+        {{program.terminal(), POLLIN, 0}, {program.feed(), POLLIN, 0}, {program.end(), POLLIN, 0}}};
+    if (::poll(wanted.data(), wanted.size(), kPatience_ms) <= 0) break;
+    over = wanted[2].revents != 0;
+    for (ssize_t n; (n = ::read(program.terminal(), buffer.data(), buffer.size())) > 0;)
+      heard.screen.append(buffer.data(), static_cast<std::size_t>(n));
+    for (ssize_t n; (n = ::recv(program.feed(), buffer.data(), buffer.size(), MSG_DONTWAIT)) > 0;) {
+      const bool text = buffer.front() == static_cast<char>(FeedKind::kText);
+      take({buffer.data(), static_cast<std::size_t>(n)}, heard);
+      if (text && on_text) on_text(heard.texts.back(), program);
+    }
+  }
+  if (over) heard.exit_code = program.exit_code();
+  return heard;
+}
+
+TEST(Feed, OfAScanTellsTheSceneTheSweepAndTheEnd) {
+  const std::filesystem::path folder = scratch_folder();
+  const Heard heard = run_on_terminal({"scan", "--rig", small_rig(folder), "--out", folder / "session"});
+  ASSERT_EQ(heard.exit_code, 0) << heard.screen;
+  ASSERT_EQ(heard.of("scene").size(), 1U);
+  EXPECT_EQ(heard.of("scene")[0].at("object").at("triangles").size(), 12U);
+  EXPECT_EQ(heard.of("scene")[0].at("cameras").size(), 3U);
+  EXPECT_GT(heard.points, 1000U);
+  EXPECT_TRUE(heard.all_finite);
+  EXPECT_EQ(heard.pictures.size(), 3U);
+  for (const auto& [camera, picture] : heard.pictures) EXPECT_FALSE(picture.empty()) << camera;
+  bool lit = false, swept = false;
+  for (const json& state : heard.of("state")) {
+    lit = lit || state.value("laser", "") == "on";
+    swept = swept || state.at("phase") == "sweep";
+    EXPECT_TRUE(state.at("joints_deg").contains("elbow"));
+    EXPECT_EQ(state.at("arm").size(), 5U);
+  }
+  EXPECT_TRUE(lit && swept);
+  ASSERT_EQ(heard.of("end").size(), 1U);
+  EXPECT_EQ(heard.of("end")[0].at("laser_dark"), true);
+  EXPECT_EQ(heard.of("end")[0].at("arm_at_rest"), true);
+  ASSERT_FALSE(heard.of("progress").empty());
+  EXPECT_EQ(heard.of("progress").back().at("fraction"), 1.0);
+}
+
+TEST(Feed, OfAScanThatIsInterruptedEndsWithWhatWasConfirmed) {
+  const std::filesystem::path folder = scratch_folder();
+  const Heard heard = run_on_terminal({"scan", "--rig", small_rig(folder), "--out", folder / "session"},
+                                      [](const json& text, TerminalProgram& program) {
+                                        if (text.at("feed") == "state" && text.at("phase") == "sweep")
+                                          program.interrupt();
+                                      });
+  EXPECT_EQ(heard.exit_code, 3) << heard.screen;
+  ASSERT_EQ(heard.of("end").size(), 1U);
+  EXPECT_EQ(heard.of("end")[0].at("laser_dark"), true);
+  bool warned = false;
+  for (const json& told : heard.of("told"))
+    warned = warned ||
+             (told.at("level") == "warning" && told.at("text").get<std::string>().find("stopped") != std::string::npos);
+  EXPECT_TRUE(warned);
+}
+
+TEST(Feed, IsNotMissedWhereNobodyListens) {
+  ::setenv(kFeedVariable, "0", 1);  // no socket
+  EXPECT_EQ(run_tankrig({"arm", "status"}).exit_code, 0);
+  ::setenv(kFeedVariable, "rubbish", 1);
+  EXPECT_EQ(run_tankrig({"arm", "status"}).exit_code, 0);
+  ::unsetenv(kFeedVariable);
+}
+
+TEST(ArmOnATerminal, MovesWithoutAKeyWhereNobodyCanBeHurt) {
+  const Heard heard = run_on_terminal({"arm", "jog", "elbow", "1", "--relative"});
+  EXPECT_EQ(heard.exit_code, 0) << heard.screen;
+  ASSERT_EQ(heard.of("keys").size(), 1U);
+  EXPECT_EQ(heard.of("keys")[0].at("hold_to_run"), false);
+  EXPECT_THAT(heard.screen, HasSubstr("complete"));
+}
+
+}  // namespace
+}  // namespace tankrig::test
