@@ -274,6 +274,7 @@ class WebServer::Implementation {
     const auto client = std::make_shared<Client>(std::move(stream), io_);
     client->socket.set_option(websocket::stream_base::timeout{5s, kSilence, true});
     client->socket.read_message_max(kMostSaidBytes);
+    client->socket.auto_fragment(false);
     error_code failure;
     co_await client->socket.async_accept(request, asio::redirect_error(asio::use_awaitable, failure));
     if (failure) co_return;

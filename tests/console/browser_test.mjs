@@ -9,6 +9,8 @@ import { tmpdir } from 'node:os'
 import { join } from 'node:path'
 import { after, afterEach, before, beforeEach, test } from 'node:test'
 
+import { watch } from './watcher.mjs'
+
 const [rig, program, web, executablePath] = process.argv.slice(2)
 const { chromium } = createRequire(join(web, 'package.json'))('playwright-core')
 const wires = rig !== 'tank-sim'
@@ -291,6 +293,31 @@ test('jogging lasts as long as the button is held', { skip: wires && 'a scan ove
   await until('the end', async () => /done/.test(await run(page).textContent()))
   await page.mouse.up()
   assert.match(await page.locator('#log').textContent(), /elbow/)
+})
+
+test('a hundred watch: nothing is lost, the server stays small', async () => {
+  const letIn = await answer(`/${new URL(address).search}`)
+  const cookie = letIn.headers['set-cookie'][0].split(';')[0]
+  const resident = () => Number(/^VmRSS:\s*(\d+)/m.exec(readFileSync(`/proc/${server.pid}/status`, 'utf8'))[1]) / 1024 // [MB]
+  const cpu = () => readFileSync(`/proc/${server.pid}/stat`, 'utf8').split(' ').slice(13, 15).reduce((sum, ticks) => sum + Number(ticks) / 100, 0) // [s]
+  const operator = await watch(address, cookie)
+  const watchers = await Promise.all(Array.from({ length: 100 }, () => watch(address, cookie)))
+  const [small, began, used] = [resident(), Date.now(), cpu()]
+  operator.say({ do: 'take' })
+  operator.say({ do: 'start', command: 'scan', options: {} })
+  await until('the end', () => Number.isInteger(operator.last('run')?.exit_code), 3 * patience)
+  assert.equal(operator.last('run').exit_code, 0, operator.texts.filter(text => text.is === 'log').map(text => text.text).join(''))
+  await until('the last message', () => watchers.every(watcher => watcher.last('run')?.exit_code === 0), 5000)
+  assert.ok(operator.points > 10_000, `${operator.points} points`)
+  for (const watcher of watchers) {
+    assert.equal(watcher.closed, false)
+    assert.equal(watcher.points, operator.points)
+    assert.equal(watcher.last('feed')?.is, 'feed')
+  }
+  const grown = resident() - small
+  console.log(`100 watchers: ${(100 * (cpu() - used) / ((Date.now() - began) / 1000)).toFixed(1)} % of a processor, ${small.toFixed(0)} MB and ${grown.toFixed(0)} MB more at the end`)
+  assert.ok(grown < 100, `the server grew by ${grown} MB`)
+  for (const watcher of [operator, ...watchers]) watcher.end()
 })
 
 test('the rig is asked for its state', async () => {
