@@ -1,5 +1,7 @@
 #include "calibration/object_pose/corners_file.hpp"
 
+#include <fmt/core.h>
+
 #include "core/config_node.hpp"
 #include "core/input_error.hpp"
 #include "core/model_yaml.hpp"
@@ -15,6 +17,14 @@ bool is_box_corner(const std::string& name) {
   for (std::size_t k = 0; k < 3; ++k)
     if ((name[2 * k] != '+' && name[2 * k] != '-') || name[2 * k + 1] != "xyz"[k]) return false;
   return true;
+}
+
+/// Of the bounding box; `name` is one of its corners.
+Vector3d box_corner(const std::string& name, const ObjectShape& shape) {
+  Vector3d o;
+  for (int k = 0; k < 3; ++k)
+    o[k] = name[static_cast<std::size_t>(2 * k)] == '+' ? shape.bounds().max()[k] : shape.bounds().min()[k];
+  return o;
 }
 
 }  // namespace
@@ -50,14 +60,28 @@ CornersFile read_corners(const std::filesystem::path& file) {
   return out;
 }
 
+std::string corners_text(const std::string& clicked_by, const std::vector<CornersFile::Corner>& corners) {
+  std::string text = "# Clicked by " + clicked_by + ".\ncorners:\n";
+  for (const CornersFile::Corner& corner : corners)
+    text += fmt::format("  - {{name: \"{}\", pixel_px: [{:.2f}, {:.2f}]}}\n", corner.name, corner.pixel.x(),
+                        corner.pixel.y());
+  return text;
+}
+
+std::vector<std::pair<std::string, Vector3d>> bounding_corners(const ObjectShape& shape) {
+  std::vector<std::pair<std::string, Vector3d>> out;
+  for (unsigned corner = 0; corner < 8; ++corner) {
+    std::string name;
+    for (unsigned axis = 0; axis < 3; ++axis) name += {corner >> axis & 1 ? '+' : '-', "xyz"[axis]};
+    out.emplace_back(name, box_corner(name, shape));
+  }
+  return out;
+}
+
 std::vector<ClickedCorner> clicked_corners(const CornersFile& file, const ObjectShape& shape) {
   std::vector<ClickedCorner> out;
-  for (const CornersFile::Corner& c : file.corners) {
-    Vector3d o = Vector3d::Zero();
-    for (int k = 0; !c.o && k < 3; ++k)
-      o[k] = c.name[static_cast<std::size_t>(2 * k)] == '+' ? shape.bounds().max()[k] : shape.bounds().min()[k];
-    out.push_back({c.name, c.o.value_or(o), c.pixel, 1});
-  }
+  for (const CornersFile::Corner& c : file.corners)
+    out.push_back({c.name, c.o ? *c.o : box_corner(c.name, shape), c.pixel, 1});
   return out;
 }
 

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "calibration/object_pose/object_pose.hpp"
@@ -23,6 +24,12 @@ struct CornersFile {
 
 /// Errors: InputError with file, line, key.
 CornersFile read_corners(const std::filesystem::path& file);
+
+/// A corners.yaml of corners of the bounding box. `clicked_by`: one line, for its comment.
+std::string corners_text(const std::string& clicked_by, const std::vector<CornersFile::Corner>& corners);
+
+/// The corners of the object's bounding box by their names, "-x-y-z" first, in o.
+std::vector<std::pair<std::string, Vector3d>> bounding_corners(const ObjectShape& shape);
 
 /// With every point in the object's frame.
 std::vector<ClickedCorner> clicked_corners(const CornersFile& file, const ObjectShape& shape);

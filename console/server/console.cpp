@@ -188,10 +188,21 @@ class Console {
     }
     if (!control_.holds(id)) return refuse(id, "this browser is not in control");
     if (what == "start") return start(id, message);
+    if (const auto wish = options_.wishes.find(what); wish != options_.wishes.end())
+      return grant(id, wish->second, message);
     if (!running()) return refuse(id, "nothing runs");
     if (what == "answer") return answer(id, message);
     if (what == "hold") return hold();
     refuse(id, "a wish that nobody knows");
+  }
+
+  template <class Wish>
+  void grant(ClientId id, const Wish& wish, const ordered_json& message) {
+    try {
+      server_.send(id, text_of({{"is", "granted"}, {"wish", message["do"]}, {"answer", wish(message)}}), false);
+    } catch (const std::exception& e) {
+      refuse(id, e.what());
+    }
   }
 
   void refuse(ClientId id, const std::string& why) {

@@ -19,7 +19,9 @@ struct ConsoleOptions {
   std::vector<OfferedCommand> offered;
   std::string make_safe;  ///< of those, what STOP starts where nothing runs
   std::map<std::string, std::vector<std::string>>
-      questions;                   ///< /api/NAME: words after the program's name that print JSON
+      questions;  ///< /api/NAME: words after the program's name that print JSON
+  /// What the page may have done without a run, by name: done at once, and answered. Errors: InputError, which the page shows.
+  std::map<std::string, std::function<nlohmann::ordered_json(const nlohmann::ordered_json&)>> wishes;
   std::filesystem::path sessions;  ///< their folder
   std::uint16_t port = 8080;       ///< 0: any that is free
 };

@@ -1,6 +1,7 @@
 // The operator's console: what the server says is shown, what the operator wants is asked for. docs/reference/console.md
 // describes the messages.
 import { Cloud, SceneMessage } from './cloud'
+import { Corners, ToClick } from './corners'
 import { ask, byId, make, shown, Terminal } from './page'
 import { showSessions } from './sessions'
 
@@ -23,7 +24,7 @@ interface Form {
 interface Hello {
   is: 'hello'
   you: number
-  rig: { name: string; description: string; version: string; calibration: string; warnings: string[] }
+  rig: { name: string; description: string; version: string; calibration: string; warnings: string[]; click: ToClick | null }
   forms: Form[]
 }
 interface Run {
@@ -49,6 +50,7 @@ type Message =
   | { is: 'control'; holder: number | null; offered: boolean; browsers: number }
   | { is: 'log'; text: string }
   | { is: 'refused'; why: string }
+  | { is: 'granted'; wish: string; answer: { file: string } }
   | { is: 'alive'; utc: string }
 
 const old = 1000 // [ms] without a sign of life
@@ -61,6 +63,8 @@ const pictures = new Map<string, HTMLImageElement>()
 let socket: WebSocket | undefined
 let you = 0
 let forms: Form[] = []
+let toClick: ToClick | null = null
+let corners: Corners | undefined
 let run: Run | undefined
 let holder: number | null = null
 let offered = false
@@ -113,6 +117,7 @@ function take(message: Message): void {
     case 'hello':
       you = message.you
       forms = message.forms
+      toClick = message.rig.click
       byId('rig').textContent = message.rig.name
       byId('rig').title = `${message.rig.description} (tankrig ${message.rig.version})`
       document.title = `${message.rig.name} - tankrig console`
@@ -144,6 +149,9 @@ function take(message: Message): void {
       break
     case 'refused':
       warn(message.why)
+      break
+    case 'granted':
+      corners?.saved(message.answer.file)
       break
     case 'alive':
       break
@@ -376,6 +384,17 @@ for (const button of byId('answer-form').querySelectorAll<HTMLButtonElement>('[d
 
 // Views.
 
+function showCorners(): void {
+  if (!toClick) byId('corners').replaceChildren(make('p', {}, 'This rig has no mono camera, or no mesh of its object.'))
+  else
+    corners ??= new Corners(
+      toClick,
+      `calibration-${byId('rig').textContent}`,
+      (folder, clicks) => tell({ do: 'corners', folder, corners: clicks }),
+      () => begin('calibrate', {}),
+    )
+}
+
 async function showRig(): Promise<void> {
   const view = byId('rig-view')
   const place = make('div', { className: 'box' })
@@ -406,6 +425,7 @@ for (const tab of document.querySelectorAll<HTMLButtonElement>('[data-view]'))
       byId(other.dataset.view ?? '').hidden = !on
     }
     if (tab.dataset.view === 'sessions') void showSessions(begin)
+    if (tab.dataset.view === 'corners') showCorners()
     if (tab.dataset.view === 'rig-view') void showRig()
   })
 

@@ -2,7 +2,7 @@
 // browser. TANKRIG_PICTURES=FOLDER keeps pictures of the pages.
 import assert from 'node:assert/strict'
 import { execFileSync, spawn } from 'node:child_process'
-import { cpSync, existsSync, mkdtempSync, readdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs'
+import { cpSync, existsSync, mkdirSync, mkdtempSync, readdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs'
 import http from 'node:http'
 import { createRequire } from 'node:module'
 import { tmpdir } from 'node:os'
@@ -151,6 +151,38 @@ test('only a browser with the key is let in, from this page alone', async () => 
   assert.equal((await answer('/live', upgrade)).statusCode, 403)
 })
 
+/** Where the drawing has them: on a simulated rig that is the truth. */
+async function clickCorners(page, session) {
+  const place = join(folder, 'sessions', `calibration-${await page.locator('#rig').textContent()}`)
+  mkdirSync(place)
+  cpSync(join(session, 'frames/mono', readdirSync(join(session, 'frames/mono')).sort()[0]), join(place, 'object.png'))
+  await page.getByRole('tab', { name: 'Corners' }).click()
+  await page.getByText('Click 4 corners or more').waitFor()
+  const canvas = page.locator('.clicking canvas').first()
+  const truth = await page.evaluate(async () => {
+    const socket = new WebSocket(`ws://${location.host}/live`)
+    return new Promise(done => socket.addEventListener('message', event => {
+      if (typeof event.data !== 'string') return
+      const message = JSON.parse(event.data)
+      if (message.is === 'hello') { socket.close(); done(message.rig.click) }
+    }))
+  })
+  const seen = truth.corners.filter(corner => corner.seen)
+  assert.ok(seen.length >= 6, `${seen.length} corners are seen`)
+  const box = await canvas.boundingBox()
+  for (const corner of seen) {
+    await page.getByRole('button', { name: corner.name }).click()
+    await canvas.click({ position: { x: (corner.pixel_px[0] + 0.5) * box.width / truth.width_px, y: (corner.pixel_px[1] + 0.5) * box.height / truth.height_px } })
+  }
+  await keep(page, 'console_corners')
+  await page.getByRole('button', { name: 'Save the corners' }).click()
+  await page.getByText('Saved as').waitFor()
+  const found = JSON.parse(execFileSync(program, ['calibrate', 'object', '--corners', join(place, 'corners.yaml'), '--image', join(place, 'object.png'),
+    '--camera', join(session, 'cameras/mono.yaml'), '--object', join(session, 'black_box.obj'), '--json'], { stdio: ['ignore', 'pipe', 'ignore'] }))
+  assert.ok(found.raw_rms_px < 1, `the clicks err by ${found.raw_rms_px} px`)
+  assert.equal(found.corners.length, seen.length)
+}
+
 test('a scan is started, watched and looked at', async t => {
   const page = await open()
   await start(page)
@@ -180,6 +212,7 @@ test('a scan is started, watched and looked at', async t => {
   await until('a frame', () => page.locator('.frames img').evaluate(image => image.naturalWidth === 640 || image.naturalWidth > 100))
   await page.frameLocator('iframe').getByText('laser').first().waitFor()
   await keep(page, 'console_sessions')
+  await clickCorners(page, join(folder, 'sessions', sessions()[0]))
   await page.setViewportSize({ width: 800, height: 1000 })
   await keep(page, 'console_sessions_800')
   await page.getByRole('tab', { name: 'Run' }).click()
@@ -241,12 +274,13 @@ test('a server that is asked for what it does not offer says no', async () => {
     const said = []
     socket.addEventListener('message', event => { if (typeof event.data === 'string') said.push(JSON.parse(event.data)) })
     await new Promise(done => socket.addEventListener('open', done))
-    for (const text of ['{"do":"start","command":"scan"}', '{"do":"take"}', '{"do":"start","command":"emulate"}', '{"do":"start","command":"scan","options":{"out":"/x"}}', 'no JSON', '[]', '{"do":{}}'])
+    for (const text of ['{"do":"start","command":"scan"}', '{"do":"take"}', '{"do":"start","command":"emulate"}', '{"do":"start","command":"scan","options":{"out":"/x"}}', 'no JSON', '[]', '{"do":{}}',
+      '{"do":"corners","folder":"../x","corners":[]}', '{"do":"corners"}'])
       socket.send(text)
     await new Promise(done => setTimeout(done, 500))
     return said.filter(message => message.is === 'refused').length
   })
-  assert.equal(refused, 6)
+  assert.equal(refused, 8)
   assert.deepEqual(sessions(), [])
 })
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <string>
 
+#include "calibration/object_pose/corners_file.hpp"
 #include "core/atomic_file.hpp"
 #include "core/input_error.hpp"
 #include "sim_backends/world/hash_noise.hpp"
@@ -18,28 +19,20 @@ void click_corners(const sim::TankWorld& tank, const std::string& camera, const 
   if (eye == cameras.end()) throw InputError("the scene has no camera " + camera);
   const Transform cMo = eye->wMc.inverse() * tank.wMo();
   const auto& normal = sim::GaussianTable::instance();
-  std::string text = fmt::format("# Clicked by the simulated operator, to {:g} px.\ncorners:\n", sigma_px);
-  int found = 0;
-  for (std::uint64_t corner = 0; corner < 8; ++corner) {
-    Vector3d o;
-    std::string name;
-    for (int axis = 0; axis < 3; ++axis) {
-      const bool high = (corner >> axis) & 1;
-      o[axis] = high ? shape.bounds().max()[axis] : shape.bounds().min()[axis];
-      name += fmt::format("{}{}", high ? '+' : '-', "xyz"[axis]);
-    }
+  std::vector<CornersFile::Corner> clicked;
+  std::uint64_t corner = 0;
+  for (const auto& [name, o] : bounding_corners(shape)) {
+    const std::uint64_t random = sim::mix(seed ^ sim::hash_text(camera), corner++);
     const auto pixel = eye->model.project(cMo * o);
     if (!pixel || !shape.sees(cMo.inverse().translation(), o) || pixel->minCoeff() < 0 ||
         pixel->x() > eye->model.width - 1 || pixel->y() > eye->model.height - 1)
       continue;
-    const std::uint64_t random = sim::mix(seed ^ sim::hash_text(camera), corner);
-    text += fmt::format("  - {{name: \"{}\", pixel_px: [{:.2f}, {:.2f}]}}\n", name,
-                        pixel->x() + sigma_px * normal(random), pixel->y() + sigma_px * normal(sim::mix(random)));
-    ++found;
+    clicked.push_back({name, {}, *pixel + sigma_px * Vector2d(normal(random), normal(sim::mix(random)))});
   }
-  if (found < 4)
-    throw InputError(fmt::format("camera {} sees {} of the object's corners, expected four or more", camera, found));
-  write_file_durably(file, text);
+  if (clicked.size() < 4)
+    throw InputError(
+        fmt::format("camera {} sees {} of the object's corners, expected four or more", camera, clicked.size()));
+  write_file_durably(file, corners_text(fmt::format("the simulated operator, to {:g} px", sigma_px), clicked));
 }
 
 }  // namespace tankrig::app

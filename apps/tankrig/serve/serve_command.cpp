@@ -10,6 +10,7 @@
 #include "apps/tankrig/command_line/stop.hpp"
 #include "apps/tankrig/commands.hpp"
 #include "apps/tankrig/scan/used_calibration.hpp"
+#include "apps/tankrig/serve/click_corners.hpp"
 #include "console/server/console.hpp"
 #include "core/input_error.hpp"
 #include "rig/config/rig_config.hpp"
@@ -138,7 +139,8 @@ ordered_json facts_of(const RigConfig& rig) {
           {"description", rig.description},
           {"version", TANKRIG_VERSION},
           {"calibration", rig.calibration ? rig.calibration_file.filename().string() : "none: the rig file's values"},
-          {"warnings", calibration_warnings(rig)}};
+          {"warnings", calibration_warnings(rig)},
+          {"click", corners_to_click(rig)}};
 }
 
 int serve(const ServeOptions& options) {
@@ -148,6 +150,7 @@ int serve(const ServeOptions& options) {
   console.rig = facts_of(rig);
   console.offered = offered(options, rig);
   console.sessions = kSessions;
+  console.wishes = {{"corners", [](const ordered_json& wish) { return save_clicked_corners(kSessions, wish); }}};
   console.port = options.port;
   console.make_safe = kMakeSafe;
   console.questions = {{"sessions", {"session", "list", kSessions, "--json"}},
