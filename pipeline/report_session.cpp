@@ -156,7 +156,7 @@ void write_pictures_and_report(const Session& session, const ObjectSurface& obje
   for (const Score& score : scores) {
     album.begin(score.method());
     const PointCloud cloud = cloud_in_object(session, score.reconstruction);
-    write_verdict_cloud(session.path / "clouds" / (score.method() + "_verdict.ply"), cloud, score.metrics.verdicts);
+    write_verdict_cloud(session.path / "clouds" / (score.method() + "_verdict.ply"), cloud, score.metrics);
     add_method_pictures(
         session, object, score, cloud,
         [&](const std::string& name, const std::string& caption, auto draw) { album.add(name, caption, draw); });

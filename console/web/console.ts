@@ -1,6 +1,7 @@
 // The operator's console: what the server says is shown, what the operator wants is asked for. docs/reference/console.md
 // describes the messages.
 import { Cloud, SceneMessage } from './cloud'
+import { Compare } from './compare'
 import { Corners, ToClick } from './corners'
 import { ask, byId, make, shown, Terminal } from './page'
 import { showSessions } from './sessions'
@@ -65,6 +66,7 @@ let you = 0
 let forms: Form[] = []
 let toClick: ToClick | null = null
 let corners: Corners | undefined
+let compare: Compare | undefined
 let run: Run | undefined
 let holder: number | null = null
 let offered = false
@@ -384,6 +386,11 @@ for (const button of byId('answer-form').querySelectorAll<HTMLButtonElement>('[d
 
 // Views.
 
+function showCloud(session: string, method: string): void {
+  document.querySelector<HTMLButtonElement>('[data-view=compare]')?.click()
+  void compare?.add(session, method)
+}
+
 function showCorners(): void {
   if (!toClick) byId('corners').replaceChildren(make('p', {}, 'This rig has no mono camera, or no mesh of its object.'))
   else
@@ -424,7 +431,8 @@ for (const tab of document.querySelectorAll<HTMLButtonElement>('[data-view]'))
       other.setAttribute('aria-selected', String(on))
       byId(other.dataset.view ?? '').hidden = !on
     }
-    if (tab.dataset.view === 'sessions') void showSessions(begin)
+    if (tab.dataset.view === 'sessions') void showSessions(begin, showCloud)
+    if (tab.dataset.view === 'compare') compare ??= new Compare()
     if (tab.dataset.view === 'corners') showCorners()
     if (tab.dataset.view === 'rig-view') void showRig()
   })
@@ -433,6 +441,7 @@ function darken(dark: boolean): void {
   document.body.classList.toggle('dark', dark)
   byId('dark').setAttribute('aria-pressed', String(dark))
   cloud.colour(dark)
+  compare?.background(dark)
   localStorage.setItem('dark', dark ? 'yes' : '')
 }
 byId('dark').addEventListener('click', () => darken(!document.body.classList.contains('dark')))

@@ -61,8 +61,9 @@ async function timeLine(folder: string): Promise<HTMLElement> {
 
 /** Starts a command of the forms. */
 type Begin = (command: string, given: Record<string, string>) => void
+type ShowCloud = (session: string, method: string) => void
 
-async function open(folder: string, place: HTMLElement, begin: Begin): Promise<void> {
+async function open(folder: string, place: HTMLElement, begin: Begin, showCloud: ShowCloud): Promise<void> {
   const files = ['session.yaml', 'rig.yaml', 'joints.csv', 'frames.csv', 'events.csv', 'clouds/laser.ply', 'clouds/stereo.ply', 'report.html']
   const links = files.map(file => make('a', { href: at(folder, file), target: '_blank', rel: 'noopener' }, file))
   const line = make('p', {}, 'Files: ')
@@ -71,6 +72,11 @@ async function open(folder: string, place: HTMLElement, begin: Begin): Promise<v
   for (const [command, title] of [['check', 'Check'], ['recover', 'Recover'], ['report', 'Reconstruct anew']]) {
     const button = make('button', { type: 'button' }, title)
     button.addEventListener('click', () => begin(command, { session: folder }))
+    wishes.append(button)
+  }
+  for (const method of ['laser', 'stereo', 'laser_paper', 'stereo_paper']) {
+    const button = make('button', { type: 'button' }, `Show ${method}`)
+    button.addEventListener('click', () => showCloud(folder, method))
     wishes.append(button)
   }
   const report = make('iframe', { title: `Report of ${folder}`, src: at(folder, 'report.html') })
@@ -85,7 +91,7 @@ async function open(folder: string, place: HTMLElement, begin: Begin): Promise<v
 
 const columns = ['session', 'status', 'created_utc', 'rig', 'lux_before', 'operator', 'frames']
 
-export async function showSessions(begin: Begin): Promise<void> {
+export async function showSessions(begin: Begin, showCloud: ShowCloud): Promise<void> {
   const view = byId('sessions')
   const filter = make('input', { type: 'search', placeholder: 'rig, date, operator, status' })
   const place = make('div')
@@ -93,7 +99,7 @@ export async function showSessions(begin: Begin): Promise<void> {
   const says = make('p')
   const table = make('table', {}, make('thead', {}, make('tr', {}, ...columns.map(c => make('th', {}, c.replace(/_/g, ' '))))), body)
   const again = make('button', { type: 'button' }, 'Refresh')
-  again.addEventListener('click', () => void showSessions(begin))
+  again.addEventListener('click', () => void showSessions(begin, showCloud))
   view.replaceChildren(
     make('div', { className: 'box' }, make('div', { className: 'row' }, make('label', {}, 'Find ', filter), again), says, make('div', { className: 'scroll' }, table)),
     place,
@@ -115,7 +121,7 @@ export async function showSessions(begin: Begin): Promise<void> {
         const row = make('tr', {}, make('td', {}, button), ...columns.slice(1).map(c => make('td', {}, s[c] === undefined || s[c] === null ? '' : String(s[c]))))
         button.addEventListener('click', () => {
           for (const other of body.rows) other.classList.toggle('chosen', other === row)
-          void open(folderOf(s), place, begin)
+          void open(folderOf(s), place, begin, showCloud)
         })
         return row
       }),

@@ -151,6 +151,17 @@ test('only a browser with the key is let in, from this page alone', async () => 
   assert.equal((await answer('/live', upgrade)).statusCode, 403)
 })
 
+/** The share of a picture that is neither grey nor white. */
+const coloured = picture => picture.evaluate(async canvas => {
+  const bitmap = await createImageBitmap(canvas)
+  const context = new OffscreenCanvas(bitmap.width, bitmap.height).getContext('2d')
+  context.drawImage(bitmap, 0, 0)
+  const { data } = context.getImageData(0, 0, bitmap.width, bitmap.height)
+  let some = 0
+  for (let i = 0; i < data.length; i += 4) if (Math.max(data[i], data[i + 1], data[i + 2]) - Math.min(data[i], data[i + 1], data[i + 2]) > 100) ++some
+  return some / (data.length / 4)
+})
+
 /** Where the drawing has them: on a simulated rig that is the truth. */
 async function clickCorners(page, session) {
   const place = join(folder, 'sessions', `calibration-${await page.locator('#rig').textContent()}`)
@@ -195,16 +206,7 @@ test('a scan is started, watched and looked at', async t => {
   await until('the end', async () => (await run(page).textContent()) === 'Scan: done', 2 * patience)
   assert.equal(await page.locator('#end').textContent(), 'Laser off, arm at rest')
   assert.ok((await points(page)) > 10_000, `${await points(page)} points`)
-  const coloured = await page.locator('#cloud canvas').evaluate(async canvas => {
-    const picture = await createImageBitmap(canvas)
-    const context = new OffscreenCanvas(picture.width, picture.height).getContext('2d')
-    context.drawImage(picture, 0, 0)
-    const { data } = context.getImageData(0, 0, picture.width, picture.height)
-    let some = 0
-    for (let i = 0; i < data.length; i += 4) if (Math.max(data[i], data[i + 1], data[i + 2]) - Math.min(data[i], data[i + 1], data[i + 2]) > 100) ++some
-    return some / (data.length / 4)
-  })
-  assert.ok(coloured > 0.05, `${coloured} of the picture is the cloud`)
+  await until('the cloud', async () => (await coloured(page.locator('#cloud canvas'))) > 0.05, 5000)
 
   await page.getByRole('tab', { name: 'Sessions' }).click()
   await page.locator('#sessions tbody button').first().click()
@@ -212,6 +214,17 @@ test('a scan is started, watched and looked at', async t => {
   await until('a frame', () => page.locator('.frames img').evaluate(image => image.naturalWidth === 640 || image.naturalWidth > 100))
   await page.frameLocator('iframe').getByText('laser').first().waitFor()
   await keep(page, 'console_sessions')
+  await page.getByRole('button', { name: 'Show laser', exact: true }).click()
+  await page.getByText(/, laser: \d+ points shown/).waitFor()
+  await page.getByRole('tab', { name: 'Sessions' }).click()
+  await page.locator('#sessions tbody button').first().click()
+  await page.getByRole('button', { name: 'Show stereo', exact: true }).click()
+  await page.getByText(/, stereo: \d+ points shown/).waitFor()
+  for (const mode of ['verdict', 'error', 'sigma', 'cloud, each its own']) {
+    await page.getByRole('button', { name: mode, exact: true }).click()
+    await until(mode, async () => (await coloured(page.locator('#compare canvas'))) > 0.01, 5000)
+    await keep(page, `console_clouds_${mode.split(',')[0]}`)
+  }
   await clickCorners(page, join(folder, 'sessions', sessions()[0]))
   await page.setViewportSize({ width: 800, height: 1000 })
   await keep(page, 'console_sessions_800')

@@ -206,27 +206,36 @@ TEST(MetricsJson, OfTheReferenceNamesItsOdditiesAndItsThresholds) {
 TEST(VerdictCloud, IsGroundBlackObjectGreenOutliersBlue) {
   PointCloud cloud = shapes::cloud_of({{1, 2, 3}, {0, 0, 0}, {-1, 0, 0.5}, {NAN, 0, 0}});
   const auto file = folder().path() / "verdicts.ply";
-  write_verdict_cloud(file, cloud,
-                      {PointVerdict::kGround, PointVerdict::kObject, PointVerdict::kOutlier, PointVerdict::kRejected});
+  cloud.points[1].sigma = 0.25F;
+  Metrics metrics;
+  metrics.verdicts = {PointVerdict::kGround, PointVerdict::kObject, PointVerdict::kOutlier, PointVerdict::kRejected};
+  metrics.distances = {3, 0.5, 1, NAN};
+  write_verdict_cloud(file, cloud, metrics);
   std::ifstream in(file, std::ios::binary);
   std::stringstream all;
   all << in.rdbuf();
   const std::string text = all.str();
   const std::size_t body = text.find("end_header\n") + 11;
   EXPECT_THAT(text.substr(0, body), HasSubstr("element vertex 3\n"));
-  ASSERT_EQ(text.size() - body, 45u);
-  const auto colour = [&](int i) { return text.substr(body + 15 * i + 12, 3); };
+  ASSERT_EQ(text.size() - body, 69u);
+  const auto colour = [&](int i) { return text.substr(body + 23 * i + 20, 3); };
   EXPECT_EQ(colour(0), std::string("\0\0\0", 3));
   EXPECT_EQ(colour(1), std::string("\0\xC8\0", 3));
   EXPECT_EQ(colour(2), std::string("\0\0\xFF", 3));
   float x;
   std::memcpy(&x, text.data() + body, 4);
   EXPECT_EQ(x, 1.0F);
+  float error_and_sigma[2];
+  std::memcpy(error_and_sigma, text.data() + body + 23 + 12, 8);
+  EXPECT_EQ(error_and_sigma[0], 0.5F);
+  EXPECT_EQ(error_and_sigma[1], 0.25F);
 }
 
 TEST(VerdictCloud, LeavesNothingBehindWhereItCannotWrite) {
   EXPECT_THROW(write_verdict_cloud("/nonexistent/folder/cloud.ply", PointCloud{}, {}), InputError);
-  EXPECT_THROW(write_verdict_cloud("cloud.ply", PointCloud{}, {PointVerdict::kGround}), InputError);
+  Metrics of_another;
+  of_another.verdicts = {PointVerdict::kGround};
+  EXPECT_THROW(write_verdict_cloud("cloud.ply", PointCloud{}, of_another), InputError);
 }
 
 }  // namespace

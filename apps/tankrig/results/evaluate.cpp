@@ -103,7 +103,7 @@ int evaluate(const EvaluateOptions& options) {
       return result.contains("aligned") ? kOk : no_score(given, options);
     }
     const Metrics metrics = tankrig::evaluate(cloud, object, thresholds);
-    if (!options.verdict.empty()) write_verdict_cloud(options.verdict, cloud, metrics.verdicts);
+    if (!options.verdict.empty()) write_verdict_cloud(options.verdict, cloud, metrics);
     result = to_json(metrics);
     scored = metrics.object_points > 0;
     if (scored) result["aligned"] = to_json(evaluate_aligned(cloud, object, thresholds, metrics));
