@@ -128,7 +128,7 @@ export class Compare {
   }
 
   private say(what = ''): void {
-    const legend = { verdict: 'object green, ground black, outliers blue, rejected grey', error: `distance to the surface: green 0, yellow ${500 * worst} mm, red ${1000 * worst} mm and more`, sigma: `one sigma along the ray: green 0, yellow ${500 * worst} mm, red ${1000 * worst} mm and more`, cloud: 'each cloud its own colour' }
+    const legend = { verdict: 'object green, ground black, outliers blue, rejected grey', error: `distance to the surface: ground grey, green 0, yellow ${500 * worst} mm, red ${1000 * worst} mm and more`, sigma: `one sigma along the ray: ground grey, green 0, yellow ${500 * worst} mm, red ${1000 * worst} mm and more`, cloud: 'each cloud its own colour' }
     this.says.textContent = what || (this.shown.length === 0 ? 'Choose clouds in Sessions: Show laser, Show stereo.' : legend[this.mode])
   }
 
@@ -136,7 +136,8 @@ export class Compare {
     const { fields } = cloud
     const value = this.mode === 'error' ? fields.error : this.mode === 'sigma' ? fields.sigma : undefined
     if (this.mode === 'cloud') to.set(own[index % own.length])
-    else if (value && this.mode !== 'verdict') to.setHSL(0.33 * (1 - Math.min(1, value[i] / worst)), 1, 0.4)
+    else if (value && fields.red[i] === fields.green[i] && fields.green[i] === fields.blue[i]) to.set(0xb0b4b8) // not the object's
+    else if (value) to.setHSL(0.33 * (1 - Math.min(1, value[i] / worst)), 1, 0.4)
     else to.setRGB(fields.red[i] / 255, fields.green[i] / 255, fields.blue[i] / 255)
   }
 

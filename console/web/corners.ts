@@ -27,6 +27,7 @@ export class Corners {
   private readonly says = make('p')
   private readonly folder: HTMLInputElement
   private readonly saving: HTMLButtonElement
+  private readonly brightness = make('input', { type: 'range', min: '1', max: '6', step: '0.1', value: '1' })
   private chosen = ''
   private at: Pixel = [0, 0]
 
@@ -43,6 +44,7 @@ export class Corners {
     load.addEventListener('click', () => this.load())
     further.addEventListener('click', goOn)
     this.saving.addEventListener('click', () => this.save(this.folder.value, [...this.clicks].map(([name, pixel_px]) => ({ name, pixel_px }))))
+    this.brightness.addEventListener('input', () => this.draw())
     this.canvas.setAttribute('aria-label', 'The picture: click the chosen corner; arrow keys move it by a quarter of a pixel')
     this.canvas.addEventListener('pointermove', event => { this.at = this.pixelOf(event); this.magnify() })
     this.canvas.addEventListener('click', event => this.click(this.pixelOf(event)))
@@ -57,7 +59,7 @@ export class Corners {
     this.picture.addEventListener('error', () => this.say('That folder has no object.png yet: calibrate first, its last step asks for the corners.'))
     byId('corners').replaceChildren(
       make('div', { className: 'box' },
-        make('div', { className: 'row' }, make('label', {}, 'Folder ', this.folder), load, this.saving, further),
+        make('div', { className: 'row' }, make('label', {}, 'Folder ', this.folder), load, this.saving, further, make('label', {}, 'Brighter ', this.brightness)),
         this.says, this.list, make('div', { className: 'clicking' }, this.canvas, this.lens)),
     )
     this.load()
@@ -119,7 +121,9 @@ export class Corners {
   private draw(): void {
     const pen = this.canvas.getContext('2d')
     if (!pen || this.canvas.width === 0) return
+    pen.filter = `brightness(${this.brightness.value})`
     pen.drawImage(this.picture, 0, 0)
+    pen.filter = 'none'
     pen.lineWidth = 1
     pen.strokeStyle = '#ffd040'
     pen.setLineDash([4, 4])
@@ -160,7 +164,9 @@ export class Corners {
     pen.imageSmoothingEnabled = false
     pen.fillStyle = '#000'
     pen.fillRect(0, 0, this.lens.width, this.lens.height)
+    pen.filter = `brightness(${this.brightness.value})`
     pen.drawImage(this.picture, this.at[0] + 0.5 - part / 2, this.at[1] + 0.5 - part / 2, part, part, 0, 0, this.lens.width, this.lens.height)
+    pen.filter = 'none'
     this.cross(pen, this.lens.width / 2, this.lens.height / 2, 12)
   }
 }

@@ -99,7 +99,7 @@ async function sweeps(page, t) {
 
 before(async () => {
   browser = await launch()
-  small = smallRig(join(mkdtempSync(join(tmpdir(), 'tankrig-test-')), 'rig'))
+  small = smallRig(join(mkdtempSync(join(tmpdir(), 'tankrig-test-')), rig)) // its folder gives it its name
 })
 after(async () => {
   await browser.close()
