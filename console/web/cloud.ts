@@ -65,8 +65,10 @@ export class Cloud {
       this.heights = [Math.min(...z), Math.max(...z)]
       this.fixed.add(edgesOf(message.object.vertices, message.object.triangles, this.ink))
       const ball = new THREE.Box3().setFromPoints(message.object.vertices.map(p => new THREE.Vector3(...p))).getBoundingSphere(new THREE.Sphere())
-      const eye = message.cameras[0]?.lines[0]
-      this.stage.look(ball.center, eye ? new THREE.Vector3(...eye).sub(ball.center) : new THREE.Vector3(-1, -1, -1), ball.radius)
+      // From the first camera's side, but past it: its pyramid would fill the view.
+      const eye = message.cameras[0]?.lines[0] ?? [-1, -1, -1]
+      const aside = new THREE.Vector3(...eye).sub(ball.center).applyAxisAngle(new THREE.Vector3(0, 0, 1), 0.9)
+      this.stage.look(ball.center, aside, ball.radius)
     }
     this.stage.draw()
   }

@@ -202,6 +202,7 @@ test('a scan is started, watched and looked at', async t => {
   await until('a growing cloud', async () => (await points(page)) > first + 1000)
   await page.locator('#cameras img').first().waitFor()
   assert.ok(await page.locator('#cameras img').first().evaluate(image => image.decode().then(() => image.naturalWidth > 100)))
+  if (pictures) await until('half a cloud', async () => (await points(page)) > 30_000)
   await keep(page, 'console_scan')
   await until('the end', async () => (await run(page).textContent()) === 'Scan: done', 2 * patience)
   assert.equal(await page.locator('#end').textContent(), 'Laser off, arm at rest')
