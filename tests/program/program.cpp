@@ -126,7 +126,9 @@ fs::path patient_wire_rig(const fs::path& folder, const Edits& edits) {
   EXPECT_EQ(run_tankrig({"init", folder.string(), "--from", "tank-wire"}).exit_code, 0);
   edit(folder / "rig.yaml",
        {{"\nscan:\n", "\nscan:\n  control: {feedback_timeout_s: 1, heartbeat_timeout_s: 1}\n"},
-        {"safety:\n    guardian_timeout_s: 0.25 ", "safety: {guardian_timeout_s: 5, camera_timeout_s: 10} "},
+        {"guardian_timeout_s: 0.25 ", "camera_timeout_s: 10\n    guardian_timeout_s: 5 "},
+        {kShippedBox[0], "heartbeat_output: {kind: none}"},
+        {kShippedBox[1], "enable_input: {kind: none}"},
         {"limit: 100,", "limit: 0,"},
         {"reply_timeout_ms: 5 ", "silence_timeout_ms: 1000\n    watchdog_ms: 10000\n    reply_timeout_ms: 100 "},
         {"mono: {driver: aravis,", "mono: {driver: aravis, stall_periods: 250,"},

@@ -48,8 +48,12 @@ void shrink_stereo_pictures(const std::filesystem::path& rig);
 /// A small sweep and small stereo pictures; `edits` are made after that.
 std::filesystem::path small_rig(const std::filesystem::path& folder, const Edits& edits = {});
 
-/// The rig.yaml of a copy of the tank-wire rig in `folder`, patient with a machine that starves its emulators, with
-/// `edits` made after that.
+/// The tank-wire rig file's watchdog box: its two lines.
+inline constexpr const char* kShippedBox[] = {"heartbeat_output: {kind: bytes, device: runtime/box}",
+                                              "enable_input: {kind: reply, wait_s: 60}"};
+
+/// The rig.yaml of a copy of the tank-wire rig in `folder`, patient with a machine that starves its emulators and without
+/// its watchdog box, which is patient with nobody, with `edits` made after that.
 std::filesystem::path patient_wire_rig(const std::filesystem::path& folder, const Edits& edits = {});
 
 }  // namespace tankrig::test

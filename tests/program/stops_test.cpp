@@ -55,7 +55,7 @@ void take_small_pictures(const fs::path& folder) {
 fs::path wire_rig(const fs::path& folder) {
   const fs::path rig = patient_wire_rig(
       folder, {{"\nscan:\n", "\nscan:\n  park_rad: [0, 0.13, 1.3, 0, 0.1]\n  dark_frames: 2\n"},
-               {"safety: {", "safety: {beam: {verify: false}, "},  // the cameras know nothing of the box
+               {"  safety:\n", "  safety:\n    beam: {verify: false}\n"},  // the cameras know nothing of the box
                {"cycle_hz: 350", "cycle_hz: 100"},
                {"exchange_rate_hz: 350", "exchange_rate_hz: 100"},
                {"device: runtime/laser", "device: " + (folder / "laser").string()},

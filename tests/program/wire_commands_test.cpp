@@ -339,7 +339,7 @@ TEST(OnTheWire, AnArmThatIsHomedButNotSeenAtRestIsNotCalledNotHomed) {
   Edits edits = beside_its_stops();
   edits.push_back({"      exchange_rate_hz: 350", "      exchange_rate_hz: 5"});
   edits.push_back({"silence_timeout_ms: 1000", "silence_timeout_ms: 5000"});
-  edits.push_back({"safety: {", "safety: {rest_timeout_s: 0.2, "});  // two readings in it: no run of them
+  edits.push_back({"  safety:\n", "  safety:\n    rest_timeout_s: 0.2\n"});  // two readings in it: no run of them
   const fs::path rig = wire_rig(edits);
   const ProgramRun run = run_tankrig({"arm", "home", "--rig", rig.string(), "--yes", "--json"});
   if (forbids_private_network(run)) GTEST_SKIP() << run.err;

@@ -4,13 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <map>
-#include <sstream>
 
 #include "drivers/can/can_log.hpp"
 #include "session/reading/session.hpp"
 #include "tests/program/program.hpp"
+#include "tests/program/true_exposures.hpp"
 #include "tests/support/awake_machine.hpp"
 #include "tests/support/machine_witness.hpp"
 
@@ -66,28 +65,6 @@ const std::string& forbidden() {
   return reason;
 }
 
-struct TrueExposure {
-  std::uint64_t index;
-  Stamp mid;
-  double elbow;
-};
-
-std::vector<TrueExposure> read_truth(const fs::path& file) {
-  std::ifstream in(file);
-  std::string line;
-  std::getline(in, line);
-  std::vector<TrueExposure> out;
-  while (std::getline(in, line)) {
-    std::istringstream cells(line);
-    std::string index, mid, elbow;
-    std::getline(cells, index, ',');
-    std::getline(cells, mid, ',');
-    std::getline(cells, elbow, ',');
-    out.push_back({std::stoull(index), Stamp{std::stoll(mid)}, std::stod(elbow)});
-  }
-  return out;
-}
-
 /// Exposures that an emulated camera had no processor for, and numbered all the same.
 std::uint64_t missed_by_emulator(const std::vector<TrueExposure>& exposed) {
   return exposed.empty() ? 0 : exposed.back().index + 1 - exposed.size();
@@ -110,7 +87,7 @@ WireScan try_wire_scan(const std::string& carrier, const fs::path& folder) {
   scan.result = scan.run.json();
   scan.session = Session::open(folder / "session");
   for (const char* camera : {"mono", "left", "right"}) {
-    const std::vector<TrueExposure> exposed = read_truth(scan.truth / (std::string(camera) + ".csv"));
+    const std::vector<TrueExposure> exposed = read_true_exposures(scan.truth / (std::string(camera) + ".csv"));
     if (exposed.empty()) continue;
     if (scan.first_exposure.ns == 0) scan.first_exposure = exposed.front().mid;
     scan.first_exposure = std::min(scan.first_exposure, exposed.front().mid);
@@ -196,7 +173,7 @@ TEST_P(WireScans, ScoreAsTheMockRigWithTheSameCameras) {
 
 /// Against what the emulators know: when each frame was really exposed, and where the elbow really was.
 TEST_P(WireScans, JoinFramesToJointsWithinTwoMillisecondsOfTheTruth) {
-  const std::vector<TrueExposure> truth = read_truth(scan().truth / "mono.csv");
+  const std::vector<TrueExposure> truth = read_true_exposures(scan().truth / "mono.csv");
   std::vector<double> late_ms, elbow_ms;
   int swept = 0;
   for (const FrameRecord& frame : scan().session.frames) {
@@ -247,11 +224,21 @@ TEST_P(WireScans, LoseNoFrameThatWasExposedOnAMachineThatKeepsTime) {
     const CameraAccount& account = scan().session.info.account.at(camera);
     FrameCounts counts = scan().session.info.counts;
     const auto lost = counts.find(camera + ".lost");
-    if (lost != counts.end() && lost->second <= missed_by_emulator(read_truth(scan().truth / (camera + ".csv"))))
+    if (lost != counts.end() &&
+        lost->second <= missed_by_emulator(read_true_exposures(scan().truth / (camera + ".csv"))))
       counts.erase(lost);
     EXPECT_TRUE(lost_nothing(counts, camera, account)) << account_line(scan().session.info.counts, camera, account);
     EXPECT_GE(count(scan(), camera + ".recorded"), 20) << camera;
   }
+}
+
+/// The rig's watchdog box got its edges to the end: one that had opened would have stopped the scan.
+TEST_P(WireScans, RunBehindTheWatchdogBox) {
+  const auto& devices = scan().session.info.devices;
+  EXPECT_EQ(devices.at("watchdog_box.failures"), 0);
+  TANKRIG_SKIP_IF_LATE(scan(), kStarved);
+  constexpr double kEdgesPerSecond = 50;
+  EXPECT_GT(devices.at("watchdog_box.edges"), 0.9 * kEdgesPerSecond * scan().session.info.simulated_s);
 }
 
 INSTANTIATE_TEST_SUITE_P(Carriers, WireScans, testing::Values("can", "serial"),
