@@ -49,6 +49,7 @@ Result<std::optional<JointState>> Arm5e::try_read() noexcept {
     if (requests_.line_lost()) return Error{ErrorCode::kDisconnected, 0, now, "arm: carrier lost"};
     return std::optional<JointState>{};
   }
+  left_ = false;
   if (suspend_watch_.look(clock_.asleep())) raise(ArmFault::kSuspended);
   requests_.listen(now);
   auto news = drain(now);
@@ -212,14 +213,18 @@ Statistics Arm5e::statistics() const {
   return all;
 }
 
-/// The keeper's round: stops an arm whose cycle hangs, or whose machine was suspended, and opens a lost line, which may
-/// take its time.
+/// The keeper's round: stops an arm whose cycle hangs, or whose machine was suspended, and asks it on until somebody
+/// listens again: the stop may be lost, with its line or in an arm that is mute to it. Opens a lost line, which may take
+/// its time.
 void Arm5e::tend(bool suspended, Heartbeat& life) noexcept {
   const Duration unwritten{clock_.now().ns - written_ns_.load()};
   if (requests_.driven() && (suspended || unwritten > settings_.watchdog)) {
     ++counts_.watchdog_stops;
+    left_ = true;
     (void)stop();
     if (requests_.driven()) requests_.send_rest_regardless();  // the cycle hangs inside
+  } else if (left_) {
+    requests_.send_rest_regardless();
   }
   if (!requests_.line_lost() || !enter()) return;
   if (requests_.reopen().ok()) {

@@ -28,8 +28,8 @@ namespace tankrig {
 ///
 /// Threads: the cycle's; stop(), last_resort() and statistics() any. The thread inside holds a flag that nobody waits
 /// for. A stop() that finds it taken leaves a request, and the holder sends it before leaving. In real time a thread of
-/// its own stops an arm that gets no set-points (also past a cycle that hangs inside) and reopens a line that came
-/// back.
+/// its own stops an arm that gets no set-points (also past a cycle that hangs inside), asks it to rest until somebody
+/// listens again, and reopens a line that came back.
 /// RT: try_read, write_velocity, write_ticks, stop.
 class Arm5e final : public Arm {
  public:
@@ -124,6 +124,7 @@ class Arm5e final : public Arm {
 
   std::atomic<bool> stop_wanted_{false};
   std::atomic<std::int64_t> written_ns_{0};  ///< newest set-point
+  std::atomic<bool> left_{false};            ///< the keeper has stopped it, and nobody has listened since
 
   std::optional<ArmKeeper> keeper_;  // last: its thread uses all of the above
 };

@@ -301,6 +301,21 @@ TEST_P(ArmFaultsOn, WithoutSetPointsTheDriverStopsTheArmThoughTheCycleHangs) {
   EXPECT_EQ(bench.statistic("watchdog_stops"), 1);
 }
 
+/// The first stop goes into a line that is pulled; nobody calls the driver when the line is back.
+TEST(ArmFaults, AnArmThatIsLeftIsAskedToRestOnTheLineThatCameBack) {
+  ArmBench bench(Wire::kPty);
+  bench.settings.watchdog = 150ms;
+  bench.parameters.watchdog = 0ms;  // the arm itself would run on
+  bench.make();
+  bench.state();
+  ASSERT_TRUE(bench.elbow_swings());
+  bench.emulator->unplug();
+  EXPECT_TRUE(bench.until([&] { return bench.statistic("watchdog_stops") == 1; }));
+  EXPECT_NE(bench.emulator->true_velocity_at(bench.clock.now())[kElbow], 0) << "it was not reached";
+  bench.emulator->plug();
+  EXPECT_TRUE(bench.until([&] { return bench.emulator->true_velocity_at(bench.clock.now())[kElbow] == 0; }));
+}
+
 TEST_P(ArmFaultsOn, AThreadOfItsOwnThatHangsIsTold) {
   ArmBench bench(GetParam());
   bench.make();

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <random>
+
 namespace tankrig::sim {
 namespace {
 
@@ -63,6 +65,44 @@ TEST(BoxLogic, OpensWithinItsTimeAfterTheLastEdgeAndStaysOpenUntilTheButton) {
   EXPECT_FALSE(box.contact);
   box.beat(1, 20ms, true);
   EXPECT_TRUE(box.contact);
+}
+
+/// A program whose edges are late by up to 15 ms and now and then by 45 ms, commands of an hour, pauses of a second
+/// between them; the box is late to look by up to 5 ms.
+TEST(BoxLogic, OpensInADayOnlyWhereACommandEnds) {
+  const std::uint64_t seed = 15;
+  RecordProperty("seed", static_cast<int>(seed));
+  std::mt19937_64 random(seed);
+  const auto up_to = [&random](Duration most) {
+    return Duration{static_cast<std::int64_t>(random() % static_cast<std::uint64_t>(most.count()))};
+  };
+  constexpr Duration kDay = 24h, kCommand = 1h, kPause = 1s;
+  const Stamp begin{1'000'000'000};
+  Stamp edge = begin, look = begin, command = begin;
+  BoxLogic logic;
+  bool closed = false;
+  int ended = 0, opened = 0;
+  std::uint64_t edges = 0;
+  while (look - begin < kDay) {
+    if (edge <= look) {
+      logic.edge(edge);
+      edge = edge + 20ms + (++edges % 10'000 == 0 ? Duration{45ms} : up_to(15ms));
+      if (edge - command > kCommand) {
+        ++ended;
+        command = edge = edge + kPause;
+      }
+      continue;
+    }
+    logic.button(logic.ready() && !closed, look);
+    logic.tick(closed, look);
+    opened += closed && !logic.coil();
+    closed = logic.coil();
+    look = look + 2ms + up_to(5ms);
+  }
+  EXPECT_EQ(opened, ended) << "seed " << seed;
+  EXPECT_GT(ended, 20);
+  EXPECT_GT(edges, 2'000'000U);
+  EXPECT_FALSE(logic.stuck());
 }
 
 TEST(BoxLogic, OpensOnAnOscillation) {
