@@ -76,25 +76,26 @@ TEST(AWatchdogBox, TakesArmAndLaserAwayInASweepWhoseProgramAndGuardianStandStill
     return seen.size() > 1 && seen.back().laser == 1 && std::abs(seen.back().elbow - seen.end()[-2].elbow) > 1e-3;
   };
   const testing_support::MachineWitness witness;
-  bool well_swept = false;
   std::optional<Stamp> stopped;
+  const auto stop_both = [&](const std::string& line, int emulator) {
+    if (stopped || line.find("scan: sweep") == std::string::npos) return;
+    const pid_t scan = testing_support::child_of(emulator);
+    const pid_t guardian = scan > 0 ? testing_support::child_of(scan) : 0;
+    if (guardian <= 0 || !until(swept)) return;
+    for (const pid_t process : {guardian, scan}) kill(process, SIGSTOP);
+    stopped = clock.now();
+    until([&] { return exposures().back().mid - *stopped > kWatched; });
+    for (const pid_t process : {guardian, scan}) kill(process, SIGKILL);
+  };
   const ProgramRun run =
       run_tankrig({"emulate", "--rig", rig.string(), "--truth", truth.string(), "--", TANKRIG_PROGRAM, "scan", "--rig",
                    rig.string(), "--out", (scratch_folder() / "session").string()},
-                  [&](const std::string& line, int emulator) {
-                    if (stopped || line.find("scan: sweep") == std::string::npos) return;
-                    const pid_t scan = testing_support::child_of(emulator), guardian = testing_support::child_of(scan);
-                    well_swept = until(swept);
-                    for (const pid_t process : {guardian, scan}) kill(process, SIGSTOP);
-                    stopped = clock.now();
-                    until([&] { return exposures().back().mid - *stopped > kWatched; });
-                    for (const pid_t process : {guardian, scan}) kill(process, SIGKILL);
-                  });
+                  stop_both);
   if (forbids_private_network(run)) GTEST_SKIP() << run.err;
-  if (!well_swept) {
+  if (!stopped) {
     TANKRIG_SKIP_IF_LATE(witness, testing_support::kStarved);
   }
-  ASSERT_TRUE(stopped && well_swept) << run.err;
+  ASSERT_TRUE(stopped) << run.err;
   std::vector<TrueExposure> after = exposures();
   const Stamp opened = *stopped + kOneHalfPeriod + kOpens + kExposure;
   std::erase_if(after, [&](const TrueExposure& e) { return e.mid < opened; });
