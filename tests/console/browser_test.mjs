@@ -44,6 +44,7 @@ function smallRig(place) {
   }
   if (wires)
     edit('rig.yaml', ['\nscan:\n', '\nscan:\n  control: {feedback_timeout_s: 1, heartbeat_timeout_s: 1}\n'], ['limit: 100,', 'limit: 0,'],
+      ['heartbeat_output: {kind: bytes, device: runtime/box}', 'heartbeat_output: {kind: none}'], ['enable_input: {kind: reply, wait_s: 60}', 'enable_input: {kind: none}'],
       ['reply_timeout_ms: 5 ', 'silence_timeout_ms: 1000\n    reply_timeout_ms: 100 '])
   else {
     edit('rig.yaml', ['width_px: 640, height_px: 480, fx_px: 765.4, fy_px: 762.9, cx_px: 315.7, cy_px: 236.8',
