@@ -10,6 +10,7 @@
 #include <optional>
 #include <thread>
 
+#include "tests/program/benchmark_text.hpp"
 #include "tests/program/program.hpp"
 #include "tests/support/fake_logind.hpp"
 #include "tests/support/machine_witness.hpp"
@@ -115,6 +116,29 @@ TEST(OnTheWire, HalfARigIsEnoughForWhatUsesOnlyThatHalf) {
       {"emulate", "--rig", served.string(), "--", "tankrig", "arm", "jog", "--rig", half.string(), "elbow", "47"});
   EXPECT_EQ(jog.exit_code, 1) << "an arm moves only beside a laser that is off";
   EXPECT_THAT(jog.err, HasSubstr("devices.laser"));
+}
+
+/// Neither scene nor emulation: a person sets the light.
+TEST(OnTheWire, AnExperimentTellsOfALaserItCannotReachAndIsStoppedWhileItWaitsForTheLight) {
+  const fs::path served = patient_wire_rig(scratch_folder() / "served");
+  const fs::path rig = wire_rig(
+      {{"device: runtime/laser", "device: runtime/unplugged"}, {"opening_timeout_s: 20", "opening_timeout_s: 0.2"}});
+  edit(rig.parent_path() / "base.yaml", {{"\nscene: tank.xml", ""}});
+  const std::string text = read_text(rig);
+  write_text(rig, text.substr(0, text.find("\nemulation:")));
+  const fs::path file = scratch_folder() / "level.xml";
+  write_text(file, "<benchmark><measures>" + cloud("laser") + "</measures>" + kAlways +
+                       "<function>laser.coverage</function><sceneUpdater><luxUpdater><level>90000</level>"
+                       "<interval>0</interval></luxUpdater></sceneUpdater></benchmark>\n");
+  const ProgramRun run =
+      run_tankrig({"emulate", "--rig", served.string(), "--device", "lux", "--", "tankrig", "experiment", file.string(),
+                   "--rig", rig.string(), "--out", (scratch_folder() / "out").string()},
+                  [](const std::string& line, int pid) {
+                    if (line.find("set the light to 90000 lx") != std::string::npos) ::kill(pid, SIGINT);
+                  });
+  EXPECT_EQ(run.exit_code, 3) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("the laser's state is not known, it may be on"));
+  EXPECT_THAT(run.err, HasSubstr("stopped before the light was set: nothing moved"));
 }
 
 /// Stops the emulator of the program that this process runs, as soon as there is one. It goes on when it is told to, or

@@ -59,9 +59,10 @@ int calibrate_check(const ScanOptions& given) {
   if (!sheet.scene_boards.empty()) options.world.boards = {sheet.scene_boards.front()};
   const bool person = rig.scene.empty();
   const fs::path session = options.out.empty() ? default_session(rig.name) : options.out;
-  const OpenedSession opened = recorded_session(options, rig, session, there_and_back(rig), progress, [&] {
-    if (person) confirm("Lean the checkerboard over the object, on the arm's side of it. Ready?", options.yes);
-  });
+  const OpenedSession opened =
+      recorded_session(options, rig, session, there_and_back(rig), progress, [&](ScanOptions&) {
+        if (person) confirm("Lean the checkerboard over the object, on the arm's side of it. Ready?", options.yes);
+      });
   const std::vector<CalibrationCheck> checks = checks_of(opened, rig, sheet, progress);
   const bool holds = all_passed(checks);
   progress.finish_line();

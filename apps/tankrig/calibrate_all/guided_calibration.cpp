@@ -77,7 +77,7 @@ OpenedSession GuidedCalibration::session(const std::string& name, const std::str
   if (!scene_board.empty()) scan.world.boards = {scene_board};
   const ReadyRig::PlanFrom plan = prepare(rig);
   const bool person = rig.scene.empty();
-  return recorded_session(scan, rig, options_.folder / name, plan, progress_, [&] {
+  return recorded_session(scan, rig, options_.folder / name, plan, progress_, [&](ScanOptions&) {
     if (person) confirm(ask + ". Ready?", options_.scan.yes);
   });
 }

@@ -84,7 +84,7 @@ class Experiment {
         progress_(progress),
         rig_(load_rig(find_rig(options.scan.rig), options.scan.preset, options.scan.calibration)),
         parameters_(pipeline_parameters(rig_.root)),
-        light_(rig_, options_.scan, progress),
+        light_(rig_, options_.scan.world, progress),
         evaluation_(checked(read_benchmark(options.file)), rig_, options.scan.world),
         folder_(options.out.empty() ? fs::path("experiments") / options.file.stem() : options.out) {
     for (const std::string& warning : calibration_warnings(rig_)) progress_.warn(warning);
@@ -156,18 +156,14 @@ void Experiment::set_aside_what_comes_again() const {
 }
 
 std::optional<OpenedSession> Experiment::recorded(const Recipe& recipe) {
-  ScanOptions scan = options_.scan;
-  const fs::path path = session_path(recipe);
-  const bool there = fs::exists(path / "session.yaml") && Session::open(path).info.status == "complete";
-  if (!there && recipe.level) {
-    const std::optional<ScanOptions> set = light_.set(*recipe.level);
-    if (!set) return std::nullopt;
-    scan = *set;
-  }
-  scan.world.seed += recipe.iteration;
   try {
     return recorded_session(
-        scan, rig_, path, [this](const JointVector& posture) { return sweep_plan(rig_, posture); }, progress_, [] {});
+        options_.scan, rig_, session_path(recipe),
+        [this](const JointVector& posture) { return sweep_plan(rig_, posture); }, progress_,
+        [&](ScanOptions& scan) {
+          scan.world.seed += recipe.iteration;
+          if (recipe.level) light_.set(*recipe.level, scan);
+        });
   } catch (const std::exception& e) {
     if (!StopOnSignal::requested()) throw;
     progress_.warn(e.what());

@@ -18,12 +18,11 @@ std::string wanted(const LuxLevel& level) { return fmt::format("{:g} lx (+-{:.2g
 
 }  // namespace
 
-LightOperator::LightOperator(const RigConfig& rig, const ScanOptions& options, Progress& progress)
-    : rig_(rig), options_(options), progress_(progress) {
+LightOperator::LightOperator(const RigConfig& rig, sim::WorldOptions world, Progress& progress)
+    : rig_(rig), progress_(progress) {
   if (rig.scene.empty()) return;
-  sim::WorldOptions bright = options.world;
-  bright.light = 1;
-  most_lux_ = load_world(rig, bright).lux();
+  world.light = 1;
+  most_lux_ = load_world(rig, world).lux();
 }
 
 void LightOperator::check(const LuxLevel& level) const {
@@ -33,18 +32,21 @@ void LightOperator::check(const LuxLevel& level) const {
                                 level.lux));
 }
 
-std::optional<ScanOptions> LightOperator::set(const LuxLevel& level) const {
-  if (!most_lux_) return rig_.scan.capture.read_lux ? asked(level) : typed(level);
-  ScanOptions options = options_;
-  options.world.light = *most_lux_ > 0 ? level.lux / *most_lux_ : 0;
-  return options;
+void LightOperator::set(const LuxLevel& level, ScanOptions& scan) const {
+  if (most_lux_)
+    scan.world.light = *most_lux_ > 0 ? level.lux / *most_lux_ : 0;
+  else if (rig_.scan.capture.read_lux)
+    wait_for_meter(level, scan.command);
+  else
+    scan.lux = typed(level);
 }
 
-std::optional<ScanOptions> LightOperator::asked(const LuxLevel& level) const {
+void LightOperator::wait_for_meter(const LuxLevel& level, const std::string& command) const {
   BackendOptions lux_alone;
   lux_alone.need = {.arm = false, .laser = false, .cameras = false, .lux_meter = true};
-  lux_alone.command = options_.command;
+  lux_alone.command = command;
   const OwnBackend backend = make_backend(rig_, lux_alone);
+  if (!backend->laser_unknown().empty()) progress_.warn(backend->laser_unknown());
   progress_.note("set the light to " + wanted(level) + " at the lux meter; the scan begins when it reads that");
   const auto found = wait_for_level(
       backend->lux_meter(), backend->clock(), level, StopOnSignal::requested(), [&](const Result<LuxReading>& reading) {
@@ -53,24 +55,25 @@ std::optional<ScanOptions> LightOperator::asked(const LuxLevel& level) const {
             reading.ok() ? fmt::format("now {:.1f} lx", reading.value().lux) : std::string(reading.error().where));
       });
   progress_.finish_line();
-  if (!found) return std::nullopt;
+  if (!found) throw StoppedEarly("stopped before the light was set: nothing moved");
   progress_.note(fmt::format("the lux meter reads {:.1f} lx", *found));
-  return options_;
 }
 
-ScanOptions LightOperator::typed(const LuxLevel& level) const {
+std::string LightOperator::typed(const LuxLevel& level) const {
   if (isatty(STDIN_FILENO) == 0)
     throw InputError(rig_.file,
                      "scan: read_lux is false and standard input is no terminal, expected a lux meter or "
                      "somebody to type what it reads");
-  ScanOptions options = options_;
-  for (;;) {
+  for (std::string reading;;) {
     std::fprintf(stderr, "Set the light to %s. What does your lux meter read [lx]? ", wanted(level).c_str());
-    if (!std::getline(std::cin, options.lux)) throw InputError("no reading was typed: nothing was done");
+    if (!std::getline(std::cin, reading)) {
+      if (StopOnSignal::requested()) throw StoppedEarly("stopped before the light was set: nothing moved");
+      throw InputError("no reading was typed: nothing was done");
+    }
     try {
-      check_lux(options.lux);
-      if (options.lux != "auto" && level.holds(std::stod(options.lux))) return options;
-      std::fprintf(stderr, "found %s, expected %s\n", options.lux.c_str(), wanted(level).c_str());
+      check_lux(reading);
+      if (reading != "auto" && level.holds(std::stod(reading))) return reading;
+      std::fprintf(stderr, "found %s, expected %s\n", reading.c_str(), wanted(level).c_str());
     } catch (const InputError&) {
       std::fprintf(stderr, "expected a number\n");
     }

@@ -12,21 +12,21 @@ namespace tankrig::app {
 
 class LightOperator {
  public:
-  LightOperator(const RigConfig& rig, const ScanOptions& options, Progress& progress);
+  LightOperator(const RigConfig& rig, sim::WorldOptions world, Progress& progress);
 
   /// Errors: InputError, if a level is more than the scene's brightest light gives.
   void check(const LuxLevel& level) const;
-  /// Sets the level and returns how it is scanned. A person is asked for it and the lux meter read until it is there; on
-  /// a rig without one the person types the reading in. Nothing if a stop was asked for first.
-  /// Errors: InputError of the lux meter's driver, or without meter and terminal.
-  std::optional<ScanOptions> set(const LuxLevel& level) const;
+  /// Sets the level, and in `scan` how it is recorded. A person is asked for it and the lux meter read until it is there;
+  /// on a rig without one the person types the reading in.
+  /// Errors: StoppedEarly; InputError of the lux meter's driver, or without meter and terminal.
+  void set(const LuxLevel& level, ScanOptions& scan) const;
 
  private:
-  std::optional<ScanOptions> asked(const LuxLevel& level) const;
-  ScanOptions typed(const LuxLevel& level) const;
+  void wait_for_meter(const LuxLevel& level, const std::string& command) const;
+  /// A reading that holds the level.
+  std::string typed(const LuxLevel& level) const;
 
   const RigConfig& rig_;
-  const ScanOptions& options_;
   Progress& progress_;
   std::optional<double> most_lux_;  ///< at light 1, of a simulated tank
 };

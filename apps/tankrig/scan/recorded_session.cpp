@@ -39,14 +39,14 @@ void put_aside(const fs::path& path, const std::string& why, Progress& progress)
   progress.note(printable(path.string()) + ": now " + printable(aside.filename().string()) + ", recorded again");
 }
 
-OpenedSession recorded_session(const ScanOptions& options, const RigConfig& rig, const fs::path& path,
+OpenedSession recorded_session(ScanOptions options, const RigConfig& rig, const fs::path& path,
                                const ReadyRig::PlanFrom& plan_from, Progress& progress,
-                               const std::function<void()>& before) {
+                               const std::function<void(ScanOptions&)>& before) {
   if (fs::exists(path) && is_complete(path, rig)) {
     progress.note("found " + printable(path.string()) + ", recorded already");
   } else {
     if (fs::exists(path)) put_aside(path, "stopped", progress);
-    before();
+    before(options);
     record(options, rig, path, plan_from, progress);
   }
   return open_with_warnings(path, progress);

@@ -11,12 +11,12 @@
 
 namespace tankrig::app {
 
-/// The session at `path`: as it is if it is complete, else recorded now, after `before()`, without clouds and report. One
-/// that was stopped is put aside.
+/// The session at `path`: as it is if it is complete, else recorded now, without clouds and report. `before()` comes
+/// first then, and may change how it is recorded. One that was stopped is put aside.
 /// Errors: InputError, also if the recording is stopped or frames of it are missing; StoppedEarly.
-OpenedSession recorded_session(const ScanOptions& options, const RigConfig& rig, const std::filesystem::path& path,
+OpenedSession recorded_session(ScanOptions options, const RigConfig& rig, const std::filesystem::path& path,
                                const ReadyRig::PlanFrom& plan_from, Progress& progress,
-                               const std::function<void()>& before);
+                               const std::function<void(ScanOptions&)>& before);
 
 /// Renames a session to PATH.`why`, or PATH.`why`-2 ..., and says so.
 void put_aside(const std::filesystem::path& path, const std::string& why, Progress& progress);
