@@ -160,10 +160,12 @@ void write_log(const fs::path& folder, const Benchmark& benchmark, const Measure
 }  // namespace
 
 void check_run(const fs::path& folder, const ordered_json& before, const ordered_json& run) {
-  for (const auto& [key, value] : run.items())
-    if (before.value(key, ordered_json()) != value)
-      throw InputError(folder, fmt::format("holds results of another run: {} is {}, expected {}; give another --out",
-                                           key, before.value(key, ordered_json()).dump(), value.dump()));
+  for (const ordered_json* one : {&before, &run})
+    for (const auto& [key, value] : one->items())
+      if (const ordered_json found = before.value(key, ordered_json()), expected = run.value(key, ordered_json());
+          found != expected)
+        throw InputError(folder, fmt::format("holds results of another run: {} is {}, expected {}; give another --out",
+                                             key, found.dump(), expected.dump()));
 }
 
 PointStore::PointStore(const fs::path& folder, const ordered_json& run) : file_(prepared(folder, run, rows_)) {

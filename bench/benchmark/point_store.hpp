@@ -27,6 +27,9 @@ std::string point_error(const nlohmann::ordered_json& row);
 /// The lines of the loops that a run left out, among what was run.
 inline constexpr const char* kLoopsLeftOut = "loops_left_out";
 
+/// The options beyond rig, preset, sensor and seed that a run was given, among what was run: "--noise 0.02".
+inline constexpr const char* kOptions = "options";
+
 /// A benchmark as that run had it: without those loops.
 void drop_loops_left_out(Benchmark& benchmark, const nlohmann::ordered_json& run);
 

@@ -111,6 +111,7 @@ std::string shared_options(const ordered_json& run) {
   std::string text = " --rig " + text_of(run, "rig");
   if (const std::string preset = text_of(run, "preset"); !preset.empty()) text += " --preset " + preset;
   if (const std::string sensor = text_of(run, "sensor"); sensor != "scene") text += " --sensor " + sensor;
+  if (const std::string more = text_of(run, kOptions); !more.empty()) text += " " + more;
   return text;
 }
 

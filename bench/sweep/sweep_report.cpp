@@ -109,11 +109,12 @@ std::string sweep_page(const Benchmark& benchmark, const ordered_json& run, cons
   for (const auto& [point, row] : rows) failed += !point_error(row).empty();
   std::string text = fmt::format("# {}\n", benchmark.file.stem().string());
   text += fmt::format(
-      "Made by `tankrig {} {}`: {} configurations of {}, {} failed. tankrig {}, rig {}, sensor {}, seed {}. "
+      "Made by `tankrig {} {}{}`: {} configurations of {}, {} failed. tankrig {}, rig {}, sensor {}, seed {}. "
       "SHA-256: benchmark {:.12}, rig "
       "{:.12}, "
       "scene {:.12}, object {:.12}, calibration {:.12}.\n\n",
-      run.value("command", "bench"), benchmark.file.filename().string(), rows.size(), benchmark.points(), failed,
+      run.value("command", "bench"), benchmark.file.filename().string(),
+      run.contains(kOptions) ? " " + run.value(kOptions, "") : "", rows.size(), benchmark.points(), failed,
       run.value("software", ""), run.value("rig", ""), run.value("sensor", ""), run.value("seed", 0),
       run.value("benchmark_sha256", ""), run.value("rig_sha256", ""), run.value("scene_sha256", ""),
       run.value("object_sha256", ""), run.value("calibration_sha256", ""));

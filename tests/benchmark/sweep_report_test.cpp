@@ -63,17 +63,15 @@ TEST(SweepHtml, HoldsFiguresTablesFailuresAndWhatMakesItAgain) {
   Grid grid;
   grid.rows[3]["measures"]["laser"]["error"] = "<b>ran longer than 1 s";
   grid.rows.erase(5);
-  const nlohmann::ordered_json run{{"rig", "tank-sim"},
-                                   {"preset", "fine"},
-                                   {"sensor", "emva1288"},
-                                   {"seed", 4},
-                                   {"benchmark_sha256", "0123"},
-                                   {"software", "9.9.9"},
-                                   {"algorithms", {{"mine", "4567"}}}};
+  const nlohmann::ordered_json run{{"rig", "tank-sim"},           {"preset", "fine"},
+                                   {"sensor", "emva1288"},        {"seed", 4},
+                                   {"options", "--truth-seed 6"}, {"benchmark_sha256", "0123"},
+                                   {"software", "9.9.9"},         {"algorithms", {{"mine", "4567"}}}};
   const TemporaryFolder folder;
   folder.write("figures/views_light.png", "\x89PNG picture");
   const std::string page = sweep_html(folder.path(), grid.benchmark, run, grid.rows);
-  EXPECT_THAT(page, HasSubstr("tankrig bench grid.xml --rig tank-sim --preset fine --sensor emva1288 --seed 4"));
+  EXPECT_THAT(
+      page, HasSubstr("tankrig bench grid.xml --rig tank-sim --preset fine --sensor emva1288 --truth-seed 6 --seed 4"));
   for (const char* hash : {"0123", "4567", "9.9.9"}) EXPECT_THAT(page, HasSubstr(hash));
   EXPECT_THAT(page, HasSubstr("1 configurations are missing"));
   EXPECT_THAT(page, HasSubstr("<td>laser: &lt;b&gt;ran longer than 1 s</td>"));

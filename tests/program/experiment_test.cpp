@@ -63,7 +63,9 @@ TEST(Experiment, MeasuresItsSessionsAsABenchmarkMeasuresTheirLayers) {
 TEST(Experiment, GoesOnWhereItWasStoppedAndRepeatsALevel) {
   const fs::path rig = small_rig(scratch_folder() / "rig"), file = levels_file({"30", "60", "100"});
   const fs::path out = scratch_folder() / "out";
-  const std::vector<std::string> command{"experiment", file, "--rig", rig, "--out", out, "--json"};
+  std::vector<std::string> command{"experiment", file, "--rig", rig, "--out", out, "--json"};
+  const std::vector<std::string> without_noise = command;
+  command.insert(command.end(), {"--noise", "0.01"});
   const ProgramRun stopped = run_tankrig(command, [&](const std::string& line, int pid) {
     if (line.find("2 of 3: 60lx") != std::string::npos) ::kill(static_cast<pid_t>(pid), SIGINT);
   });
@@ -88,6 +90,14 @@ TEST(Experiment, GoesOnWhereItWasStoppedAndRepeatsALevel) {
   EXPECT_TRUE(fs::exists(out / "sessions/60lx/report.html"));
   const nlohmann::json after = points_of(out);
   for (std::size_t point = 0; point < 3; ++point) EXPECT_EQ(after[point]["measures"], points[point]["measures"]);
+
+  for (const char* page : {"report.html", "results.md"})
+    EXPECT_THAT(read_text(out / page), HasSubstr(" --noise 0.01")) << page;
+  const ProgramRun other = run_tankrig(without_noise);
+  EXPECT_EQ(other.exit_code, 1);
+  EXPECT_THAT(
+      other.err,
+      HasSubstr("holds results of another run: options is \"--noise 0.01\", expected null; give another --out"));
 }
 
 TEST(Experiment, SaysWhatItCannotDoBeforeAnythingMoves) {

@@ -23,8 +23,8 @@
 
 #include "apps/tankrig/command_line/stop.hpp"
 #include "apps/tankrig/command_line/waiting.hpp"
+#include "apps/tankrig/devices/world_options.hpp"
 #include "core/input_error.hpp"
-#include "core/text_files.hpp"
 
 namespace tankrig::app {
 namespace {
@@ -37,22 +37,17 @@ constexpr std::chrono::milliseconds kReadyLook = 200ms;
 
 std::vector<std::string> arguments(const RigConfig& rig, const BackendOptions& options,
                                    const std::filesystem::path& runtime, int ready) {
-  const sim::WorldOptions& world = options.world;
   std::vector<std::string> out{"tankrig",    "emulate",
                                "--rig",      rig.file.string(),
                                "--runtime",  runtime,
                                "--ready-fd", std::to_string(ready),
-                               "--seed",     std::to_string(world.seed)};
+                               "--seed",     std::to_string(options.world.seed)};
   const auto add = [&](const char* name, const std::string& value) { out.insert(out.end(), {name, value}); };
   if (!options.need.cameras)
     for (const char* device : {"arm", "laser", "box"}) add("--device", device);
   if (!options.faults.empty()) add("--faults", std::filesystem::absolute(options.faults));
-  if (world.light) add("--light", exact_text(*world.light));
-  if (world.noise) add("--noise", exact_text(*world.noise));
-  if (world.sensor) add("--sensor", *world.sensor);
-  for (const std::string& board : world.boards) add("--board", board);
-  if (world.truth_seed) add("--truth-seed", std::to_string(*world.truth_seed));
-  if (world.particles_per_m3) add("--particles", exact_text(*world.particles_per_m3));
+  const std::vector<std::string> world = option_words(options.world);
+  out.insert(out.end(), world.begin(), world.end());
   return out;
 }
 

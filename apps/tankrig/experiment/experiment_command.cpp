@@ -77,6 +77,15 @@ std::string not_by_hand(const Updater& updater) {
   }
 }
 
+/// What the recordings depend on, as it is typed, beyond what every benchmark is told by.
+std::string further_options(const ScanOptions& scan) {
+  sim::WorldOptions world = scan.world;
+  world.sensor.reset();
+  std::vector<std::string> words = option_words(world);
+  if (!scan.calibration.empty()) words.insert(words.begin(), {"--calibration", scan.calibration.filename().string()});
+  return fmt::format("{}", fmt::join(words, " "));
+}
+
 class Experiment {
  public:
   Experiment(const ExperimentOptions& options, Progress& progress)
@@ -100,6 +109,7 @@ class Experiment {
     for (const std::string& program : evaluation_.programs()) progress_.note("runs " + program);
     check_options();
     evaluation_.identity()["command"] = "experiment";
+    if (const std::string more = further_options(options_.scan); !more.empty()) evaluation_.identity()[kOptions] = more;
     evaluation_.identity()["calibration_sha256"] = sha256_of_text(calibration_yaml(info));
   }
 
@@ -117,7 +127,8 @@ class Experiment {
   /// Nothing if a stop was asked for.
   std::optional<OpenedSession> recorded(const Recipe& recipe);
   void report(const Session& session);
-  ordered_json row_of(std::size_t point, const Recipe& recipe, OpenedSession opened);
+  /// `hash`: of its session.yaml.
+  ordered_json row_of(std::size_t point, const Recipe& recipe, OpenedSession opened, const std::string& hash);
   void write(const PointStore& store);
   int told(const PointStore& store);
 
@@ -185,9 +196,9 @@ void Experiment::report(const Session& session) {
   progress_.finish_line();
 }
 
-ordered_json Experiment::row_of(std::size_t point, const Recipe& recipe, OpenedSession opened) {
+ordered_json Experiment::row_of(std::size_t point, const Recipe& recipe, OpenedSession opened,
+                                const std::string& hash) {
   const SessionInfo info = opened.session.info;
-  const std::string hash = sha256_of_text(read_whole_file(opened.session.path / "session.yaml"));
   ordered_json row = evaluation_.evaluate(point, SessionScan(std::move(opened), rig_));
   if (row.is_null()) return row;
   const auto lux = mean_lux(info);
@@ -236,7 +247,7 @@ int Experiment::run() {
     const auto known = store.rows().find(point);
     if (!StopOnSignal::requested() &&
         (known == store.rows().end() || known->second.value("session_sha256", "") != hash))
-      if (ordered_json row = row_of(point, recipe, std::move(*opened)); !row.is_null())
+      if (ordered_json row = row_of(point, recipe, std::move(*opened), hash); !row.is_null())
         store.add(point, std::move(row));
     if (StopOnSignal::requested()) break;
   }
