@@ -4,18 +4,17 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-#include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
-
 #include "bench/sweep/strip.hpp"
 #include "bench/sweep/sweep_html.hpp"
+#include "tests/support/browser.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace tankrig {
 namespace {
 
+using namespace testing_support;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
 /// Two seeds of light 0, 0.5, 1 by noise 0, 0.1: coverage is light - noise + seed / 100.
@@ -88,33 +87,19 @@ TEST(SweepHtml, HoldsFiguresTablesFailuresAndWhatMakesItAgain) {
 }
 
 TEST(SweepHtml, IsDrawnByABrowserInWideWindowsAndNarrowOnes) {
-  if (std::system("command -v chromium-headless-shell > /dev/null") != 0)
-    GTEST_SKIP() << "no chromium-headless-shell (Debian package of that name)";
+  if (!has_browser()) GTEST_SKIP() << kNoBrowser;
   Grid grid;
   grid.rows[3]["measures"]["laser"]["error"] = "ran longer than 1 s";
   const TemporaryFolder folder;
-  folder.write("page.html", sweep_html(folder.path(), grid.benchmark, {{"rig", "tank-sim"}}, grid.rows));
-  const std::string page = (folder.path() / "page.html").string(), shot = (folder.path() / "page.png").string();
+  const std::string page = sweep_html(folder.path(), grid.benchmark, {{"rig", "tank-sim"}}, grid.rows);
   for (const int width : {1280, 480}) {
-    const std::string command =
-        "HOME=" + folder.path().string() +
-        " timeout 200 chromium-headless-shell --no-sandbox --disable-gpu --disable-dev-shm-usage --hide-scrollbars "
-        "--window-size=" +
-        std::to_string(width) + ",4000 --screenshot=" + shot + " file://" + page + " > /dev/null 2>&1";
-    ASSERT_EQ(std::system(command.c_str()), 0);
-    const cv::Mat drawn = cv::imread(shot);
-    ASSERT_EQ(drawn.size(), cv::Size(width, 4000));
-    const auto pixels = [&](const cv::Scalar& bgr) {
-      cv::Mat like;
-      cv::inRange(drawn, bgr - cv::Scalar::all(12), bgr + cv::Scalar::all(12), like);
-      return cv::countNonZero(like);
-    };
+    const DrawnPage drawn = drawn_by_browser(page, {width, 4000});
+    ASSERT_EQ(drawn.picture.size(), cv::Size(width, 4000));
+    EXPECT_THAT(drawn.leads_out_to, IsEmpty());
     // The two curves, and the edge of the warning.
     for (const cv::Scalar& bgr : {cv::Scalar(180, 119, 31), cv::Scalar(14, 127, 255), cv::Scalar(0, 161, 224)})
-      EXPECT_GT(pixels(bgr), 20) << width << " " << bgr;
-    cv::Mat ink;
-    cv::inRange(drawn.colRange(width - 10, width), cv::Scalar::all(0), cv::Scalar::all(250), ink);
-    EXPECT_EQ(cv::countNonZero(ink), 0) << "something leads out of a window of " << width;
+      EXPECT_GT(pixels_like(drawn.picture, bgr), 20) << width << " " << bgr;
+    EXPECT_FALSE(is_cut_off(drawn.picture)) << "window of " << width;
   }
 }
 
