@@ -1,4 +1,4 @@
-// Our transforms as ViSP's, and back: the door through which calibration uses ViSP.
+// Our transforms as ViSP's, and back.
 #pragma once
 
 #include <visp3/core/vpHomogeneousMatrix.h>
