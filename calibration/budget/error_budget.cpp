@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/input_error.hpp"
+#include "core/ray_meeting.hpp"
 
 namespace tankrig {
 namespace {
@@ -50,15 +51,10 @@ Vector3d by_laser(const MeasuringRig& rig, const LaserSight& sight, const JointV
   return eye - bPl.distance(eye) / bPl.normal.dot(ray) * ray;
 }
 
-/// The middle of the shortest way between both rays.
 Vector3d by_stereo(const MeasuringRig& rig, const StereoSight& sight) {
-  const Vector3d a = rig.left->bMc.translation(), b = rig.right->bMc.translation();
-  const Vector3d u = rig.left->bMc.linear() * rig.left->model.ray(sight.left.x(), sight.left.y()),
-                 v = rig.right->bMc.linear() * rig.right->model.ray(sight.right.x(), sight.right.y());
-  const double uv = u.dot(v), right = 1 - uv * uv;
-  const Vector3d w = a - b;
-  const double s = (uv * v.dot(w) - u.dot(w)) / right, t = (v.dot(w) - uv * u.dot(w)) / right;
-  return 0.5 * (a + s * u + b + t * v);
+  const Transform &bMc = rig.left->bMc, &bMr = rig.right->bMc;
+  return meeting(bMc.translation(), bMc.linear() * rig.left->model.ray(sight.left.x(), sight.left.y()),
+                 bMr.translation(), bMr.linear() * rig.right->model.ray(sight.right.x(), sight.right.y()));
 }
 
 /// Mean square, over the target, of how far a sigma of this freedom takes places off the surface; by differences to both sides.

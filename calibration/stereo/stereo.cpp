@@ -9,6 +9,7 @@
 #include "calibration/estimate/rotation_vector.hpp"
 #include "calibration/stereo/pair_agreement.hpp"
 #include "core/input_error.hpp"
+#include "core/ray_meeting.hpp"
 #include "core/shown_text.hpp"
 
 namespace tankrig {
@@ -115,19 +116,15 @@ std::vector<CornerResidual> fit_without_outliers(BoardBundle& bundle, StereoSolu
   }
 }
 
-/// Two cameras, and where both place a point that they see: in c, halfway between their rays.
+/// Two cameras, and where both place a point that they see, in c.
 struct Eyes {
   CameraModel left, right;
   Transform rMc;
 
   Vector3d place(const Vector2d& in_left, const Vector2d& in_right) const {
     const Transform cMr = rMc.inverse();
-    const Vector3d a = left.ray(in_left.x(), in_left.y());
-    const Vector3d b = cMr.linear() * right.ray(in_right.x(), in_right.y());
-    Eigen::Matrix<double, 3, 2> rays;
-    rays << a, -b;
-    const Vector2d lengths = rays.colPivHouseholderQr().solve(cMr.translation());
-    return (lengths[0] * a + cMr.translation() + lengths[1] * b) / 2;
+    return meeting(Vector3d::Zero(), left.ray(in_left.x(), in_left.y()), cMr.translation(),
+                   cMr.linear() * right.ray(in_right.x(), in_right.y()));
   }
 };
 

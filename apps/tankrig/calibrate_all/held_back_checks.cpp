@@ -5,6 +5,7 @@
 #include <map>
 
 #include "core/input_error.hpp"
+#include "core/ray_meeting.hpp"
 
 namespace tankrig::app {
 namespace {
@@ -28,14 +29,6 @@ class RootMeanSquare {
   double squares_ = 0;
   std::size_t count_ = 0;
 };
-
-/// Where two rays come nearest to each other, in the left eye.
-Vector3d meeting(const Vector3d& left, const Vector3d& right, const Transform& cMr) {
-  const Vector3d a = left.normalized(), b = (cMr.linear() * right).normalized(), from = cMr.translation();
-  const double ab = a.dot(b), k = 1 - ab * ab;
-  const double s = (a.dot(from) - ab * b.dot(from)) / k, t = (ab * a.dot(from) - b.dot(from)) / k;
-  return 0.5 * (s * a + from + t * b);
-}
 
 /// Errors: InputError if there was nothing to judge by.
 CalibrationCheck check(const std::string& name, const RootMeanSquare& error, double limit, const char* unit) {
@@ -97,8 +90,8 @@ CalibrationCheck stereo_check(const RigCamera& left, const RigCamera& right, con
       for (Eigen::Index k = 0; k < n; ++k) {
         const SharedCorner& corner = corners[static_cast<std::size_t>(k)];
         board.col(k) = corner.t;
-        placed.col(k) = meeting(left.model.ray(corner.left.x(), corner.left.y()),
-                                right.model.ray(corner.right.x(), corner.right.y()), cMr);
+        placed.col(k) = meeting(Vector3d::Zero(), left.model.ray(corner.left.x(), corner.left.y()), cMr.translation(),
+                                cMr.linear() * right.model.ray(corner.right.x(), corner.right.y()));
       }
       const Eigen::Matrix4d fit = Eigen::umeyama(board, placed, false);
       RootMeanSquare off;
