@@ -65,8 +65,9 @@ struct SessionInfo {
   std::string software;          ///< tankrig's version
   std::string noise;             ///< sensor model and parameters; "device" on a real rig
   std::uint64_t seed = 0;
-  std::optional<double> light;  ///< simulated only
-  std::string lux_source;       ///< "meter", "hand", or empty where there is none
+  std::optional<double> light;              ///< simulated only
+  std::optional<std::uint64_t> truth_seed;  ///< of a simulated rig that is not as its drawings say: which one
+  std::string lux_source;                   ///< "meter", "hand", or empty where there is none
   std::optional<double> lux_before, lux_after;
   std::optional<double> lux_uncertainty;         ///< limit of error of either [lx], where the meter's is known
   double simulated_s = 0;                        ///< length of the run on its own clock

@@ -43,6 +43,7 @@ std::vector<std::pair<std::string, std::string>> session_summary(const Session& 
   add("software", info.software);
   add("sensor", info.noise);
   if (info.kind == "scan") add("seed", std::to_string(info.seed));
+  if (info.truth_seed) add("seed of the rig's truth", std::to_string(*info.truth_seed));
   if (info.light) add("light", fmt::format("{:.3f} of the reference", *info.light));
   if (info.lux_before) add("lux before", fmt::format("{:.1f} lx", *info.lux_before));
   if (info.lux_after) add("lux after", fmt::format("{:.1f} lx", *info.lux_after));

@@ -149,6 +149,7 @@ const Setting<Info> kSessionRows[] = {
     {"noise", &Info::noise, "", Need::kRequired},
     {"seed", &Info::seed, "", Need::kRequired},
     {"light", &Info::light, ConfigRange(0, 1), ""},
+    {"truth_seed", &Info::truth_seed, ""},
     {"lux_source", {read_lux_source, write_lux_source, "", nullptr, is_there<&Info::lux_source>}},
     {"lux_before", &Info::lux_before, kLux, ""},
     {"lux_after", &Info::lux_after, kLux, ""},

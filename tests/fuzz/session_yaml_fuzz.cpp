@@ -21,8 +21,8 @@ void take_pose(const Transform& first, Transform& again) {
 /// What a text may leave out, so that no second writing would miss it.
 auto facts(const SessionInfo& i) {
   return std::tuple(i.name, i.status, i.kind, i.created_utc, i.clock_begin.has_value(), i.clock_begin && i.clock_end,
-                    i.operator_name, i.notes, i.rig, i.rig_hash, i.software, i.noise, i.seed, i.light, i.lux_source,
-                    i.lux_before, i.lux_after, i.lux_uncertainty, i.simulated_s, i.counts, i.devices,
+                    i.operator_name, i.notes, i.rig, i.rig_hash, i.software, i.noise, i.seed, i.light, i.truth_seed,
+                    i.lux_source, i.lux_before, i.lux_after, i.lux_uncertainty, i.simulated_s, i.counts, i.devices,
                     i.timing.has_value(), i.platform, i.tables.size(), i.recovered, i.calibration.arm.has_value(),
                     i.calibration.ePl.has_value());
 }

@@ -98,6 +98,9 @@ TEST_F(CalibrateAll, MakesARigThatNobodyKnowsScanWithinMillimetresAndTheSameNumb
   const ProgramRun other = run_tankrig({"calibrate", "all", "--rig", "tank-sim", "--data", data_.string()});
   EXPECT_EQ(other.exit_code, 1);
   EXPECT_THAT(other.err, HasSubstr("is of rig tank-true, expected tank-sim"));
+  const ProgramRun otherwise_built = calibrate(kSeed + 1);
+  EXPECT_EQ(otherwise_built.exit_code, 1);
+  EXPECT_THAT(otherwise_built.err, HasSubstr("is of the rig of --truth-seed 1, expected 2"));
 }
 
 class CalibrateAllSlow : public CalibrateAll {};

@@ -30,6 +30,7 @@ SessionInfo full_info() {
   info.created_utc = "2026-01-02T03:04:05Z";
   info.commission = "by Anna at 2026-01-02T02:04:05Z, waived: enable";
   info.rig_hash = sha256_of_text("the rig\n");
+  info.truth_seed = 6;
   info.lux_after = 208.25;
   info.lux_uncertainty = 6.25;
   info.account = {{"left", {12, -1}}, {"mono", {171, 0}}};

@@ -78,11 +78,16 @@ const sim::CameraSpec& scene_camera(const RigConfig& rig, const RigCamera& camer
   return *seen;
 }
 
+std::optional<sim::TrueRig> true_rig(const RigConfig& rig, const sim::WorldOptions& options) {
+  const auto section = rig.section("truth");
+  if (!section) return std::nullopt;
+  sim::TrueRig truth = settings_from(*section, sim::kTrueRigKeys);
+  truth.seed = options.truth_seed.value_or(truth.seed);
+  return truth;
+}
+
 sim::TankWorld load_world(const RigConfig& rig, sim::WorldOptions options) {
-  if (const auto truth = rig.section("truth")) {
-    options.truth = settings_from(*truth, sim::kTrueRigKeys);
-    if (options.truth_seed) options.truth->seed = *options.truth_seed;
-  }
+  options.truth = true_rig(rig, options);
   return sim::TankWorld::load(rig.scene, options);
 }
 

@@ -1,6 +1,7 @@
 // What a rig file says of a simulated tank, held against the scene it is simulated from.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,10 @@ std::vector<std::string> calibration_errors(const RigConfig& rig, const sim::Tan
 /// The scene's camera behind one of the rig's.
 /// Errors: InputError if there is none, or of another size.
 const sim::CameraSpec& scene_camera(const RigConfig& rig, const RigCamera& camera, const sim::TankWorld& world);
+
+/// The rig file's `truth`, with the seed that was asked for; nothing if the rig is as its drawings say.
+/// Errors: InputError.
+std::optional<sim::TrueRig> true_rig(const RigConfig& rig, const sim::WorldOptions& options);
 
 /// The scene of a rig, with what the rig file's `truth` says.
 /// Errors: InputError of either file.

@@ -11,6 +11,7 @@
 #include "apps/tankrig/command_line/rig_files.hpp"
 #include "apps/tankrig/command_line/stop.hpp"
 #include "apps/tankrig/devices/played_faults.hpp"
+#include "apps/tankrig/devices/scene_check.hpp"
 #include "apps/tankrig/scan/shown_frames.hpp"
 #include "apps/tankrig/scan/shown_scan.hpp"
 #include "apps/tankrig/scan/timing.hpp"
@@ -132,7 +133,7 @@ double read_lux(Backend& backend) {
   return reading.value().lux;
 }
 
-SessionInfo session_info_of(const ScanOptions& options, Backend& backend, const fs::path& path) {
+SessionInfo session_info_of(const ScanOptions& options, const RigConfig& rig, Backend& backend, const fs::path& path) {
   SessionInfo info;
   info.name = path.filename().string();
   info.kind = "scan";
@@ -142,6 +143,7 @@ SessionInfo session_info_of(const ScanOptions& options, Backend& backend, const 
   info.noise = backend.noise();
   info.seed = options.world.seed;
   if (backend.world()) info.light = backend.world()->light();
+  if (const auto truth = true_rig(rig, options.world)) info.truth_seed = truth->seed;
   info.clock_begin = read_clock_pair(backend.clock());
   return info;
 }
@@ -212,7 +214,7 @@ fs::path default_session(std::string rig) {
 Recording record_session(const ScanOptions& options, const RigConfig& rig, const PipelineParameters* parameters,
                          const ScanPlan& plan, Backend& backend, const fs::path& path, const std::string& commission,
                          Progress& progress, Motion& motion) {
-  SessionInfo info = session_info_of(options, backend, path);
+  SessionInfo info = session_info_of(options, rig, backend, path);
   info.commission = commission;
   const bool meter = options.lux == "auto" && rig.scan.capture.read_lux;
   if (meter || options.lux != "auto") {

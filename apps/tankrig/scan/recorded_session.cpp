@@ -1,5 +1,8 @@
 #include "apps/tankrig/scan/recorded_session.hpp"
 
+#include <fmt/format.h>
+
+#include "apps/tankrig/devices/scene_check.hpp"
 #include "apps/tankrig/session/open_session.hpp"
 #include "core/input_error.hpp"
 #include "core/shown_text.hpp"
@@ -10,11 +13,14 @@ namespace tankrig::app {
 namespace {
 
 /// Errors: InputError if it is of another rig.
-bool is_complete(const fs::path& path, const RigConfig& rig) {
+bool is_complete(const fs::path& path, const RigConfig& rig, const sim::WorldOptions& world) {
   if (!fs::exists(path / "session.yaml")) return false;
   const SessionInfo info = Session::open(path).info;
   if (info.rig != rig.name)
     throw InputError(path, "is of rig " + shown_text(info.rig) + ", expected " + rig.name + ": take another folder");
+  if (const auto truth = true_rig(rig, world); truth && info.truth_seed && info.truth_seed != truth->seed)
+    throw InputError(path, fmt::format("is of the rig of --truth-seed {}, expected {}: take another folder",
+                                       *info.truth_seed, truth->seed));
   return info.status == "complete";
 }
 
@@ -42,7 +48,7 @@ void put_aside(const fs::path& path, const std::string& why, Progress& progress)
 OpenedSession recorded_session(ScanOptions options, const RigConfig& rig, const fs::path& path,
                                const ReadyRig::PlanFrom& plan_from, Progress& progress,
                                const std::function<void(ScanOptions&)>& before) {
-  if (fs::exists(path) && is_complete(path, rig)) {
+  if (fs::exists(path) && is_complete(path, rig, options.world)) {
     progress.note("found " + printable(path.string()) + ", recorded already");
   } else {
     if (fs::exists(path)) put_aside(path, "stopped", progress);

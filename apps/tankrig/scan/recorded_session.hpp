@@ -13,7 +13,8 @@ namespace tankrig::app {
 
 /// The session at `path`: as it is if it is complete, else recorded now, without clouds and report. `before()` comes
 /// first then, and may change how it is recorded. One that was stopped is put aside.
-/// Errors: InputError, also if the recording is stopped or frames of it are missing; StoppedEarly.
+/// Errors: InputError, also if what is there is of another rig, or if the recording is stopped or frames of it are missing;
+/// StoppedEarly.
 OpenedSession recorded_session(ScanOptions options, const RigConfig& rig, const std::filesystem::path& path,
                                const ReadyRig::PlanFrom& plan_from, Progress& progress,
                                const std::function<void(ScanOptions&)>& before);

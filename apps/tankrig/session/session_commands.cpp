@@ -62,6 +62,7 @@ nlohmann::ordered_json info_json(const Session& session) {
                              {"software", info.software},
                              {"sensor", info.noise}};
   if (info.kind == "scan") out["seed"] = info.seed;
+  if (info.truth_seed) out["truth_seed"] = *info.truth_seed;
   if (info.light) out["light"] = *info.light;
   if (info.lux_before) out["lux_before"] = *info.lux_before;
   if (info.lux_after) out["lux_after"] = *info.lux_after;
