@@ -7,6 +7,7 @@
 
 #include <regex>
 
+#include "core/calibration_file.hpp"
 #include "core/text_files.hpp"
 #include "tests/program/program.hpp"
 
@@ -94,6 +95,23 @@ TEST_F(CalibrateAll, MakesARigThatNobodyKnowsScanWithinMillimetresAndTheSameNumb
   ASSERT_EQ(again.exit_code, 0) << again.err;
   EXPECT_THAT(again.err, HasSubstr("recorded already"));
   EXPECT_EQ(values_of(data_ / "calibration.yaml"), before);
+
+  // The laser once more, from the same sweeps.
+  const fs::path file = data_ / "laser.yaml";
+  fs::copy_file(data_ / "calibration.yaml", file);
+  const auto laser = [&](const std::string& rig) {
+    return run_tankrig({"calibrate", "laser", (data_ / "sheet-before").string(), (data_ / "sheet-behind").string(),
+                        "--rig", rig, "--write", file.string(), "--json"});
+  };
+  const ProgramRun sheet = laser("tank-true");
+  ASSERT_EQ(sheet.exit_code, 0) << sheet.err;
+  EXPECT_LT(sheet.json()["rms_mm"], 1.0);
+  const Calibration all = read_calibration(data_ / "calibration.yaml"), one = read_calibration(file);
+  EXPECT_EQ(one.verdict, CalibrationVerdict::kUnchecked);
+  EXPECT_LT((one.laser->ePl.normal - all.laser->ePl.normal).norm(), 2e-3);
+  EXPECT_NEAR(one.laser->ePl.offset, all.laser->ePl.offset, 1e-3);
+  EXPECT_NE(one.laser->made_utc, all.laser->made_utc);
+  EXPECT_THAT(laser("tank-sim").err, HasSubstr("rig: found tank-true, expected a calibration of tank-sim"));
 
   const ProgramRun other = run_tankrig({"calibrate", "all", "--rig", "tank-sim", "--data", data_.string()});
   EXPECT_EQ(other.exit_code, 1);

@@ -1,4 +1,4 @@
-// What `calibrate laser` measures a sheet from: pictures of a scanner that carries camera and laser.
+// What `calibrate laser` measures a sheet from; without an arm: pictures of a scanner that carries camera and laser.
 #pragma once
 
 #include <filesystem>
@@ -12,7 +12,7 @@
 namespace tankrig::app {
 
 struct LaserData {
-  LaserPlaneProblem problem;          ///< in c
+  LaserPlaneProblem problem;          ///< in c, on an arm in e
   std::vector<std::string> left_out;  ///< pictures that have no part in it, and why
   double board_rms = 0;               ///< reprojection of the boards' corners [px]
 };

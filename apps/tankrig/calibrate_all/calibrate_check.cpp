@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/tankrig/calibrate/calibrate_commands.hpp"
+#include "apps/tankrig/calibrate/dark_frames.hpp"
 #include "apps/tankrig/calibrate_all/checks_output.hpp"
 #include "apps/tankrig/calibrate_all/held_back_checks.hpp"
 #include "apps/tankrig/calibrate_all/step_session.hpp"

@@ -5,6 +5,7 @@
 #include <opencv2/core.hpp>
 
 #include "apps/tankrig/calibrate/camera_pictures.hpp"
+#include "apps/tankrig/calibrate/dark_frames.hpp"
 #include "apps/tankrig/calibrate/marker_postures.hpp"
 #include "apps/tankrig/calibrate/object_picture.hpp"
 #include "apps/tankrig/calibrate/time_data.hpp"

@@ -4,11 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "apps/tankrig/calibrate/targets.hpp"
+#include "apps/tankrig/calibrate/sheet_data.hpp"
 #include "apps/tankrig/command_line/progress.hpp"
 #include "calibration/hand_eye/hand_eye.hpp"
-#include "calibration/laser_plane/laser_plane.hpp"
-#include "calibration/laser_plane/stripe_points.hpp"
 #include "calibration/stereo/stereo.hpp"
 #include "rig/config/rig_config.hpp"
 #include "session/checking/open_session.hpp"
@@ -26,34 +24,9 @@ bool held_back(std::size_t picture);
 std::vector<HandEyeView> marker_views(const Session& session, const RigCamera& camera, const GripperMarker& marker,
                                       Progress& progress);
 
-/// The stripe in one frame, where its points are known otherwise than by the laser.
-struct SheetView {
-  int frame = 0, pass = 0;
-  JointVector q = JointVector::Zero();
-  std::vector<PlacedStripePoint> points;  ///< in c
-};
-/// On the board that leans in the tank.
-struct SheetViews {
-  Transform cMt = Transform::Identity();
-  double board_rms_px = 0;
-  std::vector<SheetView> views;
-};
-
-/// The mean picture of a camera while the arm rests and no light is on.
-/// Errors: InputError if there is none.
-cv::Mat dark_picture(const Session& session, const std::string& camera);
-
-/// Errors: InputError if the board is not seen whole while the arm rests, or the stripe hardly crosses it.
-SheetViews sheet_views(const OpenedSession& opened, const RigCamera& camera, const TargetBoard& board,
-                       Progress& progress);
-
 /// The paper's way: the stripe placed by both eyes, pair by pair, in the left one. `late`: by how much the eyes' stamps are late
 /// against those that the session took for right.
 std::vector<SheetView> stereo_views(const OpenedSession& opened, const RigCamera& left, const RigCamera& right,
                                     Duration late, Progress& progress);
-
-/// Of views in `camera`.
-/// Frames: e.
-LaserPlaneProblem sheet_problem(const std::vector<SheetView>& views, const RigConfig& rig, const RigCamera& camera);
 
 }  // namespace tankrig::app
