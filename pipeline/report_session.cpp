@@ -12,6 +12,7 @@
 #include "bench/report/figures.hpp"
 #include "bench/report/report_html.hpp"
 #include "bench/report/stripe_picture.hpp"
+#include "bench/report/web_programs.hpp"
 #include "core/atomic_file.hpp"
 #include "core/text_files.hpp"
 #include "session/checking/checksums.hpp"

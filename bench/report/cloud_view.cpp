@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/report/base64.hpp"
+#include "bench/report/web_programs.hpp"
 #include "core/camera_model.hpp"
 
 namespace tankrig {
@@ -69,10 +70,7 @@ std::string cloud_view_json(const TriangleMesh& object, const std::vector<Viewed
     for (const Vector3d& p : lines.points) points.push_back(to_json(p));
     scene["rig"].push_back({{"name", lines.name}, {"points", points}});
   }
-  std::string text = scene.dump(-1, ' ', true, ordered_json::error_handler_t::replace);
-  for (std::size_t at = text.find('<'); at != std::string::npos; at = text.find('<', at))
-    text.replace(at, 1, "\\u003c");
-  return text;
+  return script_json(scene);
 }
 
 }  // namespace tankrig

@@ -1,4 +1,4 @@
-// The clouds of a report for its 3D view: the data that bench/report/web/cloud_view.ts draws, and that program itself.
+// The clouds of a report for its 3D view: the data that bench/report/web/cloud_view.ts draws.
 #pragma once
 
 #include <string>
@@ -25,15 +25,12 @@ struct ViewedLines {
 /// Corners of a camera's pyramid, as one line. `oMc`: the camera in o.
 ViewedLines camera_pyramid(const std::string& name, const CameraModel& model, const Transform& oMc);
 
-/// JSON without a '<', so that a page can hold it in a <script>. A cloud is evenly thinned to at most 40 000 points, with
+/// script_json(). A cloud is evenly thinned to at most 40 000 points, with
 /// coordinates rounded to 1/32767 of the largest.
 std::string cloud_view_json(const TriangleMesh& object, const std::vector<ViewedCloud>& clouds,
                             const std::vector<ViewedLines>& rig);
 
 /// The part of a page that shows it, a mustache template: `cloud_view` has `data` and `program`.
 extern const char* const kViewTemplate;
-
-/// The program that draws it, with the licence of what is in it; empty in a build without it (TANKRIG_CLOUD_VIEW).
-const std::string& cloud_view_program();
 
 }  // namespace tankrig

@@ -8,6 +8,7 @@
 #include "bench/report/cloud_view.hpp"
 #include "bench/report/figures.hpp"
 #include "bench/report/picture_uri.hpp"
+#include "bench/report/web_programs.hpp"
 #include "core/atomic_file.hpp"
 
 namespace tankrig {

@@ -8,6 +8,8 @@
 
 #include "bench/report/canvas.hpp"
 
+using nlohmann::ordered_json;
+
 namespace tankrig {
 namespace {
 
@@ -23,20 +25,23 @@ constexpr std::array<std::array<int, 3>, 8> kColours{{{31, 119, 180},  // red, g
                                                       {227, 119, 194},
                                                       {90, 90, 90}}};
 
+std::string link_to(std::size_t point) { return fmt::format("#point-{}", point); }
+
 /// Where a panel's parts go; either of the two ways to draw them.
 class Sheet {
  public:
   enum class Align { kLeft, kMiddle, kRight };
   virtual ~Sheet() = default;
   virtual void line(const std::vector<cv::Point2d>& points, const std::array<int, 3>& colour, double width) = 0;
-  virtual void dot(const cv::Point2d& at, const std::array<int, 3>& colour) = 0;
+  virtual void dot(const cv::Point2d& at, const std::array<int, 3>& colour, const ChartPoint& point) = 0;
   virtual void text(const std::string& text, const cv::Point2d& at, Align align, bool upwards) = 0;
 };
 
 class SvgSheet final : public Sheet {
  public:
-  SvgSheet(int width, int height)
-      : text_(fmt::format(
+  SvgSheet(int width, int height, const std::set<std::size_t>& linked)
+      : linked_(linked),
+        text_(fmt::format(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0}\" height=\"{1}\" viewBox=\"0 0 {0} {1}\" "
             "font-family=\"sans-serif\" font-size=\"12\">\n<rect width=\"100%\" height=\"100%\" "
             "fill=\"white\"/>\n",
@@ -46,9 +51,12 @@ class SvgSheet final : public Sheet {
     for (const cv::Point2d& p : points) text_ += fmt::format("{:.1f},{:.1f} ", p.x, p.y);
     text_ += fmt::format("\" stroke=\"rgb({},{},{})\" stroke-width=\"{}\"/>\n", colour[0], colour[1], colour[2], width);
   }
-  void dot(const cv::Point2d& at, const std::array<int, 3>& colour) override {
-    text_ += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"2.4\" fill=\"rgb({},{},{})\"/>\n", at.x, at.y,
-                         colour[0], colour[1], colour[2]);
+  void dot(const cv::Point2d& at, const std::array<int, 3>& colour, const ChartPoint& point) override {
+    const bool link = linked_.contains(point.point);
+    if (link) text_ += fmt::format("<a href=\"{}\">", link_to(point.point));
+    text_ += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"2.4\" fill=\"rgb({},{},{})\"", at.x, at.y, colour[0],
+                         colour[1], colour[2]);
+    text_ += link ? " stroke=\"transparent\" stroke-width=\"9\"/></a>\n" : "/>\n";  // easier to hit
   }
   void text(const std::string& text, const cv::Point2d& at, Align align, bool upwards) override {
     static constexpr const char* kAnchors[] = {"start", "middle", "end"};
@@ -62,6 +70,7 @@ class SvgSheet final : public Sheet {
   std::string finished() const { return text_ + "</svg>\n"; }
 
  private:
+  const std::set<std::size_t>& linked_;
   std::string text_;
 };
 
@@ -74,7 +83,7 @@ class PictureSheet final : public Sheet {
     cv::polylines(picture_, scaled, false, bgr(colour), std::max(1, static_cast<int>(std::lround(width * kScale))),
                   cv::LINE_AA);
   }
-  void dot(const cv::Point2d& at, const std::array<int, 3>& colour) override {
+  void dot(const cv::Point2d& at, const std::array<int, 3>& colour, const ChartPoint&) override {
     cv::circle(picture_, on_sheet(at), static_cast<int>(2.4 * kScale), bgr(colour), cv::FILLED, cv::LINE_AA);
   }
   void text(const std::string& text, const cv::Point2d& at, Align align, bool upwards) override {
@@ -130,7 +139,8 @@ std::string tick_text(double value, double step) {
   return fmt::format("{:.{}f}", std::abs(value) < 1e-12 ? 0.0 : value, digits);
 }
 
-void draw(Sheet& sheet, const Chart& chart) {
+/// Those of all panels.
+std::pair<Axis, Axis> axes_of(const Chart& chart) {
   double x_low = HUGE_VAL, x_high = 0, y_low = 0, y_high = 0;
   for (const ChartPanel& panel : chart.panels)
     for (const ChartCurve& curve : panel.curves)
@@ -138,14 +148,18 @@ void draw(Sheet& sheet, const Chart& chart) {
         x_low = std::min(x_low, p.x), x_high = std::max(x_high, p.x);
         y_low = std::min(y_low, p.y), y_high = std::max({y_high, p.y, p.interval ? (*p.interval)[1] : 0.0});
       }
-  const Axis x = axis_of(std::min(x_low, x_high), x_high), y = axis_of(y_low, y_high);
+  return {axis_of(std::min(x_low, x_high), x_high), axis_of(y_low, y_high)};
+}
+
+void draw(Sheet& sheet, const Chart& chart) {
+  const auto [x, y] = axes_of(chart);
   const std::array<int, 3> black{40, 40, 40}, grey{225, 225, 225};
   for (std::size_t k = 0; k < chart.panels.size(); ++k) {
     const ChartPanel& panel = chart.panels[k];
     const double left = static_cast<double>(k % chart.columns) * kWidth + kFromLeft;
     const double top = static_cast<double>(k / chart.columns) * kHeight + kFromTop;
     const double width = kWidth - kFromLeft - kFromRight, height = kHeight - kFromTop - kFromBottom;
-    const auto at = [&](double vx, double vy) {
+    const auto at = [&, x = x, y = y](double vx, double vy) {
       return cv::Point2d(left + width * x.share(vx), top + height * (1 - y.share(vy)));
     };
     for (const double tick : y.ticks()) {
@@ -162,13 +176,14 @@ void draw(Sheet& sheet, const Chart& chart) {
     sheet.text(panel.y_label, {left - 44, top + height / 2}, Sheet::Align::kMiddle, true);
     for (std::size_t c = 0; c < panel.curves.size(); ++c) {
       const std::array<int, 3>& colour = kColours[c % kColours.size()];
+      const auto& points = panel.curves[c].points;
       std::vector<cv::Point2d> line;
-      for (const ChartPoint& p : panel.curves[c].points) {
+      for (const ChartPoint& p : points) {
         line.push_back(at(p.x, p.y));
         if (p.interval) sheet.line({at(p.x, (*p.interval)[0]), at(p.x, (*p.interval)[1])}, colour, 0.7);
       }
       if (line.size() > 1) sheet.line(line, colour, 1.4);
-      for (const cv::Point2d& p : line) sheet.dot(p, colour);
+      for (std::size_t i = 0; i < points.size(); ++i) sheet.dot(line[i], colour, points[i]);
       const cv::Point2d legend(left + width + 10, top + 10 + 17 * static_cast<double>(c));
       sheet.line({legend, legend + cv::Point2d(16, 0)}, colour, 2);
       sheet.text(panel.curves[c].name, legend + cv::Point2d(21, 4), Sheet::Align::kLeft, false);
@@ -183,8 +198,8 @@ cv::Size size_of(const Chart& chart) {
 
 }  // namespace
 
-std::string chart_svg(const Chart& chart) {
-  SvgSheet sheet(size_of(chart).width, size_of(chart).height);
+std::string chart_svg(const Chart& chart, const std::set<std::size_t>& linked) {
+  SvgSheet sheet(size_of(chart).width, size_of(chart).height, linked);
   draw(sheet, chart);
   return sheet.finished();
 }
@@ -193,6 +208,28 @@ cv::Mat chart_picture(const Chart& chart) {
   PictureSheet sheet(size_of(chart).width, size_of(chart).height);
   draw(sheet, chart);
   return sheet.finished();
+}
+
+ordered_json chart_json(const Chart& chart, const std::set<std::size_t>& linked) {
+  const auto [x, y] = axes_of(chart);
+  ordered_json out{{"x", {x.low, x.high}}, {"y", {y.low, y.high}}, {"panels", ordered_json::array()}};
+  for (const ChartPanel& panel : chart.panels) {
+    ordered_json curves = ordered_json::array();
+    for (std::size_t c = 0; c < panel.curves.size(); ++c) {
+      const auto& [red, green, blue] = kColours[c % kColours.size()];
+      ordered_json dots = ordered_json::array();
+      for (const ChartPoint& p : panel.curves[c].points)
+        dots.push_back({{"x", p.x},
+                        {"y", p.y},
+                        {"interval", p.interval ? ordered_json(*p.interval) : ordered_json()},
+                        {"link", linked.contains(p.point) ? ordered_json(link_to(p.point)) : ordered_json()}});
+      curves.push_back(
+          {{"name", panel.curves[c].name}, {"colour", fmt::format("rgb({},{},{})", red, green, blue)}, {"dots", dots}});
+    }
+    out["panels"].push_back(
+        {{"title", panel.title}, {"x_label", panel.x_label}, {"y_label", panel.y_label}, {"curves", curves}});
+  }
+  return out;
 }
 
 }  // namespace tankrig

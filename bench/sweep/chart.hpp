@@ -2,8 +2,10 @@
 #pragma once
 
 #include <array>
+#include <nlohmann/json.hpp>
 #include <opencv2/core.hpp>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -12,6 +14,7 @@ namespace tankrig {
 struct ChartPoint {
   double x = 0, y = 0;
   std::optional<std::array<double, 2>> interval = {};  ///< drawn as a bar
+  std::size_t point = 0;                               ///< the configuration that stands for it
 };
 
 struct ChartCurve {
@@ -31,10 +34,13 @@ struct Chart {
   int columns = 2;
 };
 
-/// Self-contained, text as text.
-std::string chart_svg(const Chart& chart);
+/// Self-contained, text as text. The dot of a configuration that is `linked` leads to #point-N of the page around it.
+std::string chart_svg(const Chart& chart, const std::set<std::size_t>& linked = {});
 
 /// The same, 8-bit BGR.
 cv::Mat chart_picture(const Chart& chart);
+
+/// The same for plots_program().
+nlohmann::ordered_json chart_json(const Chart& chart, const std::set<std::size_t>& linked);
 
 }  // namespace tankrig

@@ -4,10 +4,15 @@
 
 #include <algorithm>
 #include <cctype>
+#include <iterator>
+#include <map>
 #include <mstch/mstch.hpp>
+#include <set>
 
 #include "bench/report/cloud_view.hpp"
 #include "bench/report/picture_uri.hpp"
+#include "bench/report/web_programs.hpp"
+#include "bench/sweep/point_views.hpp"
 #include "bench/sweep/sweep_report.hpp"
 #include "bench/sweep/sweep_tables.hpp"
 #include "bench/sweep/sweep_values.hpp"
@@ -33,7 +38,6 @@ const char* const kTable = R"(<h2>{{heading}}</h2>
 {{/rows}}
 </tbody></table></div>
 )";
-constexpr std::size_t kMostFailures = 50;  ///< on the page; results.csv has all
 
 std::string text_of(const ordered_json& run, const std::string& key) {
   const auto found = run.find(key);
@@ -42,7 +46,7 @@ std::string text_of(const ordered_json& run, const std::string& key) {
 }
 
 /// Beside the paper's Figures 8 and 9, if light and noise are the axes.
-array chart_nodes(const Benchmark& benchmark, const PointRows& rows) {
+array chart_nodes(const Benchmark& benchmark, const SweepRows& rows, const std::set<std::size_t>& linked) {
   array nodes;
   const SweepAxes axes(benchmark);
   if (clouds_of(benchmark).empty() || axes.x < 0) return nodes;
@@ -59,8 +63,11 @@ array chart_nodes(const Benchmark& benchmark, const PointRows& rows) {
     const bool over_lux = benchmark.updaters[static_cast<std::size_t>(axes.x)].kind == UpdaterKind::kLux;
     if (over_lux && (figure.detail == std::string("coverage") || figure.detail == std::string("outliers")))
       caption = "In the form of the paper's Figure 10. " + caption;
-    nodes.push_back(map{
-        {"heading", heading}, {"svg", chart_svg(sweep_chart(benchmark, rows, figure.detail))}, {"caption", caption}});
+    const Chart chart = sweep_chart(benchmark, rows, figure.detail);
+    nodes.push_back(map{{"heading", heading},
+                        {"svg", chart_svg(chart, linked)},
+                        {"data", plots_program().empty() ? "" : script_json(chart_json(chart, linked))},
+                        {"caption", caption}});
   }
   return nodes;
 }
@@ -97,15 +104,6 @@ array table_nodes(const std::vector<SweepTable>& tables) {
   return nodes;
 }
 
-array failure_nodes(SweepTable failures) {
-  if (failures.rows.empty()) return {};
-  if (failures.rows.size() > kMostFailures) {
-    failures.note = fmt::format("The first {} of {}; results.csv has all.", kMostFailures, failures.rows.size());
-    failures.rows.resize(kMostFailures);
-  }
-  return table_nodes({failures});
-}
-
 /// The options that a scan and a benchmark share.
 std::string shared_options(const ordered_json& run) {
   std::string text = " --rig " + text_of(run, "rig");
@@ -113,6 +111,113 @@ std::string shared_options(const ordered_json& run) {
   if (const std::string sensor = text_of(run, "sensor"); sensor != "scene") text += " --sensor " + sensor;
   if (const std::string more = text_of(run, kOptions); !more.empty()) text += " " + more;
   return text;
+}
+
+/// What scans this configuration: its frames have the same bits. Nothing where a scan has no option for one of the loops.
+std::optional<std::string> scan_command(const Benchmark& benchmark, const ordered_json& run, std::size_t point) {
+  std::string command = "tankrig scan" + shared_options(run);
+  std::uint64_t seed = run.value("seed", std::uint64_t{1});
+  const std::vector<double> values = benchmark.values(point);
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    switch (benchmark.updaters[i].kind) {
+      case UpdaterKind::kLight:
+        command += " --light " + exact_text(values[i]);
+        break;
+      case UpdaterKind::kNoise:
+        command += " --noise " + exact_text(values[i]);
+        break;
+      case UpdaterKind::kParticles:
+        command += " --particles " + exact_text(values[i]);
+        break;
+      case UpdaterKind::kRepeat:
+        seed += static_cast<std::uint64_t>(values[i]);
+        break;
+      case UpdaterKind::kAlgorithm:
+      case UpdaterKind::kCalibrationError:
+        break;  // a matter of evaluation
+      default:
+        return std::nullopt;
+    }
+  }
+  return command + fmt::format(" --seed {}", seed);
+}
+
+/// "Noise 0.1, Light 0.5"
+std::string condition_text(const Benchmark& benchmark, std::size_t point) {
+  std::string text;
+  const std::vector<double> values = benchmark.values(point);
+  for (std::size_t i = 0; i < values.size(); ++i)
+    text += fmt::format("{}{} {}", i ? ", " : "", benchmark.updaters[i].column(),
+                        level_text(benchmark.updaters[i], values[i]));
+  return text;
+}
+
+/// "laser: coverage of the surface 92.1 %, ..." of one configuration.
+std::string figures_text(const Benchmark& benchmark, const SweepRows& rows, std::size_t place,
+                         const std::string& measure) {
+  const auto clouds = clouds_of(benchmark);
+  const auto found = std::ranges::find(clouds, measure, &Measure::name);
+  std::string text;
+  if (found == clouds.end()) return text;
+  for (const ShownFigure& figure : shown_figures())
+    if (const auto value = rows.value(place, static_cast<std::size_t>(found - clouds.begin()), figure))
+      text += fmt::format("; {}: {}", figure.label, number_text(figure.factor * *value, figure.digits));
+  return text;
+}
+
+/// A row for each level of the curves with a link to each configuration of `linked`.
+array index_nodes(const Benchmark& benchmark, const std::set<std::size_t>& linked) {
+  const SweepAxes axes(benchmark);
+  const auto name = [&](int loop, std::size_t point) {
+    if (loop < 0) return std::string();
+    const auto i = static_cast<std::size_t>(loop);
+    return std::string(benchmark.updaters[i].column()) + " " +
+           level_text(benchmark.updaters[i], benchmark.values(point)[i]);
+  };
+  std::map<std::pair<double, std::string>, array> rows;
+  for (const std::size_t point : linked) {
+    const double level = axes.curve < 0 ? 0 : benchmark.values(point)[static_cast<std::size_t>(axes.curve)];
+    const std::string text = name(axes.x, point);
+    rows[{level, name(axes.curve, point)}].push_back(
+        map{{"target", std::to_string(point)}, {"text", text.empty() ? "the configuration" : text}});
+  }
+  array nodes;
+  for (const auto& [level, cells] : rows) nodes.push_back(map{{"name", level.second}, {"cells", cells}});
+  return nodes;
+}
+
+/// Of the recording that a configuration of an experiment is measured on.
+const SweepRows::Recording* recording_of(const SweepRows& rows, std::size_t point) {
+  const auto after = std::ranges::upper_bound(rows.recordings(), point, {}, &SweepRows::Recording::point);
+  return after == rows.recordings().begin() ? nullptr : &*std::prev(after);
+}
+
+/// What stands behind the dots: the pictures that were kept, and the way to all frames.
+array point_nodes(const Benchmark& benchmark, const ordered_json& run, const SweepRows& rows, const PointViews& views,
+                  const std::set<std::size_t>& linked) {
+  array points;
+  for (const std::size_t point : linked) {
+    array pictures;
+    for (const PointView& view : views.at(point))
+      pictures.push_back(
+          map{{"uri", "data:image/jpeg;base64," + view.jpeg},
+              {"caption", view.caption + figures_text(benchmark, rows, *rows.place(point), view.measure)}});
+    const SweepRows::Recording* const recording = recording_of(rows, point);
+    points.push_back(map{{"number", std::to_string(point)},
+                         {"condition", condition_text(benchmark, point)},
+                         {"pictures", pictures},
+                         {"report", recording ? recording->session + "/report.html" : ""},
+                         {"command", recording ? "" : scan_command(benchmark, run, point).value_or("")}});
+  }
+  return points;
+}
+
+/// Configurations with pictures.
+std::set<std::size_t> viewed_points(const SweepRows& rows, const PointViews& views) {
+  std::set<std::size_t> points;
+  for (const auto& [point, pictures] : views)
+    if (rows.place(point)) points.insert(point);
+  return points;
 }
 
 array fact_nodes(const ordered_json& run) {
@@ -136,15 +241,16 @@ array fact_nodes(const ordered_json& run) {
 }  // namespace
 
 std::string sweep_html(const fs::path& folder, const Benchmark& benchmark, const ordered_json& run,
-                       const PointRows& rows) {
+                       const SweepRows& rows) {
   const std::size_t missing = benchmark.points() - std::min(benchmark.points(), rows.size());
+  const PointViews views = read_views(folder);
+  const std::set<std::size_t> linked = viewed_points(rows, views);
   const SweepTable failures = failures_table(benchmark, rows);
   array warnings;
   if (missing > 0)
     warnings.push_back(fmt::format("{} configurations are missing: run the benchmark again, it goes on.", missing));
-  if (!failures.rows.empty())
-    warnings.push_back(fmt::format("Something failed in {} configurations.", failures.rows.size()));
-  std::vector<std::pair<std::string, std::string>> views{
+  if (rows.failed() > 0) warnings.push_back(fmt::format("Something failed in {} configurations.", rows.failed()));
+  std::vector<std::pair<std::string, std::string>> strips{
       {kViewsLight, "Over light, without added noise"},
       {kViewsNoise, "Over noise, in the brightest light"},
       {kViewsOutside, "The rig from outside. In the form of the upper row of the paper's Figure 11"},
@@ -158,6 +264,11 @@ std::string sweep_html(const fs::path& folder, const Benchmark& benchmark, const
         "cloud_" + measure->name + ".png",
         measure->name + " in the brightest, quietest configuration: green on the object, black ground, blue outliers");
   const std::string scan = "tankrig scan" + shared_options(run) + " --light LIGHT --noise NOISE --seed SEED";
+  map behind;
+  if (sessions.rows.empty()) behind["scan"] = map{{"command", scan}};
+  if (!linked.empty())
+    behind["frames"] =
+        map{{"rows", index_nodes(benchmark, linked)}, {"points", point_nodes(benchmark, run, rows, views, linked)}};
   std::string loops;
   for (const Updater& updater : benchmark.updaters)
     loops += fmt::format("{}{} {}", loops.empty() ? "" : " x ", updater.count(), updater.column());
@@ -165,16 +276,17 @@ std::string sweep_html(const fs::path& folder, const Benchmark& benchmark, const
       kSweepTemplate,
       map{{"title", benchmark.file.stem().string()},
           {"summary", fmt::format("{} configurations of {} ({}), {} with a failure.", rows.size(), benchmark.points(),
-                                  loops.empty() ? "no loop" : loops, failures.rows.size())},
+                                  loops.empty() ? "no loop" : loops, rows.failed())},
           {"warnings", warnings},
-          {"charts", chart_nodes(benchmark, rows)},
-          {"views", pictures(folder, views)},
+          {"charts", chart_nodes(benchmark, rows, linked)},
+          {"plots", plots_program()},
+          {"views", pictures(folder, strips)},
           {"clouds", pictures(folder, clouds)},
           {"cloud_view", cloud_view_node(folder)},
-          {"failures", failure_nodes(failures)},
+          {"failures", failures.rows.empty() ? array() : table_nodes({failures})},
           {"tables", table_nodes(sweep_tables(benchmark, rows))},
           {"sessions", sessions.rows.empty() ? array() : table_nodes({sessions})},
-          {"scan", sessions.rows.empty() ? mstch::node(map{{"command", scan}}) : nullptr},
+          {"behind", behind.empty() ? mstch::node() : mstch::node(behind)},
           {"command", "tankrig " + run.value("command", "bench") + " " + benchmark.file.filename().string() +
                           shared_options(run) + " --seed " + text_of(run, "seed")},
           {"facts", fact_nodes(run)}},

@@ -5,14 +5,14 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "bench/benchmark/point_store.hpp"
+#include "bench/sweep/sweep_rows.hpp"
 
 namespace tankrig {
 
-/// Self-contained: nothing is loaded from anywhere. Its pictures are those of FOLDER/figures that are there. All text is
-/// escaped.
+/// Self-contained: nothing is loaded from anywhere. Its pictures are those of FOLDER/figures and FOLDER/views.jsonl that are
+/// there. All text is escaped.
 /// Errors: InputError naming a picture that cannot be read.
 std::string sweep_html(const std::filesystem::path& folder, const Benchmark& benchmark,
-                       const nlohmann::ordered_json& run, const PointRows& rows);
+                       const nlohmann::ordered_json& run, const SweepRows& rows);
 
 }  // namespace tankrig

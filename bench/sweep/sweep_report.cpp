@@ -33,29 +33,31 @@ std::string markdown(const SweepTable& table) {
 
 }  // namespace
 
-Chart sweep_chart(const Benchmark& benchmark, const PointRows& rows, const std::string& detail) {
+Chart sweep_chart(const Benchmark& benchmark, const SweepRows& rows, const std::string& detail) {
   const SweepAxes axes(benchmark);
   const ShownFigure& as = shown_figure_of(detail);
   Chart chart;
   if (axes.x < 0) return chart;
   const Updater& x = benchmark.updaters[static_cast<std::size_t>(axes.x)];
-  for (const Measure* measure : clouds_of(benchmark)) {
+  const auto clouds = clouds_of(benchmark);
+  for (std::size_t cloud = 0; cloud < clouds.size(); ++cloud) {
+    const Measure* const measure = clouds[cloud];
     struct Cell {
+      std::size_t point = 0;
       std::vector<double> values;
       std::optional<std::array<double, 2>> interval;
     };
     std::map<double, std::map<double, Cell>> curves;
-    for (const auto& [point, row] : rows) {
-      const auto value = value_of(row, measure->name, detail);
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      const auto value = rows.value(i, cloud, as);
       if (!value) continue;
-      const double level = axes.curve < 0 ? 0 : row["values"][static_cast<std::size_t>(axes.curve)].get<double>();
-      Cell& cell = curves[level][row["values"][static_cast<std::size_t>(axes.x)].get<double>()];
+      const auto loops = rows.loops(i);
+      Cell& cell = curves[axes.curve < 0 ? 0 : loops[static_cast<std::size_t>(axes.curve)]]
+                         [loops[static_cast<std::size_t>(axes.x)]];
+      cell.point = rows.point(i);
       cell.values.push_back(as.factor * *value);
-      const auto& values = row["measures"][measure->name];
-      if (values.contains("interval95") && values["interval95"].contains(detail) &&
-          values["interval95"][detail].is_array())
-        cell.interval = {as.factor * values["interval95"][detail][0].template get<double>(),
-                         as.factor * values["interval95"][detail][1].template get<double>()};
+      if (const auto interval = rows.interval(i, cloud, as))
+        cell.interval = {as.factor * (*interval)[0], as.factor * (*interval)[1]};
     }
     ChartPanel panel{axes.curve < 0 ? "" : measure->name, axis_label(x), as.label, {}};
     for (const auto& [level, cells] : curves) {
@@ -67,7 +69,7 @@ Chart sweep_chart(const Benchmark& benchmark, const PointRows& rows, const std::
       }
       for (const auto& [at, cell] : cells) {
         const Spread s = spread_of(cell.values);
-        ChartPoint p{at, s.mean, cell.interval};
+        ChartPoint p{at, s.mean, cell.interval, standing_for(benchmark, cell.point)};
         if (s.n >= 3) {
           const boost::math::students_t student(static_cast<double>(s.n - 1));
           const double half = boost::math::quantile(student, 0.975) * s.sd / std::sqrt(static_cast<double>(s.n));
@@ -87,7 +89,7 @@ Chart sweep_chart(const Benchmark& benchmark, const PointRows& rows, const std::
 }
 
 std::vector<std::string> write_sweep_figures(const fs::path& folder, const Benchmark& benchmark,
-                                             const PointRows& rows) {
+                                             const SweepRows& rows) {
   std::vector<std::string> names;
   if (clouds_of(benchmark).empty() || SweepAxes(benchmark).x < 0) return names;
   fs::create_directories(folder / "figures");
@@ -103,10 +105,8 @@ std::vector<std::string> write_sweep_figures(const fs::path& folder, const Bench
   return names;
 }
 
-std::string sweep_page(const Benchmark& benchmark, const ordered_json& run, const PointRows& rows,
+std::string sweep_page(const Benchmark& benchmark, const ordered_json& run, const SweepRows& rows,
                        const std::vector<std::string>& figures) {
-  std::size_t failed = 0;
-  for (const auto& [point, row] : rows) failed += !point_error(row).empty();
   std::string text = fmt::format("# {}\n", benchmark.file.stem().string());
   text += fmt::format(
       "Made by `tankrig {} {}{}`: {} configurations of {}, {} failed. tankrig {}, rig {}, sensor {}, seed {}. "
@@ -114,7 +114,7 @@ std::string sweep_page(const Benchmark& benchmark, const ordered_json& run, cons
       "{:.12}, "
       "scene {:.12}, object {:.12}, calibration {:.12}.\n\n",
       run.value("command", "bench"), benchmark.file.filename().string(),
-      run.contains(kOptions) ? " " + run.value(kOptions, "") : "", rows.size(), benchmark.points(), failed,
+      run.contains(kOptions) ? " " + run.value(kOptions, "") : "", rows.size(), benchmark.points(), rows.failed(),
       run.value("software", ""), run.value("rig", ""), run.value("sensor", ""), run.value("seed", 0),
       run.value("benchmark_sha256", ""), run.value("rig_sha256", ""), run.value("scene_sha256", ""),
       run.value("object_sha256", ""), run.value("calibration_sha256", ""));

@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "bench/benchmark/point_store.hpp"
 #include "bench/sweep/chart.hpp"
+#include "bench/sweep/sweep_rows.hpp"
 
 namespace tankrig {
 
@@ -23,15 +23,15 @@ inline constexpr const char* kCloudView = "cloud_view.json";  ///< cloud_view_js
 /// curve for every noise (else the next loop), averaged over all other loops; with one loop alone, one panel with a
 /// curve for each measure. Bars: with three values or more, the 95 %
 /// interval of their mean by Student's t; else the interval of the one value. Shares in per cent, metres in millimetres.
-Chart sweep_chart(const Benchmark& benchmark, const PointRows& rows, const std::string& detail);
+Chart sweep_chart(const Benchmark& benchmark, const SweepRows& rows, const std::string& detail);
 
 /// The whole page as Markdown. `figures`: files in figures/ that it shows.
-std::string sweep_page(const Benchmark& benchmark, const nlohmann::ordered_json& run, const PointRows& rows,
+std::string sweep_page(const Benchmark& benchmark, const nlohmann::ordered_json& run, const SweepRows& rows,
                        const std::vector<std::string>& figures);
 
 /// figures/DETAIL.svg and .png of coverage, outliers, mean error and standard deviation, where there are such measures.
 /// Returns their names.
 std::vector<std::string> write_sweep_figures(const std::filesystem::path& folder, const Benchmark& benchmark,
-                                             const PointRows& rows);
+                                             const SweepRows& rows);
 
 }  // namespace tankrig

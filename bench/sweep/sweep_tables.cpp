@@ -9,19 +9,18 @@
 
 #include "bench/sweep/sweep_values.hpp"
 
-using nlohmann::ordered_json;
-
 namespace tankrig {
 namespace {
 
-/// Values of a detail at the configurations for which `wanted` holds.
+using Loops = std::span<const double>;  ///< the values of a configuration's loops
+
+/// Values of a figure at the configurations for which `wanted` holds.
 template <class Wanted>
-std::vector<double> values_where(const PointRows& rows, const std::string& measure, const std::string& detail,
-                                 Wanted wanted) {
+std::vector<double> values_where(const SweepRows& rows, std::size_t cloud, const ShownFigure& figure, Wanted wanted) {
   std::vector<double> out;
-  for (const auto& [point, row] : rows)
-    if (wanted(row))
-      if (const auto value = value_of(row, measure, detail)) out.push_back(*value);
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    if (wanted(rows.loops(i)))
+      if (const auto value = rows.value(i, cloud, figure)) out.push_back(*value);
   return out;
 }
 
@@ -34,13 +33,14 @@ std::string mean_and_range(const std::vector<double>& values, const ShownFigure&
                      number_text(as.factor * s.low, as.digits), number_text(as.factor * s.high, as.digits));
 }
 
-SweepTable grid_table(const Benchmark& benchmark, const PointRows& rows) {
+SweepTable grid_table(const Benchmark& benchmark, const SweepRows& rows) {
   SweepTable table{"Over the whole grid", "Mean ± standard deviation over the configurations.", {"measure"}, {}};
   for (const ShownFigure& column : shown_figures()) table.columns.emplace_back(column.label);
-  for (const Measure* measure : clouds_of(benchmark)) {
-    table.rows.push_back({measure->name});
+  const auto clouds = clouds_of(benchmark);
+  for (std::size_t cloud = 0; cloud < clouds.size(); ++cloud) {
+    table.rows.push_back({clouds[cloud]->name});
     for (const ShownFigure& column : shown_figures()) {
-      const Spread s = spread_of(values_where(rows, measure->name, column.detail, [](const auto&) { return true; }));
+      const Spread s = spread_of(values_where(rows, cloud, column, [](Loops) { return true; }));
       table.rows.back().push_back(s.n == 0 ? "none"
                                            : fmt::format("{} ± {}", number_text(column.factor * s.mean, column.digits),
                                                          number_text(column.factor * s.sd, column.digits)));
@@ -49,17 +49,18 @@ SweepTable grid_table(const Benchmark& benchmark, const PointRows& rows) {
   return table;
 }
 
-SweepTable level_table(const Benchmark& benchmark, const PointRows& rows, std::size_t loop, const ShownFigure& as) {
+SweepTable level_table(const Benchmark& benchmark, const SweepRows& rows, std::size_t loop, const ShownFigure& as) {
   const Updater& curves = benchmark.updaters[loop];
   SweepTable table{as.label, "Mean (range) over all others.", {axis_label(curves)}, {}};
   table.heading[0] = static_cast<char>(std::toupper(table.heading[0]));
-  for (const Measure* measure : clouds_of(benchmark)) table.columns.push_back(measure->name);
+  const auto clouds = clouds_of(benchmark);
+  for (const Measure* measure : clouds) table.columns.push_back(measure->name);
   for (std::size_t i = 0; i < curves.count(); ++i) {
     const double level = curves.value(i);
-    const auto at_level = [&](const ordered_json& row) { return row["values"][loop] == level; };
+    const auto at_level = [&](Loops loops) { return loops[loop] == level; };
     table.rows.push_back({level_text(curves, level)});
-    for (const Measure* measure : clouds_of(benchmark))
-      table.rows.back().push_back(mean_and_range(values_where(rows, measure->name, as.detail, at_level), as));
+    for (std::size_t cloud = 0; cloud < clouds.size(); ++cloud)
+      table.rows.back().push_back(mean_and_range(values_where(rows, cloud, as, at_level), as));
   }
   return table;
 }
@@ -67,11 +68,11 @@ SweepTable level_table(const Benchmark& benchmark, const PointRows& rows, std::s
 /// What the paper's text says of a figure, and where to look for it here.
 struct PaperLine {
   const char *what, *paper, *detail;
-  std::function<bool(const ordered_json&)> wanted;
+  std::function<bool(Loops)> wanted;
   const char* only;  ///< of measures whose cloud's name holds this
 };
 
-SweepTable beside_paper(const Benchmark& benchmark, const PointRows& rows, std::span<const PaperLine> lines) {
+SweepTable beside_paper(const Benchmark& benchmark, const SweepRows& rows, std::span<const PaperLine> lines) {
   SweepTable table{"Beside the paper's text",
                    "The paper gives no table of its figures. Means over the configurations that the words name, with "
                    "their range.",
@@ -81,26 +82,24 @@ SweepTable beside_paper(const Benchmark& benchmark, const PointRows& rows, std::
   for (const Measure* measure : clouds) table.columns.push_back(measure->name);
   for (const PaperLine& line : lines) {
     table.rows.push_back({line.what, line.paper});
-    for (const Measure* measure : clouds)
-      table.rows.back().push_back(measure->topic.find(line.only) == std::string::npos
+    const ShownFigure& as = shown_figure_of(line.detail);
+    for (std::size_t cloud = 0; cloud < clouds.size(); ++cloud)
+      table.rows.back().push_back(clouds[cloud]->topic.find(line.only) == std::string::npos
                                       ? ""
-                                      : mean_and_range(values_where(rows, measure->name, line.detail, line.wanted),
-                                                       shown_figure_of(line.detail)));
+                                      : mean_and_range(values_where(rows, cloud, as, line.wanted), as));
   }
   return table;
 }
 
 /// The paper's text on its Figures 8 and 9, and what was found here under the same words.
-SweepTable figures_8_and_9(const Benchmark& benchmark, const PointRows& rows, const SweepAxes& axes) {
+SweepTable figures_8_and_9(const Benchmark& benchmark, const SweepRows& rows, const SweepAxes& axes) {
   const auto x = static_cast<std::size_t>(axes.x), noise = static_cast<std::size_t>(axes.curve);
-  const auto light = [&](const ordered_json& row) { return row["values"][x].get<double>(); };
-  const auto noise_of = [&](const ordered_json& row) { return row["values"][noise].get<double>(); };
-  const auto anywhere = [](const ordered_json&) { return true; };
-  const auto bright = [&](const ordered_json& row) { return light(row) >= 0.5; };
-  const auto dark = [&](const ordered_json& row) { return light(row) <= 0.2; };
-  const auto very_bright = [&](const ordered_json& row) { return light(row) >= 0.8; };
-  const auto clean = [&](const ordered_json& row) { return bright(row) && noise_of(row) == 0; };
-  const auto noisy = [&](const ordered_json& row) { return bright(row) && noise_of(row) >= 0.1; };
+  const auto anywhere = [](Loops) { return true; };
+  const auto bright = [&](Loops loops) { return loops[x] >= 0.5; };
+  const auto dark = [&](Loops loops) { return loops[x] <= 0.2; };
+  const auto very_bright = [&](Loops loops) { return loops[x] >= 0.8; };
+  const auto clean = [&](Loops loops) { return bright(loops) && loops[noise] == 0; };
+  const auto noisy = [&](Loops loops) { return bright(loops) && loops[noise] >= 0.1; };
   const PaperLine lines[] = {
       {"laser: coverage [%], everywhere", "about 50 in almost every situation", "coverage", anywhere, "laser"},
       {"stereo: coverage [%], light 0.5 and more", "40 in good light", "coverage", bright, "stereo"},
@@ -124,12 +123,12 @@ SweepTable figures_8_and_9(const Benchmark& benchmark, const PointRows& rows, co
 }
 
 /// The paper's text on its real experiment, Figures 10 to 12.
-SweepTable figure_10(const Benchmark& benchmark, const PointRows& rows, std::size_t loop) {
+SweepTable figure_10(const Benchmark& benchmark, const SweepRows& rows, std::size_t loop) {
   const Updater& levels = benchmark.updaters[loop];
   const double least = levels.levels.empty() ? levels.first : std::ranges::min(levels.levels);
-  const auto anywhere = [](const ordered_json&) { return true; };
-  const auto darkest = [&](const ordered_json& row) { return row["values"][loop] == least; };
-  const auto brightest = [&](const ordered_json& row) { return row["values"][loop] == levels.highest(); };
+  const auto anywhere = [](Loops) { return true; };
+  const auto darkest = [&](Loops loops) { return loops[loop] == least; };
+  const auto brightest = [&](Loops loops) { return loops[loop] == levels.highest(); };
   const PaperLine lines[] = {
       {"laser: coverage [%]", "32 to 38", "coverage", anywhere, "laser"},
       {"stereo: coverage [%], brightest level", "38 in good light", "coverage", brightest, "stereo"},
@@ -148,7 +147,7 @@ SweepTable figure_10(const Benchmark& benchmark, const PointRows& rows, std::siz
 
 }  // namespace
 
-std::vector<SweepTable> sweep_tables(const Benchmark& benchmark, const PointRows& rows) {
+std::vector<SweepTable> sweep_tables(const Benchmark& benchmark, const SweepRows& rows) {
   const SweepAxes axes(benchmark);
   std::vector<SweepTable> tables;
   if (clouds_of(benchmark).empty() || axes.x < 0) return tables;
@@ -161,38 +160,32 @@ std::vector<SweepTable> sweep_tables(const Benchmark& benchmark, const PointRows
   return tables;
 }
 
-SweepTable sessions_table(const PointRows& rows) {
+SweepTable sessions_table(const SweepRows& rows) {
   SweepTable table{"Sessions",
                    "Each is a folder with everything that was recorded, its clouds and its own report.",
                    {"session", "recorded", "light [lx]", "limit of error [lx]", "note"},
                    {}};
-  const auto number = [](const ordered_json& row, const char* key) {
-    const auto found = row.find(key);
-    return found != row.end() && found->is_number() ? number_text(found->get<double>(), 1) : std::string("not known");
+  const auto number = [](const std::optional<double>& lux) {
+    return lux ? number_text(*lux, 1) : std::string("not known");
   };
-  std::string last;
-  for (const auto& [point, row] : rows) {
-    const std::string session = row.value("session", "");
-    if (session.empty() || session == last) continue;
-    last = session;
-    table.rows.push_back({session, row.value("recorded_utc", ""), number(row, "lux"), number(row, "lux_uncertainty"),
-                          row.value("warning", "")});
-  }
+  for (const SweepRows::Recording& r : rows.recordings())
+    table.rows.push_back({r.session, r.recorded_utc, number(r.lux), number(r.lux_uncertainty), r.warning});
   return table;
 }
 
-SweepTable failures_table(const Benchmark& benchmark, const PointRows& rows) {
+SweepTable failures_table(const Benchmark& benchmark, const SweepRows& rows) {
   SweepTable table{"What failed", "", {"configuration"}, {}};
   for (const Updater& updater : benchmark.updaters) table.columns.emplace_back(updater.column());
   table.columns.emplace_back("error");
-  for (const auto& [point, row] : rows) {
-    const std::string error = point_error(row);
-    if (error.empty()) continue;
-    table.rows.push_back({std::to_string(point)});
-    for (std::size_t i = 0; i < benchmark.updaters.size(); ++i)
-      table.rows.back().push_back(level_text(benchmark.updaters[i], row["values"][i].get<double>()));
-    table.rows.back().push_back(error);
+  for (const SweepRows::Failure& failure : rows.failures()) {
+    table.rows.push_back({std::to_string(failure.point)});
+    const std::vector<double> values = benchmark.values(failure.point);
+    for (std::size_t i = 0; i < values.size(); ++i)
+      table.rows.back().push_back(level_text(benchmark.updaters[i], values[i]));
+    table.rows.back().push_back(failure.error);
   }
+  if (rows.failed() > table.rows.size())
+    table.note = fmt::format("The first {} of {}; results.csv has all.", table.rows.size(), rows.failed());
   return table;
 }
 

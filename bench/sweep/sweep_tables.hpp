@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "bench/benchmark/point_store.hpp"
+#include "bench/sweep/sweep_rows.hpp"
 
 namespace tankrig {
 
@@ -15,12 +15,12 @@ struct SweepTable {
 };
 
 /// None where there is no cloud or no loop.
-std::vector<SweepTable> sweep_tables(const Benchmark& benchmark, const PointRows& rows);
+std::vector<SweepTable> sweep_tables(const Benchmark& benchmark, const SweepRows& rows);
 
 /// The sessions of an experiment, each with its light; no rows where the sweep has none.
-SweepTable sessions_table(const PointRows& rows);
+SweepTable sessions_table(const SweepRows& rows);
 
-/// The configurations in which something failed: their loops' values, and what.
-SweepTable failures_table(const Benchmark& benchmark, const PointRows& rows);
+/// The first configurations in which something failed: their loops' values, and what.
+SweepTable failures_table(const Benchmark& benchmark, const SweepRows& rows);
 
 }  // namespace tankrig

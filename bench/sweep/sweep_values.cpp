@@ -14,6 +14,30 @@ constexpr ShownFigure kShown[] = {{"coverage", "coverage of the surface [%]", 10
                                   {"stddev", "standard deviation [mm]", 1000, 3},
                                   {"of_ceiling", "coverage of what can be seen [%]", 100, 1}};
 
+constexpr std::size_t kMostViewed = 256;
+
+/// Where a configuration is in the loops that are drawn.
+struct Dot {
+  std::size_t x = 0, curve = 0, dots = 1;
+  std::size_t xs = 1;            ///< number of values of x
+  std::size_t standing_for = 0;  ///< configuration
+};
+
+Dot dot_of(const Benchmark& benchmark, std::size_t point) {
+  const SweepAxes axes(benchmark);
+  Dot dot;
+  std::size_t step = 1;  // from one value of the loop to the next
+  for (std::size_t i = benchmark.updaters.size(); i-- > 0;) {
+    const std::size_t count = benchmark.updaters[i].count(), index = point % count;
+    const auto loop = static_cast<int>(i);
+    if (loop == axes.x) dot.x = index, dot.xs = count;
+    if (loop == axes.curve) dot.curve = index;
+    if (loop == axes.x || loop == axes.curve) dot.standing_for += index * step, dot.dots *= count;
+    point /= count, step *= count;
+  }
+  return dot;
+}
+
 }  // namespace
 
 std::span<const ShownFigure> shown_figures() { return kShown; }
@@ -79,14 +103,6 @@ const char* axis_label(const Updater& updater) {
   }
 }
 
-std::optional<double> value_of(const nlohmann::ordered_json& row, const std::string& measure,
-                               const std::string& detail) {
-  if (!row.contains("measures") || !row["measures"].contains(measure)) return std::nullopt;
-  const auto& values = row["measures"][measure];
-  if (!values.contains(detail) || !values[detail].is_number()) return std::nullopt;
-  return values[detail].get<double>();
-}
-
 Spread spread_of(const std::vector<double>& values) {
   Spread s;
   s.n = values.size();
@@ -105,6 +121,16 @@ std::vector<const Measure*> clouds_of(const Benchmark& benchmark) {
     if (measure.kind == MeasureKind::kReconstruction3D && measure.arithmetic == Arithmetic::kPaper)
       out.push_back(&measure);
   return out;
+}
+
+std::size_t standing_for(const Benchmark& benchmark, std::size_t point) {
+  return dot_of(benchmark, point).standing_for;
+}
+
+bool is_viewed(const Benchmark& benchmark, std::size_t point) {
+  const Dot dot = dot_of(benchmark, point);
+  const std::size_t every = (dot.dots + kMostViewed - 1) / kMostViewed;
+  return dot.standing_for == point && (dot.curve * dot.xs + dot.x) % every == 0;
 }
 
 }  // namespace tankrig

@@ -1,13 +1,13 @@
 // What a sweep's tables, curves and pages share: which figures are shown and how, which loop is which axis.
 #pragma once
 
-#include <nlohmann/json.hpp>
+#include <array>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
-#include "bench/benchmark/point_store.hpp"
+#include "bench/benchmark/benchmark.hpp"
 
 namespace tankrig {
 
@@ -36,8 +36,12 @@ std::string level_text(const Updater& updater, double value);
 
 /// The reconstruction3D measures with the paper's definition.
 std::vector<const Measure*> clouds_of(const Benchmark& benchmark);
-std::optional<double> value_of(const nlohmann::ordered_json& row, const std::string& measure,
-                               const std::string& detail);
+
+/// The configuration that stands for a dot of a curve, whose frames and clouds are kept to be looked at: where `point` is in
+/// the two loops that are drawn, and at the first value of all others.
+std::size_t standing_for(const Benchmark& benchmark, std::size_t point);
+/// Whether `point` is such a one; of many, evenly thinned to at most 256.
+bool is_viewed(const Benchmark& benchmark, std::size_t point);
 
 struct Spread {
   double mean = 0, sd = 0, low = 0, high = 0;

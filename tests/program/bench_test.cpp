@@ -3,10 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <csignal>
+#include <cstdlib>
 #include <filesystem>
 #include <sstream>
 
+#include "bench/benchmark/benchmark.hpp"
 #include "tests/program/benchmark_text.hpp"
 #include "tests/program/program.hpp"
 #include "tests/support/sanitizers.hpp"
@@ -107,6 +110,60 @@ TEST(Bench, GivesTheSameTablesForAnyJobsShardsAndInterruptions) {
   const ProgramRun other = bench(folder("one"), {"--seed", "2"});
   EXPECT_EQ(other.exit_code, 1);
   EXPECT_THAT(other.err, HasSubstr("holds results of another run: seed is 1, expected 2"));
+}
+
+/// Shards of `points` configurations, whose rows are those of `real`, over and over. Returns their bytes.
+std::uintmax_t write_shards(const fs::path& folder, std::size_t shards, const Benchmark& benchmark,
+                            const std::string& real) {
+  const std::size_t points = benchmark.points();
+  std::vector<std::string> lines;
+  std::istringstream text(real);
+  for (std::string line; std::getline(text, line);) lines.push_back(line);
+  std::uintmax_t bytes = 0;
+  for (std::size_t shard = 0; shard < shards; ++shard) {
+    std::string out = lines.front() + "\n";
+    for (std::size_t point = points * shard / shards; point < points * (shard + 1) / shards; ++point) {
+      const std::string& row = lines[1 + point % (lines.size() - 1)];
+      out += "{\"point\":" + std::to_string(point) + ",\"values\":" + nlohmann::json(benchmark.values(point)).dump() +
+             "," + row.substr(row.find("\"measures\"")) + "\n";
+    }
+    fs::create_directories(folder / std::to_string(shard));
+    write_text(folder / std::to_string(shard) / "points.jsonl", out);
+    bytes += out.size();
+  }
+  return bytes;
+}
+
+// TANKRIG_MERGE_POINTS: so many configurations instead, for docs/scale.md.
+TEST(Bench, MergesMoreThanItHasInMemory) {
+  TANKRIG_SKIP_SANITIZED("memory is measured");
+  const char* const wanted = std::getenv("TANKRIG_MERGE_POINTS");
+  const std::size_t points = wanted ? std::stoul(wanted) : 20'000, lights = 5;
+  const fs::path rig = small_rig(scratch_folder() / "rig"), out = scratch_folder() / "out";
+  const fs::path file = benchmark(cloud("laser") + cloud("laser_paper") + cloud("stereo") + cloud("stereo_paper"),
+                                  "<sceneUpdater><repeat><iterations>" + std::to_string(points / lights) +
+                                      "</iterations><interval>0</interval>" + loop("sceneLightUpdater", 0, 1, 0.25) +
+                                      "</repeat></sceneUpdater>",
+                                  "laser.coverage");
+  const fs::path first = scratch_folder() / "first";
+  const std::string part = "1/" + std::to_string(points / lights);
+  const ProgramRun real = run_tankrig({"bench", file, "--rig", rig, "--out", first, "--shard", part});
+  ASSERT_EQ(real.exit_code, 0) << real.err;
+  constexpr std::size_t kShards = 100;
+  const std::uintmax_t bytes =
+      write_shards(scratch_folder() / "shards", kShards, read_benchmark(file), read_text(first / "points.jsonl"));
+  std::vector<std::string> words{"bench", "merge", file, "--out", out, "--json"};
+  for (std::size_t shard = 0; shard < kShards; ++shard)
+    words.push_back((scratch_folder() / "shards" / std::to_string(shard)).string());
+  const ProgramRun merged = run_tankrig(words);
+  ASSERT_EQ(merged.exit_code, 0) << merged.err;
+  EXPECT_EQ(merged.json()["points"], points);
+  const double peak_mib = merged.json()["peak_mib"], mib = static_cast<double>(bytes) / (1 << 20);
+  EXPECT_LT(peak_mib, mib / 2);
+  const std::string table = read_text(out / "results.csv");
+  EXPECT_EQ(std::count(table.begin(), table.end(), '\n'), static_cast<long>(points) + 1);
+  std::printf("%zu configurations, %.0f MiB: merged with %.0f MiB of memory, in %.0f s of processor time\n", points,
+              mib, peak_mib, merged.json()["cpu_s"].get<double>());
 }
 
 TEST(Bench, MeasuresTheRunAndNamesWhatTheRigCannotMean) {

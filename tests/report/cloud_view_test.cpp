@@ -14,7 +14,6 @@
 namespace tankrig {
 namespace {
 
-using namespace testing_support;
 
 /// The top face of a cube of 0.2 m, and its sides.
 TriangleMesh cube() {
@@ -123,14 +122,15 @@ TEST(CloudView, IsDrawnByABrowserInWideWindowsAndNarrowOnes) {
   report.cloud_view = cloud_view_json(cube(), {grid_of_points(60)}, {camera_pyramid("mono", some_camera(), oMc)});
   const std::string page = report_html(report);
   EXPECT_THAT(page, testing::HasSubstr(report.cloud_view));
+  const Browser browser(page);
   for (const int width : {1280, 480}) {
-    const DrawnPage drawn = drawn_by_browser(page, {width, 1400});
-    ASSERT_EQ(drawn.picture.size(), cv::Size(width, 1400));
-    EXPECT_THAT(drawn.leads_out_to, testing::IsEmpty());
-    EXPECT_GT(pixels_like(drawn.picture, {0, 180, 0}), width) << "points of the object, window of " << width;
-    EXPECT_GT(pixels_like(drawn.picture, {255, 20, 20}), width) << "outliers, window of " << width;
-    EXPECT_GT(pixels_like(drawn.picture, {216, 216, 216}), 5 * width) << "the mesh, window of " << width;
-    EXPECT_FALSE(is_cut_off(drawn.picture)) << "window of " << width;
+    const cv::Mat drawn = browser.drawn({width, 1400});
+    ASSERT_EQ(drawn.size(), cv::Size(width, 1400));
+    EXPECT_THAT(browser.leads_out_to(), testing::IsEmpty());
+    EXPECT_GT(pixels_like(drawn, {0, 180, 0}), width) << "points of the object, window of " << width;
+    EXPECT_GT(pixels_like(drawn, {255, 20, 20}), width) << "outliers, window of " << width;
+    EXPECT_GT(pixels_like(drawn, {216, 216, 216}), 5 * width) << "the mesh, window of " << width;
+    EXPECT_TRUE(ends_inside(drawn)) << "something leads out of a window of " << width;
   }
 }
 

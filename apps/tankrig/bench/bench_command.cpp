@@ -22,6 +22,7 @@
 #include "apps/tankrig/commands.hpp"
 #include "bench/benchmark/point_store.hpp"
 #include "bench/external/limited_run.hpp"
+#include "bench/sweep/point_views.hpp"
 #include "core/input_error.hpp"
 #include "core/shown_text.hpp"
 
@@ -78,8 +79,9 @@ SlurmArray slurm_array(const BenchOptions& options) {
 /// Runs what is left of [begin, end) on `jobs` threads, each a configuration at a time.
 class Sweep {
  public:
-  Sweep(BenchRun& run, PointStore& store, Progress& progress, std::size_t begin, std::size_t end)
-      : run_(run), store_(store), progress_(progress), next_(begin), end_(end) {
+  Sweep(BenchRun& run, const fs::path& folder, PointStore& store, Progress& progress, std::size_t begin,
+        std::size_t end)
+      : run_(run), folder_(folder), store_(store), progress_(progress), next_(begin), end_(end) {
     for (std::size_t point = begin; point < end; ++point) left_ += !store.rows().contains(point);
     total_ = left_;
   }
@@ -97,8 +99,8 @@ class Sweep {
     try {
       while (const auto job = take())
         one_core.execute([&] {
-          ordered_json row = run_.evaluate(job->first, *job->second);
-          if (!row.is_null()) finish(job->first, std::move(row));
+          const Evaluated evaluated = run_.evaluate(job->first, *job->second);
+          if (!evaluated.row.is_null()) finish(job->first, evaluated);
         });
     } catch (...) {
       const std::lock_guard lock(mutex_);
@@ -126,9 +128,10 @@ class Sweep {
     return std::nullopt;
   }
 
-  void finish(std::size_t point, ordered_json row) {
+  void finish(std::size_t point, const Evaluated& evaluated) {
     const std::lock_guard lock(mutex_);
-    store_.add(point, std::move(row));
+    if (!evaluated.views.empty()) add_views(folder_, point, evaluated.views);
+    store_.add(point, evaluated.row);
     --left_;
     const std::size_t done = total_ - left_;
     const double to_go = elapsed_s(began_) / static_cast<double>(done) * static_cast<double>(left_);
@@ -139,6 +142,7 @@ class Sweep {
   }
 
   BenchRun& run_;
+  const fs::path folder_;
   PointStore& store_;
   Progress& progress_;
   std::mutex mutex_;  // guards what follows, and the store's rows
@@ -237,13 +241,12 @@ int bench(const BenchOptions& options) {
     progress.note(fmt::format("{} configurations of {} reused from {}", store.reused(), points, folder.string()));
   const Clock_::time_point swept = Clock_::now();
   const double cpu_at_sweep = processor_s();
-  Sweep(run, store, progress, shard.begin(points), shard.end(points))(jobs);
+  Sweep(run, folder, store, progress, shard.begin(points), shard.end(points))(jobs);
   const double sweep_cpu_s = processor_s() - cpu_at_sweep;
   progress.finish_line();
   if (!StopOnSignal::requested() && shard.index == 1) run.write_pictures(folder);
-  write_results(folder, run.benchmark(), run.identity(), store.rows());
+  const std::size_t failed = write_results(folder, run.benchmark(), store.rows());
   const std::size_t missing = shard.missing(store.rows(), points);
-  const std::size_t failed = failed_points(store.rows());
   if (missing > 0)
     progress.warn(fmt::format("stopped: {} configurations are missing; the same command goes on", missing));
   if (failed > 0)

@@ -35,24 +35,22 @@ struct LostShard {
 
 int merge(const MergeOptions& options) {
   Benchmark benchmark = read_benchmark(options.file);
-  ordered_json run;
-  PointRows rows;
+  std::vector<PointRows> shards;
   for (const fs::path& folder : options.folders) {
-    auto [its_run, its_rows] = read_points(folder);
-    if (run.is_null()) run = its_run;
-    if (its_run != run) throw InputError(folder, "is of another run than " + options.folders.front().string());
-    rows.merge(its_rows);
+    shards.emplace_back(folder);
+    if (shards.back().run() != shards.front().run())
+      throw InputError(folder, "is of another run than " + options.folders.front().string());
   }
+  const ordered_json& run = shards.front().run();
   if (run["benchmark_sha256"] != ordered_json(sha256_of_text(read_whole_file(options.file))))
     throw InputError(options.file, "is not the benchmark that was run, expected the file with the SHA-256 " +
                                        run["benchmark_sha256"].dump());
   drop_loops_left_out(benchmark, run);
   PointStore store(options.out, run);
   keep_benchmark(options.out, options.file);
-  for (const auto& [point, row] : rows)
-    if (!store.rows().contains(point)) store.add(point, row);
+  for (const PointRows& shard : shards) store.add(shard);
   for (const fs::path& folder : options.folders) take_pictures(options.out, folder, benchmark);
-  write_results(options.out, benchmark, run, store.rows());
+  write_results(options.out, benchmark, store.rows());
 
   std::vector<std::size_t> missing;
   for (std::size_t point = 0; point < benchmark.points(); ++point)
@@ -69,6 +67,7 @@ int merge(const MergeOptions& options) {
                 {"points", store.rows().size()},
                 {"missing", missing},
                 {"lost", names},
+                {"cpu_s", processor_s()},
                 {"peak_mib", peak_mib()}});
   } else {
     std::printf("%zu configurations of %zu: %s\n", store.rows().size(), benchmark.points(),

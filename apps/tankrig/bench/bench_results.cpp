@@ -4,6 +4,8 @@
 #include <cstdio>
 
 #include "apps/tankrig/command_line/output.hpp"
+#include "bench/benchmark/result_tables.hpp"
+#include "bench/sweep/point_views.hpp"
 #include "bench/sweep/sweep_html.hpp"
 #include "bench/sweep/sweep_report.hpp"
 #include "core/input_error.hpp"
@@ -33,12 +35,19 @@ void keep_benchmark(const fs::path& folder, const fs::path& file) {
   write_whole_file(folder / kBenchmark, read_whole_file(file));
 }
 
-void write_results(const fs::path& folder, const Benchmark& benchmark, const ordered_json& run, const PointRows& rows) {
-  write_result_tables(folder, benchmark, run, rows);
-  std::vector<std::string> figures = write_sweep_figures(folder, benchmark, rows);
+std::size_t write_results(const fs::path& folder, const Benchmark& benchmark, const PointRows& rows) {
+  ResultTables tables(folder, benchmark, rows.run());
+  SweepRows swept(benchmark, rows.size());
+  rows.for_each([&](std::size_t point, const ordered_json& row) {
+    tables.add(point, row);
+    swept.add(point, row);
+  });
+  tables.finish();
+  std::vector<std::string> figures = write_sweep_figures(folder, benchmark, swept);
   for (std::string& picture : pictures_there(folder, benchmark)) figures.push_back(std::move(picture));
-  write_whole_file(folder / "results.md", sweep_page(benchmark, run, rows, figures));
-  write_file_durably(folder / "report.html", sweep_html(folder, benchmark, run, rows));
+  write_whole_file(folder / "results.md", sweep_page(benchmark, rows.run(), swept, figures));
+  write_file_durably(folder / "report.html", sweep_html(folder, benchmark, rows.run(), swept));
+  return swept.failed();
 }
 
 void take_pictures(const fs::path& folder, const fs::path& other, const Benchmark& benchmark) {
@@ -47,17 +56,17 @@ void take_pictures(const fs::path& folder, const fs::path& other, const Benchmar
     copy_whole_file(other / "figures" / name, folder / "figures" / name);
   if (fs::exists(other / "figures" / kCloudView))
     copy_whole_file(other / "figures" / kCloudView, folder / "figures" / kCloudView);
-}
-
-std::size_t failed_points(const PointRows& rows) {
-  return static_cast<std::size_t>(
-      std::ranges::count_if(rows, [](const auto& row) { return !point_error(row.second).empty(); }));
+  const PointViews its = read_views(other);
+  const PointViews known = its.empty() ? PointViews() : read_views(folder);
+  for (const auto& [point, views] : its)
+    if (!known.contains(point)) add_views(folder, point, views);
 }
 
 bool holds_benchmark(const fs::path& folder) { return fs::exists(folder / "points.jsonl"); }
 
 int report_benchmark(const fs::path& folder, bool json) {
-  const auto [run, rows] = read_points(folder);
+  const PointRows rows(folder);
+  const ordered_json& run = rows.run();
   const fs::path file = folder / kBenchmark;
   if (run.value("benchmark_sha256", "") != sha256_of_text(read_whole_file(file)))
     throw InputError(file, "is not the benchmark that was run, expected the file with the SHA-256 " +
@@ -65,8 +74,7 @@ int report_benchmark(const fs::path& folder, bool json) {
   Benchmark benchmark = read_benchmark(file);
   drop_loops_left_out(benchmark, run);
   benchmark.file = fs::path(run.value("benchmark", kBenchmark)).filename();
-  write_results(folder, benchmark, run, rows);
-  const std::size_t failed = failed_points(rows);
+  const std::size_t failed = write_results(folder, benchmark, rows);
   const std::size_t missing = benchmark.points() - std::min(benchmark.points(), rows.size());
   if (json)
     print_json({{"folder", folder.string()}, {"points", rows.size()}, {"missing", missing}, {"failed", failed}});

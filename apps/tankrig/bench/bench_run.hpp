@@ -30,9 +30,7 @@ class BenchRun {
   /// The scan of a condition, made when it is first asked for. Only the newest stays.
   std::shared_ptr<const LayeredScan> scan(const Condition& condition);
   std::vector<std::string> programs() const { return evaluation_.programs(); }
-  nlohmann::ordered_json evaluate(std::size_t point, const LayeredScan& scan) const {
-    return evaluation_.evaluate(point, scan);
-  }
+  Evaluated evaluate(std::size_t point, const LayeredScan& scan) const { return evaluation_.evaluate(point, scan); }
   /// Camera views over light and noise, and each measured cloud in the brightest, quietest configuration, as PNG in
   /// FOLDER/figures. Returns their names.
   std::vector<std::string> write_pictures(const std::filesystem::path& folder);

@@ -35,8 +35,8 @@ int bench_on_slurm(const BenchRun& run, const SlurmArray& array, const fs::path&
     if (is_new) {
       const PointStore made(folder, run.identity());
     } else {
-      const auto [its_run, rows] = read_points(folder);
-      check_run(folder, its_run, run.identity());
+      const PointRows rows(folder);
+      check_run(folder, rows.run(), run.identity());
       missing = shard.missing(rows, points);
     }
     if (missing == 0) {

@@ -6,12 +6,14 @@
 #include <set>
 
 #include "apps/tankrig/bench/external_cloud.hpp"
+#include "apps/tankrig/bench/point_pictures.hpp"
 #include "apps/tankrig/command_line/stop.hpp"
 #include "bench/benchmark/function.hpp"
 #include "bench/benchmark/point_store.hpp"
 #include "bench/metrics/bootstrap.hpp"
 #include "bench/metrics/metrics_json.hpp"
 #include "bench/metrics/uwsim_metrics.hpp"
+#include "bench/sweep/sweep_values.hpp"
 #include "core/input_error.hpp"
 #include "core/regular_file.hpp"
 #include "core/shown_text.hpp"
@@ -270,8 +272,20 @@ void Evaluation::measure_cloud(const Measure& measure, const MeasuredScan& scan,
   }
 }
 
-ordered_json Evaluation::evaluate(std::size_t point, const MeasuredScan& scan) const {
-  ordered_json row{{"values", benchmark_.values(point)}};
+std::vector<PointView> Evaluation::views(const Session& session, const Condition& at,
+                                         const std::map<std::string, Score>& scores) const {
+  std::vector<PointView> out = frame_views(session);
+  for (const Measure* measure : clouds_of(benchmark_))
+    if (const auto score = scores.find(cloud_of(*measure, at)); score != scores.end())
+      out.push_back(cloud_view(session, score->second, measure->name,
+                               session.camera(uses_laser(score->first) ? CameraRole::kMono : CameraRole::kLeft),
+                               object_.mesh()));
+  return out;
+}
+
+Evaluated Evaluation::evaluate(std::size_t point, const MeasuredScan& scan) const {
+  Evaluated evaluated{{{"values", benchmark_.values(point)}}, {}};
+  ordered_json& row = evaluated.row;
   try {
     const Condition at = condition(point);
     std::set<std::string> clouds;
@@ -288,8 +302,9 @@ ordered_json Evaluation::evaluate(std::size_t point, const MeasuredScan& scan) c
     std::map<std::string, Score> scores;
     for (const std::string& cloud : clouds) {
       scores[cloud] = score(scan, session, believed, cloud);
-      if (algorithm(cloud) && StopOnSignal::requested()) return nullptr;
+      if (algorithm(cloud) && StopOnSignal::requested()) return {nullptr, {}};
     }
+    if (is_viewed(benchmark_, point)) evaluated.views = views(session, at, scores);
     DetailValues values;
     for (std::size_t i = 0; i < measured_.size(); ++i) {
       const Measure& measure = benchmark_.measures[i];
@@ -331,7 +346,7 @@ ordered_json Evaluation::evaluate(std::size_t point, const MeasuredScan& scan) c
   } catch (const std::exception& e) {
     row = {{"values", benchmark_.values(point)}, {"error", printable(e.what())}};
   }
-  return row;
+  return evaluated;
 }
 
 }  // namespace tankrig::app

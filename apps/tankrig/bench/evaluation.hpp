@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -11,10 +12,16 @@
 #include "apps/tankrig/bench/condition.hpp"
 #include "apps/tankrig/bench/measured_scan.hpp"
 #include "bench/benchmark/benchmark.hpp"
+#include "bench/sweep/point_views.hpp"
 #include "pipeline/score_session.hpp"
 #include "rig/config/rig_config.hpp"
 
 namespace tankrig::app {
+
+struct Evaluated {
+  nlohmann::ordered_json row;    ///< as PointStore takes it; null: a stop came in the middle
+  std::vector<PointView> views;  ///< of a configuration that is_viewed(): frames, then each measured cloud
+};
 
 /// Threads: const members from any number of threads.
 class Evaluation {
@@ -44,8 +51,8 @@ class Evaluation {
   void refuse_measures(const RunTrace& trace);
   const BenchmarkNames& names() const { return names_; }
 
-  /// The row of one configuration, as PointStore takes it. What fails is its "error". Null: a stop came in the middle.
-  nlohmann::ordered_json evaluate(std::size_t point, const MeasuredScan& scan) const;
+  /// What fails is the row's "error".
+  Evaluated evaluate(std::size_t point, const MeasuredScan& scan) const;
 
   /// The cloud of the benchmark's measure `index`; empty if it has none, or is left out.
   std::string measured_cloud(std::size_t index, const Condition& condition) const;
@@ -62,6 +69,8 @@ class Evaluation {
   std::string known_clouds() const;
   /// What the measure's topic means in a configuration.
   std::string cloud_of(const Measure& measure, const Condition& condition) const;
+  std::vector<PointView> views(const Session& session, const Condition& at,
+                               const std::map<std::string, Score>& scores) const;
   void measure_cloud(const Measure& measure, const MeasuredScan& scan, const RunTrace& trace, const Score& score,
                      nlohmann::ordered_json& row) const;
 

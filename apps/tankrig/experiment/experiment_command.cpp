@@ -128,9 +128,10 @@ class Experiment {
   std::optional<OpenedSession> recorded(const Recipe& recipe);
   void report(const Session& session);
   /// `hash`: of its session.yaml.
-  ordered_json row_of(std::size_t point, const Recipe& recipe, OpenedSession opened, const std::string& hash);
-  void write(const PointStore& store);
-  int told(const PointStore& store);
+  Evaluated measured(std::size_t point, const Recipe& recipe, OpenedSession opened, const std::string& hash);
+  /// Returns how many failed.
+  std::size_t write(const PointStore& store);
+  int told(const PointStore& store, std::size_t failed);
 
   const ExperimentOptions options_;
   Progress& progress_;
@@ -196,11 +197,11 @@ void Experiment::report(const Session& session) {
   progress_.finish_line();
 }
 
-ordered_json Experiment::row_of(std::size_t point, const Recipe& recipe, OpenedSession opened,
-                                const std::string& hash) {
+Evaluated Experiment::measured(std::size_t point, const Recipe& recipe, OpenedSession opened, const std::string& hash) {
   const SessionInfo info = opened.session.info;
-  ordered_json row = evaluation_.evaluate(point, SessionScan(std::move(opened), rig_));
-  if (row.is_null()) return row;
+  Evaluated evaluated = evaluation_.evaluate(point, SessionScan(std::move(opened), rig_));
+  ordered_json& row = evaluated.row;
+  if (row.is_null()) return evaluated;
   const auto lux = mean_lux(info);
   row["session"] = (fs::path("sessions") / recipe.session).string();
   row["session_sha256"] = hash;
@@ -212,12 +213,13 @@ ordered_json Experiment::row_of(std::size_t point, const Recipe& recipe, OpenedS
         fmt::format("the light was {:.1f} lx, expected {:g} +-{:.2g}", *lux, recipe.level->lux, recipe.level->margin());
     progress_.warn(recipe.session + ": " + row["warning"].get<std::string>());
   }
-  return row;
+  return evaluated;
 }
 
-void Experiment::write(const PointStore& store) {
+std::size_t Experiment::write(const PointStore& store) {
   std::vector<PicturedSession> sessions;
-  for (const auto& [point, row] : store.rows()) {
+  for (std::size_t point = 0; point < benchmark().points(); ++point) {
+    if (!store.rows().contains(point)) continue;
     const Recipe recipe = recipe_of(benchmark(), point);
     const fs::path path = session_path(recipe);
     const bool known = std::ranges::any_of(sessions, [&](const PicturedSession& s) { return s.path == path; });
@@ -230,7 +232,7 @@ void Experiment::write(const PointStore& store) {
       clouds.push_back(cloud);
   }
   if (!sessions.empty()) write_experiment_figures(folder_, sessions, clouds);
-  write_results(folder_, benchmark(), evaluation_.identity(), store.rows());
+  return write_results(folder_, benchmark(), store.rows());
 }
 
 int Experiment::run() {
@@ -244,32 +246,31 @@ int Experiment::run() {
     if (!opened) break;
     report(opened->session);
     const std::string hash = sha256_of_text(read_whole_file(opened->session.path / "session.yaml"));
-    const auto known = store.rows().find(point);
-    if (!StopOnSignal::requested() &&
-        (known == store.rows().end() || known->second.value("session_sha256", "") != hash))
-      if (ordered_json row = row_of(point, recipe, std::move(*opened), hash); !row.is_null())
-        store.add(point, std::move(row));
+    const bool known = store.rows().contains(point) && store.rows().row(point).value("session_sha256", "") == hash;
+    if (!StopOnSignal::requested() && !known)
+      if (const Evaluated evaluated = measured(point, recipe, std::move(*opened), hash); !evaluated.row.is_null()) {
+        if (!evaluated.views.empty()) add_views(folder_, point, evaluated.views);
+        store.add(point, evaluated.row);
+      }
     if (StopOnSignal::requested()) break;
   }
-  write(store);
-  return told(store);
+  return told(store, write(store));
 }
 
-int Experiment::told(const PointStore& store) {
+int Experiment::told(const PointStore& store, std::size_t failed) {
   const std::size_t points = benchmark().points();
-  std::size_t missing = 0, failed = failed_points(store.rows());
+  std::size_t missing = 0;
   ordered_json levels = ordered_json::array();
   for (std::size_t point = 0; point < points; ++point) {
-    const auto row = store.rows().find(point);
-    if (row == store.rows().end() || !fs::exists(session_path(recipe_of(benchmark(), point)))) {
+    if (!store.rows().contains(point) || !fs::exists(session_path(recipe_of(benchmark(), point)))) {
       ++missing;
       continue;
     }
-    const ordered_json& measured = row->second;
-    ordered_json level{{"session", measured.value("session", "")}};
-    if (measured.contains("lux")) level["lux"] = measured["lux"];
-    if (measured.contains("measures"))
-      for (const auto& [measure, values] : measured["measures"].items())
+    const ordered_json row = store.rows().row(point);
+    ordered_json level{{"session", row.value("session", "")}};
+    if (row.contains("lux")) level["lux"] = row["lux"];
+    if (row.contains("measures"))
+      for (const auto& [measure, values] : row["measures"].items())
         for (const char* detail : {"mean_error", "stddev", "coverage", "of_ceiling", "outliers"})
           if (values.contains(detail)) level[measure][detail] = values[detail];
     levels.push_back(std::move(level));

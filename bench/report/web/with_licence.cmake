@@ -1,4 +1,4 @@
-# Puts three.js's licence before the bundle.
-file(READ ${WEB}/node_modules/three/LICENSE licence)
-file(READ ${WEB}/cloud_view.js program)
-file(WRITE ${OUT} "/* The drawing is done by three.js:\n\n${licence}*/\n${program}")
+# Puts the licence of LIBRARY before the bundle NAME.
+file(READ ${WEB}/node_modules/${LIBRARY}/LICENSE licence)
+file(READ ${WEB}/${NAME}.js program)
+file(WRITE ${OUT} "/* The drawing is done by ${LIBRARY}:\n\n${licence}\n*/\n${program}")
