@@ -34,8 +34,10 @@ TEST(Experiment, MeasuresItsSessionsAsABenchmarkMeasuresTheirLayers) {
   const ProgramRun run =
       run_tankrig({"experiment", file, "--rig", rig, "--out", out, "--seed", "3", "--operator", "somebody", "--json"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
-  const ProgramRun bench = run_tankrig({"bench", file, "--rig", rig, "--out", layers, "--seed", "3"});
+  const ProgramRun bench = run_tankrig({"bench", file, "--rig", rig, "--out", layers, "--seed", "3", "--jobs", "1"});
   ASSERT_EQ(bench.exit_code, 0) << bench.err;
+  // The pictures behind the dots, in the order in which they came.
+  EXPECT_EQ(read_text(out / "views.jsonl"), read_text(layers / "views.jsonl"));
   const nlohmann::json recorded = points_of(out), simulated = points_of(layers);
   ASSERT_EQ(recorded.size(), 2u);
   ASSERT_EQ(simulated.size(), 2u);
@@ -54,7 +56,8 @@ TEST(Experiment, MeasuresItsSessionsAsABenchmarkMeasuresTheirLayers) {
   }
   const std::string page = read_text(out / "report.html");
   for (const char* text :
-       {"Figure 10", "Figure 11", "Figure 12", "sessions&#x2F;100lx", "tankrig experiment levels.xml"})
+       {"Figure 10", "Figure 11", "Figure 12", "sessions&#x2F;100lx", "tankrig experiment levels.xml",
+        "<a href=\"#point-1\"><circle", "href=\"sessions&#x2F;30lx&#x2F;report.html\""})
     EXPECT_NE(page.find(text), std::string::npos) << text;
   for (const char* picture : {"coverage.svg", "outliers.svg", "views_outside.png", "views_camera.png", "clouds.png"})
     EXPECT_TRUE(fs::exists(out / "figures" / picture)) << picture;

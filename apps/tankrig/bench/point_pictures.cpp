@@ -11,7 +11,7 @@ namespace tankrig::app {
 namespace {
 
 constexpr int kWidth = 320;   // [px]
-constexpr int kQuality = 75;  // of a JPEG
+constexpr int kQuality = 70;  // of a JPEG
 
 std::string jpeg(const cv::Mat& picture) {
   cv::Mat small;
