@@ -47,6 +47,7 @@ Feed& Feed::one() {
 Feed::Feed() noexcept : socket_(inherited_socket()) {}
 
 void Feed::send(const std::string& message) noexcept {
+  if (message.size() > kMostFeedBytes) return;
   const int socket = socket_.load(std::memory_order_relaxed);
   if (::send(socket, message.data(), message.size(), MSG_DONTWAIT | MSG_NOSIGNAL) >= 0) return;
   if (errno == EPIPE || errno == ECONNRESET || errno == EBADF) socket_ = -1;

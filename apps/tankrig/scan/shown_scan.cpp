@@ -13,7 +13,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr std::size_t kMostTriangles = 2000;  // of a mesh that fits into one message
+constexpr std::size_t kMostTriangles = 1000;  // of a mesh that fits into one message
 
 ordered_json json_of(const Vector3d& p) { return {p.x(), p.y(), p.z()}; }
 
