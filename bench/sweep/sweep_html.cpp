@@ -9,6 +9,7 @@
 #include <mstch/mstch.hpp>
 #include <set>
 
+#include "bench/benchmark/point_store.hpp"
 #include "bench/report/cloud_view.hpp"
 #include "bench/report/picture_uri.hpp"
 #include "bench/report/web_programs.hpp"

@@ -8,6 +8,7 @@
 #include <map>
 #include <opencv2/imgcodecs.hpp>
 
+#include "bench/benchmark/point_store.hpp"
 #include "bench/sweep/sweep_tables.hpp"
 #include "bench/sweep/sweep_values.hpp"
 #include "core/atomic_file.hpp"

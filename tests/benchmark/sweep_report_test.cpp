@@ -84,7 +84,8 @@ TEST(SweepHtml, HoldsFiguresTablesFailuresAndWhatMakesItAgain) {
   const TemporaryFolder folder;
   folder.write("figures/views_light.png", "\x89PNG picture");
   std::string page = sweep_html(folder.path(), grid.benchmark, run, grid.swept());
-  EXPECT_THAT(page, HasSubstr("tankrig bench grid.xml --rig tank-sim --preset fine --sensor emva1288 --truth-seed 6 --seed 4"));
+  EXPECT_THAT(
+      page, HasSubstr("tankrig bench grid.xml --rig tank-sim --preset fine --sensor emva1288 --truth-seed 6 --seed 4"));
   for (const char* hash : {"0123", "4567", "9.9.9"}) EXPECT_THAT(page, HasSubstr(hash));
   EXPECT_THAT(page, HasSubstr("1 configurations are missing"));
   EXPECT_THAT(page, HasSubstr("<td>laser: &lt;b&gt;ran longer than 1 s</td>"));

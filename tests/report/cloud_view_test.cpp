@@ -14,7 +14,6 @@
 namespace tankrig {
 namespace {
 
-
 /// The top face of a cube of 0.2 m, and its sides.
 TriangleMesh cube() {
   TriangleMesh mesh;

@@ -26,8 +26,9 @@ class Browser {
   cv::Mat drawn(cv::Size window, const std::string& place = "") const {
     const std::string shot = path("page.png");
     const std::string size = std::to_string(window.width) + "," + std::to_string(window.height);
-    if (!run("--hide-scrollbars --window-size=" + size + " --log-net-log=" + path("net.json") + " --screenshot=" + shot, place,
-             "/dev/null")) return {};
+    if (!run("--hide-scrollbars --window-size=" + size + " --log-net-log=" + path("net.json") + " --screenshot=" + shot,
+             place, "/dev/null"))
+      return {};
     return cv::imread(shot);
   }
   /// Addresses that the last drawing asked for beyond the page itself.
