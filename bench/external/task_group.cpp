@@ -3,7 +3,9 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <array>
 #include <string>
+#include <string_view>
 #include <system_error>
 
 namespace tankrig {
@@ -32,6 +34,15 @@ TaskGroup::~TaskGroup() {
 
 void TaskGroup::enter() const noexcept {
   if (processes_ >= 0) (void)!::write(processes_, "0", 1);
+}
+
+bool TaskGroup::refused_some() const noexcept {
+  if (processes_ < 0) return false;
+  const int events = ::open((path_ / "pids.events").c_str(), O_RDONLY | O_CLOEXEC);
+  std::array<char, 64> text{};  // "max 3"
+  const ssize_t length = events >= 0 ? ::read(events, text.data(), text.size() - 1) : -1;
+  if (events >= 0) ::close(events);
+  return length > 0 && std::string_view(text.data()).find("max 0") == std::string_view::npos;
 }
 
 }  // namespace tankrig

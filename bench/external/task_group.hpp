@@ -16,6 +16,8 @@ class TaskGroup {
 
   /// In a child: it, and what it starts, is bound from now on. Only system calls.
   void enter() const noexcept;
+  /// More were wanted than it lets in.
+  bool refused_some() const noexcept;
 
  private:
   std::filesystem::path path_;

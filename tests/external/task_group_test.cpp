@@ -45,6 +45,7 @@ TEST(TaskGroup, LetsNoMoreProcessesBeInIt) {
   {
     const TaskGroup group(kMost);
     if (own_group().empty()) GTEST_SKIP() << kNoGroups;
+    EXPECT_FALSE(group.refused_some());
     const pid_t first = ::fork();
     ASSERT_GE(first, 0);
     if (first == 0) exit_with_number_started(group);
@@ -52,6 +53,7 @@ TEST(TaskGroup, LetsNoMoreProcessesBeInIt) {
     ASSERT_EQ(::waitpid(first, &status, 0), first);
     ASSERT_TRUE(WIFEXITED(status));
     EXPECT_EQ(WEXITSTATUS(status), kMost - 1) << "beside itself";
+    EXPECT_TRUE(group.refused_some());
   }
   EXPECT_TRUE(own_group().empty()) << "nothing of it is left";
 }
