@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/report/report_html.hpp"
+#include "bench/report/web_programs.hpp"
 #include "core/camera_model.hpp"
 #include "tests/support/browser.hpp"
 
