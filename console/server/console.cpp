@@ -338,6 +338,7 @@ class Console {
     if (!said.is_object() || !said.contains("feed") || !said["feed"].is_string()) return;
     const std::string kind = said["feed"];
     if (kind == "keys") keys(said.contains("hold_to_run") && said["hold_to_run"] == true);
+    if (kind == "scene") run_->points.clear(), run_->point_bytes = 0;  // another session of the same run begins
     said["is"] = "feed";
     const Message message = text_of(said);
     if (kind != "told") run_->newest[kind] = message;

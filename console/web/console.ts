@@ -196,6 +196,7 @@ function fed(message: Feed): void {
         )
       break
     case 'scene':
+      cloud.clear()
       cloud.setScene(message as unknown as SceneMessage)
       break
     case 'told':
