@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <cstring>
 #include <limits>
+#include <optional>
 
 #include "core/input_error.hpp"
 #include "core/regular_file.hpp"
@@ -80,6 +81,47 @@ class Lines {
   std::string text_;
 };
 
+/// What a row's line is, without its values in memory: an object with a number `point` and with `values`.
+class RowReader final : public nlohmann::json_sax<ordered_json> {
+ public:
+  /// Nothing if it is none.
+  static std::optional<std::size_t> point_of(std::string_view line) {
+    RowReader reader;
+    if (!ordered_json::sax_parse(line, &reader) || !reader.has_values_) return std::nullopt;
+    return reader.point_;
+  }
+
+  bool null() override { return value(); }
+  bool boolean(bool) override { return value(); }
+  bool number_integer(std::int64_t) override { return value(); }
+  bool number_unsigned(std::uint64_t number) override {
+    if (depth_ == 1 && key_ == "point") point_ = number;
+    return value();
+  }
+  bool number_float(double, const std::string&) override { return value(); }
+  bool string(std::string&) override { return value(); }
+  bool binary(binary_t&) override { return value(); }
+  bool start_object(std::size_t) override { return ++depth_ > 0; }
+  bool end_object() override { return depth_-- > 0; }
+  bool start_array(std::size_t) override { return depth_++ > 0; }
+  bool end_array() override { return depth_-- > 0; }
+  bool key(std::string& name) override {
+    if (depth_ != 1) return true;
+    key_ = name;
+    has_values_ = has_values_ || key_ == "values";
+    return true;
+  }
+  bool parse_error(std::size_t, const std::string&, const nlohmann::detail::exception&) override { return false; }
+
+ private:
+  bool value() const { return depth_ > 0; }  // a line is an object
+
+  int depth_ = 0;
+  std::string key_;  ///< of the object itself
+  bool has_values_ = false;
+  std::optional<std::size_t> point_;
+};
+
 /// Makes the folder's file where there is none, and cuts an unfinished line off.
 PointRows prepared(const fs::path& folder, const ordered_json& run) {
   fs::create_directories(folder);
@@ -108,18 +150,15 @@ void check_run(const fs::path& folder, const ordered_json& before, const ordered
 
 PointRows::PointRows(const fs::path& folder) : file_(folder / kPoints) {
   Lines(file_).for_each([&](std::string_view text, std::uint64_t offset, int number) {
-    ordered_json line = ordered_json::parse(text, nullptr, false);
-    const bool first = number == 1;
-    if (!line.is_object() ||
-        (first ? !line.contains("benchmark_sha256")
-               : !line.contains("point") || !line["point"].is_number_unsigned() || !line.contains("values")))
-      throw InputError(file_, number,
-                       first ? "found no run of a benchmark, expected what tankrig bench writes"
-                             : "found no configuration's results, expected one a line");
-    if (first)
-      run_ = std::move(line);
-    else
-      places_[line["point"].get<std::size_t>()] = {offset, text.size()};
+    if (number == 1) {
+      run_ = ordered_json::parse(text, nullptr, false);
+      if (!run_.is_object() || !run_.contains("benchmark_sha256"))
+        throw InputError(file_, number, "found no run of a benchmark, expected what tankrig bench writes");
+    } else {
+      const auto point = RowReader::point_of(text);
+      if (!point) throw InputError(file_, number, "found no configuration's results, expected one a line");
+      places_[*point] = {offset, text.size()};
+    }
     end_ = offset + text.size() + 1;
   });
   if (run_.is_null()) throw InputError(file_, "is empty, expected results of tankrig bench");

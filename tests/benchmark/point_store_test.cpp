@@ -67,6 +67,19 @@ TEST(PointStore, CutsAnUnfinishedLineAndGoesOnBehindTheLastWholeOne) {
   EXPECT_THAT(all(PointRows(folder.path())), ElementsAre(std::pair(1, 10.0), std::pair(2, 20.0)));
 }
 
+TEST(PointStore, RefusesALineThatIsNoRow) {
+  for (const char* line :
+       {R"({"values":[1]})", R"({"point":1})", R"({"point":-1,"values":[1]})", R"([{"point":1,"values":[1]}])",
+        R"({"a":{"point":1,"values":[1]}})", R"({"point":1,"values":[1})", "", "7"}) {
+    const TemporaryFolder folder;
+    folder.write("points.jsonl", kRun.dump() + "\n" + line + "\n");
+    EXPECT_THROW(PointRows(folder.path()), InputError) << line;
+  }
+  const TemporaryFolder folder;
+  folder.write("points.jsonl", R"({"seed":1})" + std::string("\n"));
+  EXPECT_THROW(PointRows(folder.path()), InputError);
+}
+
 TEST(PointStore, TakesFromAnotherWhatItLacks) {
   const TemporaryFolder one, other;
   { PointStore(one.path(), kRun).add(1, row_of(1)); }
