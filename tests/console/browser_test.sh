@@ -6,4 +6,4 @@ for name in chromium-headless-shell chromium; do
 done
 command -v node >/dev/null || { echo "skipped: no node"; exit 77; }
 [ -n "$browser" ] || { echo "skipped: no chromium"; exit 77; }
-exec node --test-concurrency=1 "$(dirname "$0")/browser_test.mjs" "$1" "$2" "$3" "$browser"
+exec node "$(dirname "$0")/browser_test.mjs" "$1" "$2" "$3" "$browser"
