@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <csignal>
 #include <cstring>
 
 #include "console/feed/feed_format.hpp"
@@ -24,6 +25,14 @@ constexpr winsize kSize{.ws_row = 50, .ws_col = 160, .ws_xpixel = 0, .ws_ypixel 
   throw InputError(std::string("console: ") + what + ": " + std::strerror(errno) + ", expected to start a command");
 }
 
+/// What whoever started the server ignores (a shell its background's Ctrl-C, nohup the hang-up), the program must hear.
+void hear_all_signals() {
+  for (int signal = 1; signal <= SIGRTMAX; ++signal) ::signal(signal, SIG_DFL);
+  sigset_t none;
+  ::sigemptyset(&none);
+  ::sigprocmask(SIG_SETMASK, &none, nullptr);
+}
+
 void never_wait(int descriptor) { ::fcntl(descriptor, F_SETFL, ::fcntl(descriptor, F_GETFL) | O_NONBLOCK); }
 
 }  // namespace
@@ -36,6 +45,7 @@ TerminalProgram::TerminalProgram(const std::vector<std::string>& command) {
   argv.push_back(nullptr);
   process_ = ::forkpty(&terminal_, nullptr, nullptr, &kSize);
   if (process_ == 0) {
+    hear_all_signals();
     ::dup2(sockets[1], kFeedDescriptor);  // leaves it open in the program
     ::close_range(kFeedDescriptor + 1, ~0U, 0);
     ::setenv(kFeedVariable, std::to_string(kFeedDescriptor).c_str(), 1);

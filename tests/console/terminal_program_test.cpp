@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <csignal>
 
 #include "console/feed/feed_format.hpp"
 
@@ -45,9 +46,11 @@ TEST(TerminalProgram, PrintsOnATerminalAndReadsFromIt) {
   EXPECT_EQ(program.exit_code(), 0);
 }
 
-TEST(TerminalProgram, IsInterruptedAsByCtrlC) {
+TEST(TerminalProgram, IsInterruptedAsByCtrlCAlsoWhereItsStarterIgnoresThat) {
+  const auto before = std::signal(SIGINT, SIG_IGN);
   TerminalProgram program(shell("trap 'echo stopped; exit 3' INT; echo ready; while :; do sleep 0.05; done"));
   ASSERT_THAT(printed(program, "ready"), HasSubstr("ready"));
+  std::signal(SIGINT, before);
   program.interrupt();
   EXPECT_THAT(printed(program, "stopped"), HasSubstr("stopped"));
   ASSERT_TRUE(readable(program.end()));
