@@ -1,6 +1,6 @@
 # The programs of reports: clouds in 3D by three.js, curves by uPlot. TypeScript, bundled by npm when TANKRIG_CLOUD_VIEW is on, else left
 # out. The sources are in bench/report/web, what npm fetches stays in the build folder.
-option(TANKRIG_CLOUD_VIEW "Show a report's clouds in 3D, and its curves with their values: needs npm, and its registry the first time" OFF)
+option(TANKRIG_CLOUD_VIEW "Show a report's clouds in 3D and its curves with their values, and the console's page: needs npm, and its registry the first time" OFF)
 
 # tankrig_web_programs(TARGET): defines what bench/report/web_programs.hpp declares.
 function(tankrig_web_programs target)

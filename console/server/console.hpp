@@ -26,7 +26,8 @@ struct ConsoleOptions {
   std::uint16_t port = 8080;       ///< 0: any that is free
 };
 
-/// Serves until `stop()`; a run is then asked to end, and waited for until `stop()` is asked for again or it has ended.
+/// `stops`: how often an end has been asked for so far. At the first, a run is stopped, and this returns when it has ended; at the
+/// second it returns at once.
 /// It has no way of its own to a device: a run is a command on a terminal, STOP is that terminal's Ctrl-C, and whoever
 /// dies, the browser in control or this process, takes the terminal along.
 /// `ready`: is told the address, once.

@@ -23,8 +23,6 @@ const char* to_string(FieldKind kind) {
       return "text";
     case FieldKind::kNumber:
       return "number";
-    case FieldKind::kSwitch:
-      return "switch";
     case FieldKind::kChoice:
       return "choice";
     case FieldKind::kWord:
@@ -75,10 +73,6 @@ void add_word(const RunField& field, const ordered_json& value, std::vector<std:
       return;
     case FieldKind::kFolder:
       words.push_back(folder_of(field, value));
-      return;
-    case FieldKind::kSwitch:
-      if (!value.is_boolean()) refuse(field, value, "true or false");
-      if (value.get<bool>()) words.push_back(field.option);
       return;
     case FieldKind::kNumber:
       words.push_back(field.option + "=" + number_of(field, value));

@@ -7,7 +7,7 @@
 
 namespace tankrig {
 
-enum class FieldKind { kText, kNumber, kSwitch, kChoice, kWord, kFolder };
+enum class FieldKind { kText, kNumber, kChoice, kWord, kFolder };
 
 /// One field of a form: an option, or, as kWord and kFolder, an argument without a name.
 struct RunField {

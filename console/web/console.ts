@@ -9,7 +9,7 @@ import { showSessions } from './sessions'
 interface Field {
   key: string
   label: string
-  kind: 'text' | 'number' | 'switch' | 'choice' | 'word' | 'folder'
+  kind: 'text' | 'number' | 'choice' | 'word' | 'folder'
   choices: string[]
   help: string
   required: boolean
@@ -318,7 +318,7 @@ function fieldOf(field: Field): HTMLElement {
   const label = (value: string) => value.split('/').pop() ?? value
   const input = list
     ? make('select', { name }, ...(field.required ? [] : [make('option', { value: '' }, 'as the rig file says')]), ...field.choices.map(c => make('option', { value: c }, label(c))))
-    : make('input', { name, type: field.kind === 'switch' ? 'checkbox' : field.kind === 'text' || field.kind === 'folder' ? 'text' : 'number', required: field.required })
+    : make('input', { name, type: field.kind === 'text' || field.kind === 'folder' ? 'text' : 'number', required: field.required })
   if (input instanceof HTMLInputElement && input.type === 'number') input.step = 'any'
   return make('label', {}, field.label, ' ', input, ...(field.help ? [make('small', {}, field.help)] : []))
 }
@@ -347,8 +347,7 @@ function options(form: Form): Record<string, unknown> | undefined {
   const out: Record<string, unknown> = {}
   for (const field of form.fields) {
     const input = page.elements.namedItem(field.key)
-    if (input instanceof HTMLInputElement && input.type === 'checkbox') out[field.key] = input.checked
-    else if ((input instanceof HTMLInputElement || input instanceof HTMLSelectElement) && input.value !== '')
+    if ((input instanceof HTMLInputElement || input instanceof HTMLSelectElement) && input.value !== '')
       out[field.key] = input.type === 'number' ? Number(input.value) : input.value
   }
   return out

@@ -6,6 +6,7 @@ import { cpSync, existsSync, mkdirSync, mkdtempSync, readdirSync, readFileSync, 
 import http from 'node:http'
 import { createRequire } from 'node:module'
 import { tmpdir } from 'node:os'
+import { monitorEventLoopDelay } from 'node:perf_hooks'
 import { join } from 'node:path'
 import { after, afterEach, before, beforeEach, test } from 'node:test'
 
@@ -15,6 +16,7 @@ const [rig, program, web, executablePath] = process.argv.slice(2)
 const { chromium } = createRequire(join(web, 'package.json'))('playwright-core')
 const wires = rig !== 'tank-sim'
 const patience = wires ? 120_000 : 60_000 // [ms] for a whole scan
+const mostLate = 50 // [ms] that this process may wake late where the clock judges
 const stopBound = 100 // [ms] from a click to the laser's command, on loopback
 const pictures = process.env.TANKRIG_PICTURES
 
@@ -88,13 +90,22 @@ async function start(page, command = 'scan') {
   await page.locator('#command').selectOption(command)
   await page.locator('#start').click()
 }
-/** Waits for the sweep. A machine that is too late for it says so, and nothing is judged. */
+const witness = monitorEventLoopDelay({ resolution: 5 })
+
+/** Where something was late: skips if this process was, too, and fails if it was not. */
+function skipIfLate(t, what) {
+  const late = witness.max / 1e6
+  assert.ok(late > mostLate, `${what}; this process woke at most ${late.toFixed(1)} ms late`)
+  t.skip(`${what}: skipped because the machine was late: by ${late.toFixed(1)} ms, at most ${mostLate.toFixed(1)} ms allowed`)
+}
+
+/** Waits for the sweep. In virtual time it always comes; over wires a machine that is late may end the scan before. */
 async function sweeps(page, t) {
   await until('the sweep', async () => (await points(page)) > 0 || / (done|ended in part|failed)/.test(await run(page).textContent()))
   if ((await points(page)) > 0) return true
   const said = await page.locator('#log').textContent()
-  assert.match(said, /late|heartbeat|did not start/, said)
-  t.skip(`the machine was late: ${said.trim().split('\n').pop()}`)
+  assert.ok(wires, said)
+  skipIfLate(t, said.trim().split('\n').pop())
   return false
 }
 
@@ -110,6 +121,8 @@ beforeEach(async () => {
   folder = mkdtempSync(join(tmpdir(), 'tankrig-test-'))
   cpSync(small, join(folder, 'rig'), { recursive: true })
   server = serve()
+  witness.enable()
+  witness.reset()
   await until('the address', () => /http:\S+/.test(server.said) || server.exitCode !== null, 10_000)
   address = /http:\S+/.exec(server.said)?.[0]
   assert.ok(address, server.said)
@@ -251,7 +264,7 @@ test('STOP in the sweep: the devices confirm, and the session can be read', asyn
     const monotonic = Number(process.hrtime.bigint()) / 1e6 - Date.now() // of the session's stamps, less this clock's [ms]
     const after = what => Number(events(sessions()[0]).findLast(line => line.includes(what)).split(',')[0]) / 1e6 - monotonic - pressed
     console.log(`after the click on STOP: laser commanded off ${after(',laser,off').toFixed(1)} ms, read back dark ${after(',laser,dark').toFixed(1)} ms, both confirmed on the page ${confirmed - pressed} ms`)
-    assert.ok(after(',laser,off') < stopBound, `the laser was commanded off after ${after(',laser,off')} ms`)
+    if (after(',laser,off') >= stopBound) return skipIfLate(t, `the laser was commanded off after ${after(',laser,off').toFixed(1)} ms`)
   }
   assert.match(status(sessions()[0]), /^['"]?stopped/)
   await keep(page, 'console_stopped')
@@ -292,10 +305,15 @@ test('a server that is asked for what it does not offer says no', async () => {
     for (const text of ['{"do":"start","command":"scan"}', '{"do":"take"}', '{"do":"start","command":"emulate"}', '{"do":"start","command":"scan","options":{"out":"/x"}}', 'no JSON', '[]', '{"do":{}}',
       '{"do":"corners","folder":"../x","corners":[]}', '{"do":"corners"}'])
       socket.send(text)
-    await new Promise(done => setTimeout(done, 500))
-    return said.filter(message => message.is === 'refused').length
+    socket.send('{"do":"nothing more"}') // answered last
+    const refusals = () => said.filter(message => message.is === 'refused').map(message => message.why)
+    await new Promise(done => socket.addEventListener('message', () => refusals().length === 9 && done()))
+    return refusals()
   })
-  assert.equal(refused, 8)
+  assert.match(refused[0], /not in control/)
+  assert.match(refused[1], /emulate/)
+  assert.match(refused[2], /out/)
+  assert.equal(refused.length, 9)
   assert.deepEqual(sessions(), [])
 })
 
@@ -317,7 +335,7 @@ test('the server is killed: the page says so within a second and a half, and the
   if (!(await sweeps(page, t))) return
   server.kill('SIGKILL')
   const after = await until('stale', () => page.evaluate(() => document.body.classList.contains('stale')), 5000)
-  assert.ok(after < 1500, `said after ${after} ms`)
+  if (after >= 1500) skipIfLate(t, `said after ${after} ms`)
   await until('the stop', () => status(sessions()[0]).includes('stopped'))
 })
 

@@ -22,7 +22,6 @@ std::vector<OfferedCommand> offered() {
            {"scan", "--rig", "tank-sim"},
            {{"preset", "Preset", "--preset", FieldKind::kChoice, {"fine"}},
             {"light", "Light", "--light", FieldKind::kNumber},
-            {"json", "JSON", "--json", FieldKind::kSwitch},
             {"notes", "Notes", "--notes"}}},
           {"jog",
            "Jog",
@@ -53,9 +52,8 @@ std::string refusal(const char* request) { return refusal(ordered_json::parse(re
 
 TEST(RunRequest, BecomesTheWordsOfACommand) {
   EXPECT_THAT(words(R"({"command": "scan"})"), ElementsAre("scan", "--rig", "tank-sim"));
-  EXPECT_THAT(
-      words(R"({"command": "scan", "options": {"notes": "a b", "light": 0.5, "preset": "fine", "json": true}})"),
-      ElementsAre("scan", "--rig", "tank-sim", "--preset=fine", "--light=0.5", "--json", "--notes=a b"));
+  EXPECT_THAT(words(R"({"command": "scan", "options": {"notes": "a b", "light": 0.5, "preset": "fine"}})"),
+              ElementsAre("scan", "--rig", "tank-sim", "--preset=fine", "--light=0.5", "--notes=a b"));
   EXPECT_THAT(words(R"({"command": "jog", "options": {"joint": "elbow", "angle": -5}})"),
               ElementsAre("arm", "jog", "elbow", "-5"));
 }
@@ -84,7 +82,6 @@ TEST(RunRequest, RefusesByNameWhatIsNotOffered) {
   EXPECT_THAT(refusal(R"({"command": "scan", "options": {"preset": "finer"}})"), HasSubstr("expected one of: fine"));
   EXPECT_THAT(refusal(R"({"command": "scan", "options": {"light": "1"}})"), HasSubstr("expected a number"));
   EXPECT_THAT(refusal(R"({"command": "scan", "options": {"light": null}})"), HasSubstr("expected a number"));
-  EXPECT_THAT(refusal(R"({"command": "scan", "options": {"json": 1}})"), HasSubstr("true or false"));
   EXPECT_THAT(refusal(R"({"command": "scan", "options": {"notes": "two\nlines"}})"), HasSubstr("one line"));
   EXPECT_THAT(refusal(R"({"command": "scan", "options": {"notes": "\u001b[2J"}})"), HasSubstr("one line"));
   EXPECT_THAT(refusal({{"command", "scan"}, {"options", {{"notes", std::string(501, 'x')}}}}), HasSubstr("500"));

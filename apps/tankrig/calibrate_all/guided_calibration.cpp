@@ -310,9 +310,10 @@ bool GuidedCalibration::object() {
   ObjectPoseProblem problem{camera.model, {}, {mesh.vertices, mesh.triangles}};
   if (!fs::exists(corners)) {
     if (rig.scene.empty()) {
-      progress_.warn("click the object's corners in the console (tankrig serve), or look them up in " +
-                     printable(image.string()) + " and write them into " + printable(corners.string()) +
-                     " (docs/reference/formats.md), and run the same command again");
+      progress_.warn("look up the object's corners in " + printable(image.string()) + " and write them into " +
+                     printable(corners.string()) +
+                     " (docs/reference/formats.md), or click them in the console (tankrig serve) if this folder is in "
+                     "sessions/; then run the same command again");
       return false;
     }
     click_corners(load_world(rig, options_.scan.world), camera.name, problem.shape, options_.click_sigma,

@@ -182,7 +182,7 @@ void add_serve(CLI::App& app, ChosenCommand& chosen) {
   CLI::App* c = app.add_subcommand("serve", "The operator's console: the rig in a browser on this machine");
   ServeOptions& o = options_of(c, chosen, &serve);
   c->footer(
-      "The page can start what the command line can, and stops it as Ctrl-C does. It is no emergency stop.\n"
+      "The page starts commands of this program, and stops them as Ctrl-C does. It is no emergency stop.\n"
       "Example: tankrig serve --rig tank-wire    (then open the address that it prints)");
   add_rig_option(c, o.rig);
   c->add_option("--port", o.port, "Port on 127.0.0.1; 0: any that is free")->capture_default_str();
