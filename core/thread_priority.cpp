@@ -12,6 +12,11 @@ bool set_fifo(const char* name, int priority) noexcept {
   return pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters) == 0;
 }
 
+void set_ordinary() noexcept {
+  const sched_param none{};
+  (void)pthread_setschedparam(pthread_self(), SCHED_OTHER, &none);
+}
+
 bool pin_to_cpu(int cpu) noexcept {
   if (cpu < 0 || cpu >= CPU_SETSIZE) return false;
   cpu_set_t only;

@@ -7,6 +7,9 @@ namespace tankrig {
 /// leaves the scheduling as it is if the system does not allow it; on an idle machine the thread still works.
 bool set_fifo(const char* name, int priority) noexcept;
 
+/// Gives the calling thread ordinary scheduling again: what it still does is not urgent.
+void set_ordinary() noexcept;
+
 /// Pins the calling thread to processor `cpu`. Returns false and changes nothing if it may not or there is none.
 bool pin_to_cpu(int cpu) noexcept;
 

@@ -237,7 +237,9 @@ int run_guardian(const GuardianSettings& settings, OwnedDescriptor control, Owne
   const LockedMemory locked;
   touch_stack();
   set_fifo("guardian", settings.priority);
-  return guardian.run();
+  const int code = guardian.run();
+  set_ordinary();  // unlocking its memory and giving it back holds a processor for tens of milliseconds
+  return code;
 }
 
 }  // namespace tankrig

@@ -40,17 +40,7 @@ class Scene {
 
   Killed run() {
     const testing_support::MachineWitness witness;
-    if (!begin()) return k_;
-    std::optional<testing_support::ControlGroup> group;
-    if (k_.ending == Ending::kFrozen || k_.ending == Ending::kOutOfMemory) {
-      group.emplace(scan_);
-      if (!group->reachable()) {
-        k_.skipped = "no control groups of version 2 that this user may make and freeze";
-        ::kill(scan_, SIGKILL);
-      }
-    }
-    if (k_.skipped.empty()) happen(group);
-    for (const pid_t process : {scan_, guardian_}) ::waitpid(process, nullptr, 0);
+    if (begin()) end();
     k_.machine_late = witness.latest();
     return k_;
   }
@@ -84,6 +74,19 @@ class Scene {
     for (const pid_t process : {scan_, guardian_})
       if (process > 0) ::kill(process, SIGKILL), ::waitpid(process, nullptr, 0);
     return false;
+  }
+
+  void end() {
+    std::optional<testing_support::ControlGroup> group;
+    if (k_.ending == Ending::kFrozen || k_.ending == Ending::kOutOfMemory) {
+      group.emplace(scan_);
+      if (!group->reachable()) {
+        k_.skipped = "no control groups of version 2 that this user may make and freeze";
+        ::kill(scan_, SIGKILL);
+      }
+    }
+    if (k_.skipped.empty()) happen(group);
+    for (const pid_t process : {scan_, guardian_}) ::waitpid(process, nullptr, 0);
   }
 
   void happen(std::optional<testing_support::ControlGroup>& group) {
