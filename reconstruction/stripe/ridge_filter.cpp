@@ -47,6 +47,23 @@ void filter_columns(const cv::Mat1f& signal, const std::vector<float>& kernel, c
   }
 }
 
+void weaken_edges(const cv::Mat1f& signal, const std::vector<float>& kernel, cv::Mat1f& response) {
+  constexpr float kOfWeakerSide = 2;  // an edge's other side says nothing, and both sides of a stripe half
+  const int radius = static_cast<int>(kernel.size()) - 1;
+  std::vector<float> difference(signal.cols);
+  for (int y = 0; y < signal.rows; ++y) {
+    std::ranges::fill(difference, 0.0f);
+    for (int k = 1; k <= radius; ++k) {
+      const float* above = signal[std::max(y - k, 0)];
+      const float* below = signal[std::min(y + k, signal.rows - 1)];
+      for (int x = 0; x < signal.cols; ++x) difference[x] += kernel[k] * (above[x] - below[x]);
+    }
+    float* here = response[y];
+    for (int x = 0; x < signal.cols; ++x)
+      here[x] = std::min(here[x], kOfWeakerSide * (here[x] - std::abs(difference[x])));
+  }
+}
+
 namespace {
 
 /// upper_median() of values of which none is negative: those are in the order of their bits, and only what shares the

@@ -20,6 +20,10 @@ void weighted_signal(const cv::Mat& image, const cv::Mat& background, const std:
 /// The filter along every column; rows beyond the border repeat the border.
 void filter_columns(const cv::Mat1f& signal, const std::vector<float>& kernel, cv::Mat1f& response);
 
+/// Takes from `response` of `signal` what only one side speaks for: a stripe is brighter than both of its sides, an edge
+/// of the scene than one.
+void weaken_edges(const cv::Mat1f& signal, const std::vector<float>& kernel, cv::Mat1f& response);
+
 /// Robust sd (median of absolute values) of a response with zero mean, from a sample of its pixels.
 double robust_noise(const cv::Mat1f& response);
 

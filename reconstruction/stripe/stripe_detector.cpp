@@ -114,9 +114,11 @@ class ColumnDetector {
     static thread_local cv::Mat1f signal, response;  // kept from frame to frame: fresh pages cost as much as the filter
     weighted_signal(image_, background_, appearance_.detection, signal);
     fill_clipped(signal);
-    filter_columns(signal, ridge_kernel(std::clamp(kFilterOverProfile * appearance_.sd_px, 1.0, 10.0)), response);
+    const std::vector<float> kernel = ridge_kernel(std::clamp(kFilterOverProfile * appearance_.sd_px, 1.0, 10.0));
+    filter_columns(signal, kernel, response);
     constexpr double kQuantisation = 0.3, kCandidateShare = 0.85;
     const double noise = std::max(robust_noise(response), kQuantisation);
+    if (background_.empty()) weaken_edges(signal, kernel, response);
     RidgeCandidates candidates(response, noise, kCandidateShare * parameters_.min_snr);
     add_weak(response, noise, candidates);
     typical_snr_ = typical_snr(response, look_) / noise;

@@ -87,12 +87,14 @@ struct Found {
 };
 
 /// A stripe adds light: what is brighter in its colour alone, as the shadow beside it, does not count.
-Found follow(const cv::Mat1f& signal, const cv::Mat1f& sum, double sigma) {
+/// `edges`: of the scene, whose own light is in the image.
+Found follow(const cv::Mat1f& signal, const cv::Mat1f& sum, double sigma, bool edges) {
   cv::Mat1f response, brightness;
   filter_columns(signal, ridge_kernel(sigma), response);
   filter_columns(sum, ridge_kernel(sigma), brightness);
   response.setTo(0, brightness <= 0);
   const double noise = std::max(robust_noise(response), kQuantisation);
+  if (edges) weaken_edges(signal, ridge_kernel(sigma), response);
   Found found;
   found.path = best_path(RidgeCandidates(response, noise, 0.85 * kMinSnr), kMinSnr, kMaxStep, HUGE_VAL);
   std::erase_if(found.path, [](const StripeRun& run) { return static_cast<int>(run.size()) < kMinRun; });
@@ -148,7 +150,7 @@ StripeLook find_look(const cv::Mat& image, const cv::Mat& background, StripeOrie
       const cv::Mat1f signal = signal_of(reduced, weights);
       const bool grey = channels == 3 && weights[0] == weights[1] && weights[1] == weights[2];
       for (const double sigma : kSigmas) {
-        Found found = follow(signal, sum, sigma);
+        Found found = follow(signal, sum, sigma, background.empty());
         if (grey && background.empty()) found.evidence *= kGreyShare;
         found.evidence *= std::pow(kWider, std::log2(sigma));
         if (found.evidence <= evidence[rows]) continue;
@@ -171,7 +173,7 @@ StripeLook follow_look(const cv::Mat& image, const cv::Mat& background, const St
   const Reduced reduced = rows ? transposed(as_is) : as_is;
   StripeLook look = known;
   const double sigma = std::max(kSigmas[0], kFilterOverProfile * known.sd_px / reduced.factor);
-  set_path(follow(signal_of(reduced, known.weights), sum_of(reduced), sigma), reduced, look);
+  set_path(follow(signal_of(reduced, known.weights), sum_of(reduced), sigma, background.empty()), reduced, look);
   return look;
 }
 
