@@ -432,10 +432,23 @@ auto with_detector(const cv::Mat& image, const cv::Mat& background, const Stripe
   return then(detector);
 }
 
+/// Whether the look's path is a stripe's. What the scene shows as much of darkly as of brightly is its own.
+bool stands_out(const StripeLook& look) {
+  constexpr double kLeast = 0.8;  // evidence per column that the path crosses
+  return look.evidence > kLeast * look.share * static_cast<double>(look.rows.size());
+}
+
 StripeDetection detect(const cv::Mat& image, const cv::Mat& background, const StripeParameters& parameters,
                        const StripeLook& look) {
-  StripeDetection detection =
-      with_detector(image, background, parameters, look, [](ColumnDetector& d) { return d.detect(); });
+  StripeDetection detection;
+  if (!background.empty() || stands_out(look)) {
+    detection = with_detector(image, background, parameters, look, [](ColumnDetector& d) { return d.detect(); });
+  } else {
+    detection.statistics.frames = 1;
+    detection.statistics.columns =
+        static_cast<std::uint64_t>(look.orientation == StripeOrientation::kRows ? image.rows : image.cols);
+    detection.statistics.no_peak = detection.statistics.columns;
+  }
   detection.orientation = look.orientation;
   return detection;
 }

@@ -82,27 +82,56 @@ cv::Mat1f signal_of(const Reduced& image, const std::array<float, 3>& weights) {
 }
 
 struct Found {
-  double evidence = 0;
+  double evidence = 0;  ///< for a stripe
+  double line = 0;      ///< for a bright line, the scene's or a stripe
+  double sigma = 0;     ///< of the filter
   std::vector<StripeRun> path;
 };
 
-/// A stripe adds light: what is brighter in its colour alone, as the shadow beside it, does not count.
-/// `edges`: of the scene, whose own light is in the image.
-Found follow(const cv::Mat1f& signal, const cv::Mat1f& sum, double sigma, bool edges) {
+/// Where the light rises: a stripe adds light, so what is brighter in its colour alone, as the shadow beside it, does not
+/// count. `kernel`: filter of both, `edges`: of the scene are in the image.
+Found follow_ridges(const cv::Mat1f& signal, const cv::Mat1f& sum, const std::vector<float>& kernel, bool edges) {
   cv::Mat1f response, brightness;
-  filter_columns(signal, ridge_kernel(sigma), response);
-  filter_columns(sum, ridge_kernel(sigma), brightness);
+  filter_columns(signal, kernel, response);
+  filter_columns(sum, kernel, brightness);
   response.setTo(0, brightness <= 0);
   const double noise = std::max(robust_noise(response), kQuantisation);
-  if (edges) weaken_edges(signal, ridge_kernel(sigma), response);
+  if (edges) weaken_edges(signal, kernel, response);
   Found found;
   found.path = best_path(RidgeCandidates(response, noise, 0.85 * kMinSnr), kMinSnr, kMaxStep, HUGE_VAL);
   std::erase_if(found.path, [](const StripeRun& run) { return static_cast<int>(run.size()) < kMinRun; });
   for (const StripeRun& run : found.path) {
-    found.evidence -= 3;
-    for (const PathPoint& point : run) found.evidence += std::log(point.candidate.snr / kMinSnr);
+    found.line -= 3;
+    for (const PathPoint& point : run) found.line += std::log(point.candidate.snr / kMinSnr);
   }
   return found;
+}
+
+/// `scene`: its own light is in the image, too. Its lines are dark as often as they are bright, and the laser only adds
+/// light: what speaks for a dark stripe as well speaks for none.
+Found follow(const cv::Mat1f& signal, const cv::Mat1f& sum, double sigma, bool scene) {
+  const std::vector<float> kernel = ridge_kernel(sigma);
+  Found found = follow_ridges(signal, sum, kernel, scene);
+  found.evidence = found.line;
+  found.sigma = sigma;
+  if (scene) found.evidence -= follow_ridges(-signal, -sum, kernel, scene).line;
+  return found;
+}
+
+/// Over all widths: the clearest line among those that are clearly a stripe.
+Found clearest_width(const cv::Mat1f& signal, const cv::Mat1f& sum, bool scene) {
+  constexpr double kWider = 0.94;  // of two widths that answer alike, the smaller: haze is wide, too
+  constexpr double kClear = 0.6;
+  std::vector<Found> all;
+  double most = 0;
+  for (const double sigma : kSigmas) {
+    all.push_back(follow(signal, sum, sigma, scene));
+    const double share = std::pow(kWider, std::log2(sigma));
+    all.back().line *= share, all.back().evidence *= share;
+    most = std::max(most, all.back().evidence);
+  }
+  std::erase_if(all, [&](const Found& found) { return found.evidence < kClear * most; });
+  return all.empty() ? Found{} : *std::ranges::max_element(all, {}, &Found::line);
 }
 
 std::vector<std::array<float, 3>> colours(int channels, bool dark) {
@@ -137,7 +166,6 @@ cv::Mat1f sum_of(const Reduced& reduced) {
 
 StripeLook find_look(const cv::Mat& image, const cv::Mat& background, StripeOrientation orientation) {
   constexpr double kGreyShare = 0.4;  // bright ridges are everywhere, coloured ones are not
-  constexpr double kWider = 0.94;     // of two widths that answer alike, the smaller: haze is wide, too
   const Reduced as_is = reduce(image, background);
   const int channels = image.channels();
   StripeLook best;
@@ -149,18 +177,15 @@ StripeLook find_look(const cv::Mat& image, const cv::Mat& background, StripeOrie
     for (const auto& weights : colours(channels, !background.empty())) {
       const cv::Mat1f signal = signal_of(reduced, weights);
       const bool grey = channels == 3 && weights[0] == weights[1] && weights[1] == weights[2];
-      for (const double sigma : kSigmas) {
-        Found found = follow(signal, sum, sigma, background.empty());
-        if (grey && background.empty()) found.evidence *= kGreyShare;
-        found.evidence *= std::pow(kWider, std::log2(sigma));
-        if (found.evidence <= evidence[rows]) continue;
-        evidence[rows] = found.evidence;
-        if (found.evidence <= best.evidence) continue;
-        best.orientation = rows ? StripeOrientation::kRows : StripeOrientation::kColumns;
-        best.weights = weights;
-        best.sd_px = sigma * reduced.factor / kFilterOverProfile;
-        set_path(found, reduced, best);
-      }
+      Found found = clearest_width(signal, sum, background.empty());
+      if (grey && background.empty()) found.evidence *= kGreyShare;
+      if (found.evidence <= evidence[rows]) continue;
+      evidence[rows] = found.evidence;
+      if (found.evidence <= best.evidence) continue;
+      best.orientation = rows ? StripeOrientation::kRows : StripeOrientation::kColumns;
+      best.weights = weights;
+      best.sd_px = found.sigma * reduced.factor / kFilterOverProfile;
+      set_path(found, reduced, best);
     }
   }
   best.rival = std::min(evidence[0], evidence[1]);
