@@ -122,9 +122,16 @@ RidgeCandidates::RidgeCandidates(const cv::Mat1f& response, double noise, double
 }
 
 void RidgeCandidates::add(int column, const RidgeCandidate& candidate) {
-  for (int k = 0; k < count(column); ++k)
-    if (std::abs(at(column, k).row - candidate.row) <= 1) return;
-  insert(column, candidate);
+  RidgeCandidate* list = all_.data() + static_cast<std::size_t>(column) * kPerColumn;
+  int& n = counts_[static_cast<std::size_t>(column)];
+  RidgeCandidate added = candidate;
+  for (int k = 0; k < n; ++k) {
+    if (std::abs(list[k].row - candidate.row) > 1) continue;
+    added = {list[k].row, std::max(list[k].snr, candidate.snr)};
+    std::copy(list + k + 1, list + n--, list + k);
+    break;
+  }
+  insert(column, added);
 }
 
 void RidgeCandidates::insert(int column, const RidgeCandidate& candidate) {

@@ -44,7 +44,7 @@ class RidgeCandidates {
   /// Local maxima of at least `min_snr` times `noise`.
   RidgeCandidates(const cv::Mat1f& response, double noise, double min_snr);
 
-  /// Adds a place that is known otherwise to be the stripe's, unless there is a candidate within a pixel of it.
+  /// Adds a place that is known otherwise to be the stripe's; a candidate within a pixel of it becomes as strong.
   void add(int column, const RidgeCandidate& candidate);
 
   int columns() const { return static_cast<int>(counts_.size()); }
