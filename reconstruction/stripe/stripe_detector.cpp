@@ -24,9 +24,9 @@ namespace tankrig {
 namespace {
 
 constexpr double kCandidateShare = 0.85;  ///< of min_snr at which a column's peak may belong to a stripe
-constexpr double kMinProfileSnr = 3.0;   ///< amplitude over its sigma in the local fit
-constexpr double kSureProfileSnr = 1.5;  ///< likewise where the look's path runs
-constexpr double kBetter = 0.7;          ///< misfit of a model over that of the usual one, from which it is believed
+constexpr double kMinProfileSnr = 3.0;    ///< amplitude over its sigma in the local fit
+constexpr double kSureProfileSnr = 1.5;   ///< likewise where the look's path runs
+constexpr double kBetter = 0.7;           ///< misfit of a model over that of the usual one, from which it is believed
 constexpr float kEdge = 0.7f, kDarkest = 0.03f;  ///< of the reflectance over its largest
 constexpr double kSignificance = 4.0;            ///< sigmas beyond which a shape is not chance
 
@@ -136,7 +136,8 @@ class ColumnDetector {
     constexpr double kLeastSnr = 1.0;
     // Where the whole stripe is weak, a column's SNR counts as enough to bear the step to it.
     const bool weak = typical_snr_ < 2 * parameters_.min_snr;
-    const double most = (weak ? 1.5 : kCandidateShare) * parameters_.min_snr, known = (weak ? 1.5 : 1.1) * parameters_.min_snr;
+    const double most = (weak ? 1.5 : kCandidateShare) * parameters_.min_snr,
+                 known = (weak ? 1.5 : 1.1) * parameters_.min_snr;
     sure_rows_.assign(response.cols, NAN);
     if (look_.evidence <= kSure * static_cast<double>(look_.rows.size())) return;
     const double reach = look_.step + appearance_.sd_px;

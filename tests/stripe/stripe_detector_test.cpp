@@ -197,6 +197,42 @@ TEST(StripeDetector, ReportsNothingWhereThereIsNoStripe) {
     }
 }
 
+TEST(StripeDetector, ReportsNothingOnSquaresWithoutAStripeOrADarkImage) {
+  for (unsigned seed = 1; seed <= 4; ++seed) {
+    GeneratedStripe empty;
+    empty.laser = false;
+    empty.noise = 2;
+    empty.seed = seed;
+    empty.scene = [](int x, int y) { return 40.0 + 110 * ((x / 17 + y / 13) % 2); };
+    EXPECT_EQ(detect_stripe(empty.image(), {}, StripeParameters{}).peaks.size(), 0u) << "seed " << seed;
+  }
+}
+
+TEST(StripeDetector, TakesTheEdgeOfATableForNoStripe) {
+  GeneratedStripe empty;
+  empty.laser = false;
+  empty.noise = 2;
+  empty.scene = [](int x, int y) { return y > 110 + 0.1 * x ? 140.0 : 60.0; };
+  cv::Mat image = empty.image();
+  image.forEach<cv::Vec3b>([](cv::Vec3b& pixel, const int*) { pixel[0] /= 2; });  // of wood
+  EXPECT_EQ(detect_stripe(image, {}, StripeParameters{}).peaks.size(), 0u);
+}
+
+TEST(StripeDetector, FollowsAStripeThatIsWeakEverywhere) {
+  for (unsigned seed = 1; seed <= 3; ++seed) {
+    GeneratedStripe stripe;
+    stripe.width = 480, stripe.height = 360;
+    stripe.sd = 2, stripe.noise = 8, stripe.peak = 2 * stripe.noise;
+    stripe.scene = [](int, int) { return 60.0; };
+    stripe.seed = seed;
+    const Errors e = errors_of(detect_stripe(stripe.image(), {}, StripeParameters{}), stripe);
+    std::cout << "seed " << seed << ": " << e.count << " of 480 columns, rms " << e.rms << " px\n";
+    EXPECT_GE(e.count, 0.8 * 480);
+    EXPECT_LE(e.gross, 5);
+    EXPECT_LT(e.rms, 0.4);
+  }
+}
+
 TEST(StripeDetector, PutsNoPointBetweenTheSidesOfADepthJump) {
   for (const double jump : {6.0, 14.0, 60.0}) {
     GeneratedStripe stripe;
