@@ -121,12 +121,13 @@ RidgeCandidates::RidgeCandidates(const cv::Mat1f& response, double noise, double
   }
 }
 
-void RidgeCandidates::add(int column, const RidgeCandidate& candidate) {
+void RidgeCandidates::add(int column, const RidgeCandidate& candidate, bool strengthens) {
   RidgeCandidate* list = all_.data() + static_cast<std::size_t>(column) * kPerColumn;
   int& n = counts_[static_cast<std::size_t>(column)];
   RidgeCandidate added = candidate;
   for (int k = 0; k < n; ++k) {
     if (std::abs(list[k].row - candidate.row) > 1) continue;
+    if (!strengthens) return;
     added = {list[k].row, std::max(list[k].snr, candidate.snr)};
     std::copy(list + k + 1, list + n--, list + k);
     break;

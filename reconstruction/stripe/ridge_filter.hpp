@@ -44,8 +44,9 @@ class RidgeCandidates {
   /// Local maxima of at least `min_snr` times `noise`.
   RidgeCandidates(const cv::Mat1f& response, double noise, double min_snr);
 
-  /// Adds a place that is known otherwise to be the stripe's; a candidate within a pixel of it becomes as strong.
-  void add(int column, const RidgeCandidate& candidate);
+  /// Adds a place that is known otherwise to be the stripe's. A candidate within a pixel of it becomes as strong, if
+  /// `strengthens`; else it stays as it is.
+  void add(int column, const RidgeCandidate& candidate, bool strengthens);
 
   int columns() const { return static_cast<int>(counts_.size()); }
   int count(int column) const { return counts_[static_cast<std::size_t>(column)]; }

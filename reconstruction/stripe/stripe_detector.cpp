@@ -23,10 +23,9 @@
 namespace tankrig {
 namespace {
 
-constexpr double kCandidateShare = 0.85;  ///< of min_snr at which a column's peak may belong to a stripe
-constexpr double kMinProfileSnr = 3.0;    ///< amplitude over its sigma in the local fit
-constexpr double kSureProfileSnr = 1.5;   ///< likewise where the look's path runs
-constexpr double kBetter = 0.7;           ///< misfit of a model over that of the usual one, from which it is believed
+constexpr double kMinProfileSnr = 3.0;   ///< amplitude over its sigma in the local fit
+constexpr double kSureProfileSnr = 1.5;  ///< likewise where the look's path runs
+constexpr double kBetter = 0.7;          ///< misfit of a model over that of the usual one, from which it is believed
 constexpr float kEdge = 0.7f, kDarkest = 0.03f;  ///< of the reflectance over its largest
 constexpr double kSignificance = 4.0;            ///< sigmas beyond which a shape is not chance
 
@@ -117,7 +116,7 @@ class ColumnDetector {
     fill_clipped(signal);
     const std::vector<float> kernel = ridge_kernel(std::clamp(kFilterOverProfile * appearance_.sd_px, 1.0, 10.0));
     filter_columns(signal, kernel, response);
-    constexpr double kQuantisation = 0.3;
+    constexpr double kQuantisation = 0.3, kCandidateShare = 0.85;
     const double noise = std::max(robust_noise(response), kQuantisation);
     if (background_.empty()) weaken_edges(signal, kernel, response);
     RidgeCandidates candidates(response, noise, kCandidateShare * parameters_.min_snr);
@@ -134,10 +133,9 @@ class ColumnDetector {
   void add_weak(const cv::Mat1f& response, double noise, RidgeCandidates& candidates) const {
     constexpr double kSure = 1.0;  // evidence per column of the reduced image, several times that of noise
     constexpr double kLeastSnr = 1.0;
-    // Where the whole stripe is weak, a column's SNR counts as enough to bear the step to it.
-    const bool weak = typical_snr_ < 2 * parameters_.min_snr;
-    const double most = (weak ? 1.5 : kCandidateShare) * parameters_.min_snr,
-                 known = (weak ? 1.5 : 1.1) * parameters_.min_snr;
+    // Where the whole stripe is weak among the scene's lines, a column's SNR counts as enough to bear the step to it.
+    const bool weak = background_.empty() && typical_snr_ < 2 * parameters_.min_snr;
+    const double most = (weak ? 1.5 : 1.0) * parameters_.min_snr, known = (weak ? 1.5 : 1.1) * parameters_.min_snr;
     sure_rows_.assign(response.cols, NAN);
     if (look_.evidence <= kSure * static_cast<double>(look_.rows.size())) return;
     const double reach = look_.step + appearance_.sd_px;
@@ -160,7 +158,7 @@ class ColumnDetector {
       const float above = response(best - 1, x), here = response(best, x), below = response(best + 1, x);
       const float curvature = 2 * here - above - below;
       const float shift = curvature > 0 ? std::clamp(0.5f * (below - above) / curvature, -0.5f, 0.5f) : 0;
-      candidates.add(x, {static_cast<float>(best) + shift, static_cast<float>(known)});
+      candidates.add(x, {static_cast<float>(best) + shift, static_cast<float>(known)}, weak);
     }
   }
 
