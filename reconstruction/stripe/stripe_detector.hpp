@@ -1,6 +1,7 @@
 // The better stripe detector: any colour, width and brightness, measured in the image itself.
 //
-//  1. background removed: the dark image where there is one, else by the filter's zero mean
+//  1. background removed: the dark image where there is one; else by the filter's zero mean, less what is brighter than
+//  one side only, and nothing is found where dark lines are as clear as bright ones
 //  2. stripe colour and width measured on some columns; channels weighted by the inverse covariance of noise and
 //  texture
 //  3. matched filter across the stripe (negated second derivative of a Gauss), noise by MAD, candidates by SNR
@@ -39,7 +40,7 @@ struct StripeParameters {
 };
 
 /// `image`: 8-bit, 1 or 3 (BGR) channels. `background`: the same scene without laser, empty if there is none.
-/// Without a background a bright line of the scene itself may be taken for the stripe when the laser is off.
+/// Without a background a bright line of the scene, as a red cable, may be taken for the stripe when the laser is off.
 /// Errors: InputError for another type or another background size.
 StripeDetection detect_stripe(const cv::Mat& image, const cv::Mat& background, const StripeParameters& parameters);
 
