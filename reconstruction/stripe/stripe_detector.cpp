@@ -27,6 +27,7 @@ constexpr double kMinProfileSnr = 3.0;   ///< amplitude over its sigma in the lo
 constexpr double kSureProfileSnr = 1.5;  ///< likewise where the look's path runs
 constexpr double kBetter = 0.7;          ///< misfit of a model over that of the usual one, from which it is believed
 constexpr float kEdge = 0.7f, kDarkest = 0.03f;  ///< of the reflectance over its largest
+constexpr double kSkirt = 20;                    ///< [DN] of the stripe's colour beside its white core
 constexpr double kSignificance = 4.0;            ///< sigmas beyond which a shape is not chance
 
 void check(const cv::Mat& image, const cv::Mat& background) {
@@ -76,6 +77,8 @@ class ColumnDetector {
         look_(look),
         appearance_(measure_appearance(image, background, look)),
         clipped_(image, appearance_.light),
+        faintest_(faintest_channel(appearance_.light, background)),
+        cores_(image, faintest_),
         fitter_(appearance_.sd_px, background.empty()) {}
 
   StripeDetection detect() {
@@ -122,7 +125,42 @@ class ColumnDetector {
     RidgeCandidates candidates(response, noise, kCandidateShare * parameters_.min_snr);
     typical_snr_ = typical_snr(response, look_) / noise;
     add_weak(response, noise, candidates);
+    add_cores(candidates);
     return candidates;
+  }
+
+  /// Of the laser's light, the channel that shows least. Where it clips with the stripe's colour on both sides, there is
+  /// the stripe's core, however far the others clip in its haze. None where a dark image tells the haze.
+  static std::array<float, 3> faintest_channel(const std::array<float, 3>& light, const cv::Mat& background) {
+    std::array<float, 3> weights{};
+    if (background.empty()) weights[std::ranges::min_element(light) - light.begin()] = 1;
+    return weights;
+  }
+
+  void add_cores(RidgeCandidates& candidates) const {
+    if (image_.channels() < 3) return;
+    const double widest = 4 * appearance_.sd_px;
+    for (int x = 0; x < image_.cols; ++x)
+      for (const ClippedRun& core : cores_.of(x))
+        if (core.width() <= widest &&
+            std::min(colour_beside(x, core.first, -1), colour_beside(x, core.last, 1)) > kSkirt)
+          candidates.add(x,
+                         {0.5f * static_cast<float>(core.first + core.last),
+                          static_cast<float>(std::max(typical_snr_, 2 * parameters_.min_snr))},
+                         true);
+  }
+
+  /// How much of the stripe's colour the pixels beyond a core's end have, against grey [DN].
+  double colour_beside(int column, int end, int step) const {
+    constexpr int kPixels = 3;
+    double colour = 0;
+    for (int k = 1; k <= kPixels; ++k) {
+      const int y = end + k * step;
+      if (y < 0 || y >= image_.rows) return 0;
+      const cv::Vec3b& pixel = image_.at<cv::Vec3b>(y, column);
+      for (int c = 0; c < 3; ++c) colour += look_.weights[c] * pixel[c] / kPixels;
+    }
+    return colour;
   }
 
   std::vector<StripeRun> path_through(const RidgeCandidates& candidates) const {
@@ -256,14 +294,18 @@ class ColumnDetector {
 
   Section cut(const PathPoint& point) {
     int middle = static_cast<int>(std::lround(point.candidate.row)), reach = fitter_.half_window() + 2;
-    Section section{0, clipped_.at(point.column, point.candidate.row, 0.5 * reach)};
+    Section section{0, cores_.at(point.column, point.candidate.row, 1)};
+    const bool cored = section.core.width() >= kWidePlateau;
+    if (!cored) section.core = clipped_.at(point.column, point.candidate.row, 0.5 * reach);
     if (section.core.width() > 0) {
       middle = (section.core.first + section.core.last) / 2;
       reach += section.core.width() / 2;
     }
     section.first_row = std::max(0, middle - reach);
     fill_values(point.column, section.first_row, std::min(image_.rows - 1, middle + reach),
-                section.core.width() > 0 ? appearance_.light : appearance_.profile);
+                cored                      ? faintest_
+                : section.core.width() > 0 ? appearance_.light
+                                           : appearance_.profile);
     return section;
   }
 
@@ -415,6 +457,8 @@ class ColumnDetector {
   const StripeLook& look_;
   StripeAppearance appearance_;
   ClippedRuns clipped_;
+  std::array<float, 3> faintest_;
+  ClippedRuns cores_;
   ProfileFitter fitter_;
   double typical_snr_ = 0;
   double contrast_ = 0;  ///< of speckle
