@@ -146,7 +146,7 @@ class ColumnDetector {
             std::min(colour_beside(x, core.first, -1), colour_beside(x, core.last, 1)) > kSkirt)
           candidates.add(x,
                          {0.5f * static_cast<float>(core.first + core.last),
-                          static_cast<float>(std::max(typical_snr_, 2 * parameters_.min_snr))},
+                          static_cast<float>(std::max(3 * typical_snr_, 2 * parameters_.min_snr))},
                          true);
   }
 
