@@ -27,6 +27,7 @@ constexpr double kMinProfileSnr = 3.0;   ///< amplitude over its sigma in the lo
 constexpr double kSureProfileSnr = 1.5;  ///< likewise where the look's path runs
 constexpr double kBetter = 0.7;          ///< misfit of a model over that of the usual one, from which it is believed
 constexpr float kEdge = 0.7f, kDarkest = 0.03f;  ///< of the reflectance over its largest
+constexpr int kCoreReach = 10;                   ///< [px] to either side of a white core
 constexpr double kSkirt = 20;                    ///< [DN] of the stripe's colour beside its white core
 constexpr double kSignificance = 4.0;            ///< sigmas beyond which a shape is not chance
 
@@ -296,7 +297,10 @@ class ColumnDetector {
     int middle = static_cast<int>(std::lround(point.candidate.row)), reach = fitter_.half_window() + 2;
     Section section{0, cores_.at(point.column, point.candidate.row, 1)};
     const bool cored = section.core.width() >= kWidePlateau;
-    if (!cored) section.core = clipped_.at(point.column, point.candidate.row, 0.5 * reach);
+    if (cored)
+      reach = std::min(reach, kCoreReach);  // beyond it may be haze
+    else
+      section.core = clipped_.at(point.column, point.candidate.row, 0.5 * reach);
     if (section.core.width() > 0) {
       middle = (section.core.first + section.core.last) / 2;
       reach += section.core.width() / 2;
