@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <opencv2/core.hpp>
 #include <optional>
@@ -27,9 +28,10 @@ constexpr double kMinProfileSnr = 3.0;   ///< amplitude over its sigma in the lo
 constexpr double kSureProfileSnr = 1.5;  ///< likewise where the look's path runs
 constexpr double kBetter = 0.7;          ///< misfit of a model over that of the usual one, from which it is believed
 constexpr float kEdge = 0.7f, kDarkest = 0.03f;  ///< of the reflectance over its largest
-constexpr int kCoreReach = 10;                   ///< [px] to either side of a white core
-constexpr double kSkirt = 20;                    ///< [DN] of the stripe's colour beside its white core
-constexpr double kSignificance = 4.0;            ///< sigmas beyond which a shape is not chance
+constexpr int kAll = std::numeric_limits<int>::max();
+constexpr int kCoreReach = 10;         ///< [px] to either side of a white core
+constexpr double kSkirt = 20;          ///< [DN] of the stripe's colour beside its white core
+constexpr double kSignificance = 4.0;  ///< sigmas beyond which a shape is not chance
 
 void check(const cv::Mat& image, const cv::Mat& background) {
   if (image.empty() || (image.type() != CV_8UC3 && image.type() != CV_8UC1))
@@ -290,24 +292,23 @@ class ColumnDetector {
   /// The values across the stripe, in `values_`.
   struct Section {
     int first_row = 0;
-    ClippedRun core;  ///< clipped, in the image's rows; empty: none
+    ClippedRun core;     ///< clipped, in the image's rows; empty: none
+    bool white = false;  ///< the core is of all channels
   };
 
-  Section cut(const PathPoint& point) {
+  /// `most`: rows beyond the core at most.
+  Section cut(const PathPoint& point, int most) {
     int middle = static_cast<int>(std::lround(point.candidate.row)), reach = fitter_.half_window() + 2;
     Section section{0, cores_.at(point.column, point.candidate.row, 1)};
-    const bool cored = section.core.width() >= kWidePlateau;
-    if (cored)
-      reach = std::min(reach, kCoreReach);  // beyond it may be haze
-    else
-      section.core = clipped_.at(point.column, point.candidate.row, 0.5 * reach);
+    section.white = section.core.width() >= kWidePlateau;
+    if (!section.white) section.core = clipped_.at(point.column, point.candidate.row, 0.5 * reach);
     if (section.core.width() > 0) {
       middle = (section.core.first + section.core.last) / 2;
-      reach += section.core.width() / 2;
+      reach = std::min(reach, most) + section.core.width() / 2;
     }
     section.first_row = std::max(0, middle - reach);
     fill_values(point.column, section.first_row, std::min(image_.rows - 1, middle + reach),
-                cored                      ? faintest_
+                section.white              ? faintest_
                 : section.core.width() > 0 ? appearance_.light
                                            : appearance_.profile);
     return section;
@@ -356,9 +357,9 @@ class ColumnDetector {
   }
 
   ProfileFit fit_point(const PathPoint& point, double contrast) {
-    const Section section = cut(point);
+    Section section = cut(point, kAll);
     const double start = point.candidate.row - section.first_row;
-    ProfileFit fit = section.core.width() > 0 ? fit_clipped(section) : fit_values(start, contrast);
+    ProfileFit fit = section.core.width() > 0 ? fit_clipped(point, section) : fit_values(start, contrast);
     if (section.core.width() == 0 && measure_reflectance(point.column, section.first_row)) {
       // The profile may be cut by the edge of a square: the model that leaves less of it unexplained.
       const ProfileFit cut = fitter_.fit(values_.data(), static_cast<int>(values_.size()), start,
@@ -398,15 +399,23 @@ class ColumnDetector {
   }
 
   /// By both flanks of a wide plateau, otherwise as if it were not clipped.
-  ProfileFit fit_clipped(const Section& section) {
-    const ClippedRun core{section.core.first - section.first_row, section.core.last - section.first_row};
-    if (core.width() >= kWidePlateau) {
-      constexpr double kFullWidthOfSd = 2.3548;
-      PlateauFit fit = fit_plateau(values_, core, appearance_.noise, background_.empty());
+  /// A white core is fitted once more, by what lies beside it, where the flanks are too wide to be its own: haze.
+  ProfileFit fit_clipped(const PathPoint& point, Section& section) {
+    constexpr double kFullWidthOfSd = 2.3548, kHazy = 1.5;  // sd of the flanks in widths of the core
+    const auto core = [&] {
+      return ClippedRun{section.core.first - section.first_row, section.core.last - section.first_row};
+    };
+    if (core().width() >= kWidePlateau) {
+      const auto plateau = [&] { return fit_plateau(values_, core(), appearance_.noise, background_.empty()); };
+      PlateauFit fit = plateau();
+      if (section.white && (!fit.profile.ok || fit.sd_px > kHazy * core().width())) {
+        section = cut(point, kCoreReach);
+        fit = plateau();
+      }
       fit.profile.width_ratio = std::min(fit.sd_px, fit.half_height_px / kFullWidthOfSd) / appearance_.sd_px;
       if (fit.profile.ok) return fit.profile;
     }
-    return fit_values(0.5 * (core.first + core.last),
+    return fit_values(0.5 * (core().first + core().last),
                       0);  // a clipped core carries no speckle, and its flanks no more than their share
   }
 
@@ -421,7 +430,7 @@ class ColumnDetector {
       for (std::size_t i = 0; i + 2 * kLag < run.size(); i += step) {
         blocks.emplace_back();
         for (std::size_t k = i; k < std::min(i + kBlock, run.size()); ++k)
-          if (cut(run[k]).core.width() == 0) blocks.back().push_back(run[k]);
+          if (cut(run[k], kAll).core.width() == 0) blocks.back().push_back(run[k]);
       }
     ContrastScatters scatters;
     std::vector<double> rows;
