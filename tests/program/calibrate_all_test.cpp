@@ -5,9 +5,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+#include <cmath>
 #include <regex>
 
 #include "core/calibration_file.hpp"
+#include "core/model_yaml.hpp"
 #include "core/text_files.hpp"
 #include "tests/program/program.hpp"
 
@@ -22,6 +25,75 @@ constexpr double kLaserMean_mm = 1.5, kLaserDeviation_mm = 1.5, kStereoMean_mm =
 /// calibration.yaml without the times it was made at.
 std::string values_of(const fs::path& file) {
   return std::regex_replace(read_whole_file(file), std::regex("made_utc: [^\n]*\n"), "");
+}
+
+/// A copy of tank-true's rig file in `folder`, its nominal values in drawings.yaml beside it.
+fs::path copied_rig(const fs::path& folder) {
+  const fs::path etc = fs::path(TANKRIG_SOURCE_DIR) / "etc", rig = folder / "rig.yaml",
+                 drawings = folder / "drawings.yaml";
+  fs::create_directories(folder);
+  fs::copy_file(etc / "rigs/tank-true/rig.yaml", rig);
+  fs::copy_file(etc / "rigs/tank-sim/rig.yaml", drawings);
+  edit(rig, {{"../tank-sim/rig.yaml", "drawings.yaml"}});
+  edit(drawings, {{"../../scenes/tank.xml", (etc / "scenes/tank.xml").string()},
+                  {"../../objects/black_box.obj", (etc / "objects/black_box.obj").string()}});
+  return rig;
+}
+
+/// Of `truth:`, all that moves what the mono camera and the laser see.
+const Edits kOtherTruth{
+    {"camera_moved_mm: 25", "camera_moved_mm: 200"}, {"camera_turned_deg: 2.5", "camera_turned_deg: 20"},
+    {"eye_moved_mm: 2", "eye_moved_mm: 50"},         {"focal_share: 0.02", "focal_share: 0.2"},
+    {"joint_zero_deg: 1", "joint_zero_deg: 10"},     {"laser_turned_deg: 1.5", "laser_turned_deg: 10"},
+    {"object_moved_mm: 15", "object_moved_mm: 200"}, {"latency_ms: 25", "latency_ms: -400"}};
+
+/// Other drawings of the same rig: centimetres, degrees and percents off, in all that a calibration finds.
+const Edits kOtherDrawings{
+    {"fx_px: 626.08, fy_px: 682.78, cx_px: 368.93, cy_px: 284.83", "fx_px: 590, fy_px: 720, cx_px: 355, cy_px: 300"},
+    {"k1: -0.370, k2: 0.174, p1: -0.0016, p2: 0.0029", "k1: -0.2, k2: 0, p1: 0, p2: 0"},
+    {"[0.716, 0.228, 0.585], quaternion_xyzw: [0.418637960, -0.308630971, -0.569861946, 0.636196939]",
+     "[0.75, 0.2, 0.61], quaternion_xyzw: [0.439407200, -0.289609291, -0.549259000, 0.649124273]"},
+    {"fx_px: 765.4, fy_px: 762.9, cx_px: 315.7, cy_px: 236.8", "fx_px: 800, fy_px: 800, cx_px: 320, cy_px: 240"},
+    {"[0.575, 0.215, 0.57], quaternion_xyzw: [0.397810856, -0.280376899, -0.584590789, 0.649144766]",
+     "[0.55, 0.23, 0.6], quaternion_xyzw: [0.408877130, -0.299178388, -0.568438936, 0.648219840]"},
+    {"fx_px: 765.4, fy_px: 762.9, cx_px: 315.7, cy_px: 236.8", "fx_px: 730, fy_px: 730, cx_px: 320, cy_px: 240"},
+    {"[0.589017063, 0.128580300, 0.561102960]", "[0.6, 0.11, 0.54]"},
+    {"theta0_rad: 0.139277274", "theta0_rad: 0.16"},
+    {"theta0_rad: 1.972222055", "theta0_rad: 1.95"},
+    {"ePl: {normal: [1, 0, 0], offset_m: 0.09796}", "ePl: {normal: [0.9992, 0.04, 0], offset_m: 0.104916}"},
+    {"origin_e_m: [-0.09796,", "origin_e_m: [-0.105,"},
+    {"[-0.26, 0.025, 1.02], quaternion_xyzw: [0.919495956, 0.393099461,",
+     "[-0.22, 0.0, 1.0], quaternion_xyzw: [0.940376226, 0.340136082,"}};
+
+/// How many of its sigmas a pose has moved, at most.
+double sigmas_apart(const CalibratedPose& a, const CalibratedPose& b) {
+  const Eigen::AngleAxisd turn(Eigen::Matrix3d(b.pose.linear() * a.pose.linear().transpose()));
+  const Vector3d moved = b.pose.translation() - a.pose.translation(), turned = turn.angle() * turn.axis();
+  return std::max(moved.cwiseAbs().cwiseQuotient(a.sigma_m).maxCoeff(),
+                  turned.cwiseAbs().cwiseQuotient(a.sigma_rad).maxCoeff());
+}
+
+/// The most of all that a calibration has found.
+double sigmas_apart(const Calibration& a, const Calibration& b) {
+  double most = std::max({sigmas_apart(*a.stereo, *b.stereo), sigmas_apart(*a.gripper, *b.gripper),
+                          sigmas_apart(*a.object, *b.object),
+                          (a.laser->ePl.normal - b.laser->ePl.normal).norm() / a.laser->sigma_rad,
+                          std::abs(a.laser->ePl.offset - b.laser->ePl.offset) / a.laser->sigma_m});
+  const auto add = [&most](double x, double y, double sigma) {
+    if (sigma > 0) most = std::max(most, std::abs(x - y) / sigma);
+  };
+  for (std::size_t joint = 0; joint < a.joints->theta0.size(); ++joint)
+    add(a.joints->theta0[joint], b.joints->theta0[joint], a.joints->sigma[joint]);
+  for (const CameraCalibration& camera : a.cameras) {
+    const CameraCalibration& other = *b.camera(camera.name);
+    const CameraModel &m = camera.lens->model, &n = other.lens->model;
+    const double x[]{m.fx, m.fy, m.cx, m.cy, m.k1, m.k2, m.p1, m.p2, m.k3},
+        y[]{n.fx, n.fy, n.cx, n.cy, n.k1, n.k2, n.p1, n.p2, n.k3};
+    for (std::size_t k = 0; k < std::size(x); ++k) add(x[k], y[k], camera.lens->sigma[k]);
+    if (camera.mount) most = std::max(most, sigmas_apart(*camera.mount, *other.mount));
+    if (camera.time) add(seconds(camera.time->offset), seconds(other.time->offset), seconds(camera.time->sigma));
+  }
+  return most;
 }
 
 /// Calibrates the rig that `seed` builds, scans with the result, and holds the scores against the bounds.
@@ -55,6 +127,34 @@ class CalibrateAll : public testing::Test {
                         (data_ / ("check-" + std::to_string(seed))).string(), "--json"});
   }
 
+  /// Mean error of the scan's points, against the object where `calibration` has it.
+  double mean_error_mm(const std::string& method, const fs::path& calibration) const {
+    const fs::path pose = data_ / "pose.yaml";
+    write_text(pose, yaml_of(read_calibration(calibration).object->pose) + "\n");
+    const ProgramRun run = run_tankrig({"evaluate", (data_ / "scan/clouds" / (method + ".ply")).string(), "--object",
+                                        "etc/objects/black_box.obj", "--pose", pose.string(), "--json"});
+    return run.exit_code == 0 ? 1e3 * run.json()["mean_error_m"].get<double>() : HUGE_VAL;
+  }
+
+  /// What the simulated operator's clicks cost before they are snapped, beside the scan they score.
+  void expect_snapping_pays(int seed, const nlohmann::json& truth) const {
+    const fs::path snapped = data_ / "calibration.yaml", raw = data_ / "raw.yaml";
+    fs::copy_file(snapped, raw);
+    const ProgramRun run = run_tankrig({"calibrate", "object", "--corners", (data_ / "corners.yaml").string(),
+                                        "--image", (data_ / "object.png").string(), "--object",
+                                        "etc/objects/black_box.obj", "--rig", rig_, "--write", raw.string(), "--raw"});
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    const double off = truth["object_rms_mm"], clicked_off = truth["clicked_object_rms_mm"];
+    std::printf("seed %d: object off by: as clicked %.2f mm, snapped %.2f mm\n", seed, clicked_off, off);
+    EXPECT_LT(off, clicked_off);
+    for (const char* method : {"laser", "stereo"}) {
+      const double clicked_error = mean_error_mm(method, raw), error = mean_error_mm(method, snapped);
+      std::printf("seed %d: %s mean error, object as clicked %.2f mm, snapped %.2f mm\n", seed, method, clicked_error,
+                  error);
+      EXPECT_LT(error, clicked_error);
+    }
+  }
+
   std::string rig_ = "tank-true";
   fs::path data_ = scratch_folder() / "calibration";
 };
@@ -76,6 +176,7 @@ TEST_F(CalibrateAll, MakesARigThatNobodyKnowsScanWithinMillimetresAndTheSameNumb
        {"Calibration of tank-true", "accepted", "What the uncertainties cost", "<svg", "data:image/png"})
     EXPECT_THAT(page, HasSubstr(shown));
   expect_a_good_scan(kSeed);
+  expect_snapping_pays(kSeed, truth);
 
   const ProgramRun holds = check(kSeed), of_another_rig = check(kSeed + 1);
   EXPECT_EQ(holds.exit_code, 0) << holds.err << holds.out;
@@ -90,11 +191,31 @@ TEST_F(CalibrateAll, MakesARigThatNobodyKnowsScanWithinMillimetresAndTheSameNumb
   EXPECT_GT(nominal.json()["laser_mm"], 10);
   EXPECT_GT(nominal.json()["stereo_mm"], 10);
 
+  // Once more from the same recordings, with another truth in the rig file and in the sessions: nobody read it.
   const std::string before = values_of(data_ / "calibration.yaml");
+  const Calibration all = read_calibration(data_ / "calibration.yaml");
+  const fs::path otherwise_true = copied_rig(scratch_folder() / "otherwise-true");
+  edit(otherwise_true, kOtherTruth);
+  for (const char* session : {"boards", "marker", "sweep", "sheet-before", "sheet-behind"})
+    edit(data_ / session / "rig.yaml", kOtherTruth);
+  rig_ = otherwise_true.string();
   const ProgramRun again = calibrate(kSeed);
   ASSERT_EQ(again.exit_code, 0) << again.err;
   EXPECT_THAT(again.err, HasSubstr("recorded already"));
+  EXPECT_GT(again.json()["truth"]["object_rms_mm"], 50) << "the other truth was not there";
   EXPECT_EQ(values_of(data_ / "calibration.yaml"), before);
+
+  // From drawings that are centimetres, degrees and percents off these: the same, to a hundredth of what is known.
+  const fs::path otherwise_drawn = copied_rig(scratch_folder() / "otherwise-drawn");
+  edit(otherwise_drawn.parent_path() / "drawings.yaml", kOtherDrawings);
+  rig_ = otherwise_drawn.string();
+  const fs::path kept = scratch_folder() / "kept.yaml";
+  fs::copy_file(data_ / "calibration.yaml", kept);
+  const ProgramRun from_other_drawings = calibrate(kSeed);
+  ASSERT_EQ(from_other_drawings.exit_code, 0) << from_other_drawings.err;
+  EXPECT_LT(sigmas_apart(all, read_calibration(data_ / "calibration.yaml")), 0.01);
+  fs::copy_file(kept, data_ / "calibration.yaml", fs::copy_options::overwrite_existing);
+  rig_ = "tank-true";
 
   // The laser once more, from the same sweeps.
   const fs::path file = data_ / "laser.yaml";
@@ -106,7 +227,7 @@ TEST_F(CalibrateAll, MakesARigThatNobodyKnowsScanWithinMillimetresAndTheSameNumb
   const ProgramRun sheet = laser("tank-true");
   ASSERT_EQ(sheet.exit_code, 0) << sheet.err;
   EXPECT_LT(sheet.json()["rms_mm"], 1.0);
-  const Calibration all = read_calibration(data_ / "calibration.yaml"), one = read_calibration(file);
+  const Calibration one = read_calibration(file);
   EXPECT_EQ(one.verdict, CalibrationVerdict::kUnchecked);
   EXPECT_LT((one.laser->ePl.normal - all.laser->ePl.normal).norm(), 2e-3);
   EXPECT_NEAR(one.laser->ePl.offset, all.laser->ePl.offset, 1e-3);

@@ -22,18 +22,20 @@ nlohmann::ordered_json json_of(const Misplaced& m) {
   return {{"rms_mm", 1e3 * m.rms}, {"mean_mm", 1e3 * m.mean}, {"places", m.places}};
 }
 
+nlohmann::ordered_json json_of(const Misplacement& m) {
+  return {{"laser", json_of(m.laser)}, {"stereo", json_of(m.stereo)}};
+}
+
 nlohmann::ordered_json json_of(const Calibration& judged, const std::optional<TruthComparison>& truth,
                                const std::filesystem::path& file) {
   nlohmann::ordered_json out{
       {"calibration", file.string()}, {"verdict", name_of(judged.verdict)}, {"checks", checks_json(judged.checks)}};
   if (truth)
-    out["truth"] = {
-        {"object_as_calibrated",
-         {{"laser", json_of(truth->on_estimated_object.laser)},
-          {"stereo", json_of(truth->on_estimated_object.stereo)}}},
-        {"object_as_it_is",
-         {{"laser", json_of(truth->on_true_object.laser)}, {"stereo", json_of(truth->on_true_object.stereo)}}},
-        {"object_rms_mm", 1e3 * truth->object}};
+    out["truth"] = {{"object_as_calibrated", json_of(truth->calibrated.places)},
+                    {"object_as_clicked", json_of(truth->clicked.places)},
+                    {"object_as_it_is", json_of(truth->on_true_object)},
+                    {"object_rms_mm", 1e3 * truth->calibrated.off},
+                    {"clicked_object_rms_mm", 1e3 * truth->clicked.off}};
   return out;
 }
 
@@ -47,8 +49,10 @@ void print(const Calibration& judged, const std::optional<TruthComparison>& trut
       fmt::print("  {:<32} {:>12.3f} {:>12.3f}\n", where, 1e3 * m.laser.rms, 1e3 * m.stereo.rms);
     };
     line("object where it truly stands", truth->on_true_object);
-    line("object where it was calibrated", truth->on_estimated_object);
-    fmt::print("  the object itself is {:.3f} mm off\n", 1e3 * truth->object);
+    line("object where it was calibrated", truth->calibrated.places);
+    line("object where it was clicked", truth->clicked.places);
+    fmt::print("  the object itself is {:.3f} mm off; as clicked, before snapping, {:.3f} mm\n",
+               1e3 * truth->calibrated.off, 1e3 * truth->clicked.off);
   }
   fmt::print("{}: {}, {}\n", name_of(judged.verdict), shown_text(file.string()),
              shown_text((file.parent_path() / "report" / "calibration.html").string()));
@@ -66,7 +70,8 @@ int calibrate_all(const GuidedOptions& options) {
   const RigConfig drawn = load_drawn_rig(find_rig(options.scan.rig));
   const RigConfig rig = load_rig(find_rig(options.scan.rig), "", calibration.file());
   std::optional<TruthComparison> truth;
-  if (!rig.scene.empty()) truth = compare_with_truth(rig, load_world(rig, options.scan.world));
+  if (!rig.scene.empty())
+    truth = compare_with_truth(rig, calibration.bMo_clicked(), load_world(rig, options.scan.world));
   write_calibration_page(options.folder, rig, drawn, truth);
   progress.finish_line();
   if (options.scan.json)

@@ -115,7 +115,8 @@ std::vector<Row> truth_rows(const TruthComparison& truth) {
     return Row{where, fmt::format("{:.3f}", 1e3 * m.laser.rms), fmt::format("{:.3f}", 1e3 * m.stereo.rms)};
   };
   return {row("object where it truly stands", truth.on_true_object),
-          row("object where it was calibrated", truth.on_estimated_object)};
+          row("object where it was calibrated", truth.calibrated.places),
+          row("object where it was clicked, before snapping", truth.clicked.places)};
 }
 
 array pictures(const fs::path& report, const std::vector<RigCamera>& cameras) {

@@ -321,6 +321,7 @@ bool GuidedCalibration::object() {
   }
   problem.corners = clicked_corners(read_corners(corners), problem.shape);
   const SnappedPose found = solve_with_snapping(grey_of(picture), problem);
+  bMo_clicked_ = camera.bMc * found.raw.cMo;
   put(part, CalibrationPart::source("clicked corners", options_.folder, {corners, image, rig.object.mesh}), camera,
       found.snapped);
   part.write();

@@ -36,6 +36,8 @@ class GuidedCalibration {
   /// Writes calibration.yaml: accepted if every figure on data that was held back is within its limit.
   Calibration judge();
 
+  /// Where the clicks put the object before they are snapped.
+  const Transform& bMo_clicked() const { return bMo_clicked_; }
   const std::filesystem::path& file() const { return file_; }
 
  private:
@@ -58,6 +60,7 @@ class GuidedCalibration {
   std::vector<CalibrationCheck> checks_;
   CalibratedPose left_in_mono_;
   CalibrationSource boards_source_;
+  Transform bMo_clicked_ = Transform::Identity();
 };
 
 }  // namespace tankrig::app

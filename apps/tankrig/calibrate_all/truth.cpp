@@ -24,7 +24,7 @@ RigConfig true_rig(RigConfig rig, const sim::TankWorld& tank) {
 
 }  // namespace
 
-TruthComparison compare_with_truth(const RigConfig& rig, const sim::TankWorld& tank) {
+TruthComparison compare_with_truth(const RigConfig& rig, const Transform& bMo_clicked, const sim::TankWorld& tank) {
   const RigConfig truth = true_rig(rig, tank);
   const MeasuringRig measuring = measuring_rig(truth), believed = measuring_rig(rig);
   const std::vector<BudgetTarget> targets = budget_targets(truth.object);
@@ -32,13 +32,15 @@ TruthComparison compare_with_truth(const RigConfig& rig, const sim::TankWorld& t
     return misplacement(measuring, believed, bMbelieved, sweep_of(rig), targets);
   };
   const Transform by_mono = measuring.mono.bMc * believed.mono.bMc.inverse();
-  const Transform by_object = truth.object.bMo * rig.object.bMo.inverse();
-  TruthComparison out{seen(by_mono), seen(by_object), 0};
-  const Transform off = by_mono * by_object.inverse();
-  for (const BudgetTarget& target : targets)
-    out.object += std::pow(target.normal.dot(off * target.p - target.p), 2) / static_cast<double>(targets.size());
-  out.object = std::sqrt(out.object);
-  return out;
+  const auto object_at = [&](const Transform& bMo) {
+    const Transform by_object = truth.object.bMo * bMo.inverse(), off = by_mono * by_object.inverse();
+    ObjectComparison out{seen(by_object)};
+    for (const BudgetTarget& target : targets)
+      out.off += std::pow(target.normal.dot(off * target.p - target.p), 2) / static_cast<double>(targets.size());
+    out.off = std::sqrt(out.off);
+    return out;
+  };
+  return {seen(by_mono), object_at(rig.object.bMo), object_at(bMo_clicked)};
 }
 
 }  // namespace tankrig::app

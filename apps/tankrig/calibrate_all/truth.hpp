@@ -7,12 +7,18 @@
 
 namespace tankrig::app {
 
-struct TruthComparison {
-  Misplacement on_true_object;       ///< places against the object where it truly stands, seen from the mono camera
-  Misplacement on_estimated_object;  ///< against the object where the rig has it, as a scan is scored
-  double object = 0;                 ///< how far the rig has the object's surface off, root mean square [m]
+/// The object where somebody has it.
+struct ObjectComparison {
+  Misplacement places;  ///< against it, as a scan is scored
+  double off = 0;       ///< how far its surface is from where it truly is, root mean square [m]
 };
 
-TruthComparison compare_with_truth(const RigConfig& rig, const sim::TankWorld& tank);
+struct TruthComparison {
+  Misplacement on_true_object;  ///< places against the object where it truly stands, seen from the mono camera
+  ObjectComparison calibrated;  ///< where the rig has it: from snapped clicks
+  ObjectComparison clicked;     ///< from the clicks as they are
+};
+
+TruthComparison compare_with_truth(const RigConfig& rig, const Transform& bMo_clicked, const sim::TankWorld& tank);
 
 }  // namespace tankrig::app
