@@ -9,8 +9,10 @@
 #include "apps/tankrig/calibrate/marker_postures.hpp"
 #include "apps/tankrig/calibrate/object_picture.hpp"
 #include "apps/tankrig/calibrate/time_data.hpp"
+#include "apps/tankrig/calibrate_all/board_count.hpp"
 #include "apps/tankrig/calibrate_all/calibration_page.hpp"
 #include "apps/tankrig/calibrate_all/held_back_checks.hpp"
+#include "apps/tankrig/calibrate_all/live_boards.hpp"
 #include "apps/tankrig/calibrate_all/simulated_operator.hpp"
 #include "apps/tankrig/calibrate_all/step_session.hpp"
 #include "apps/tankrig/command_line/confirm.hpp"
@@ -71,10 +73,12 @@ GuidedCalibration::GuidedCalibration(const GuidedOptions& options, Progress& pro
 
 OpenedSession GuidedCalibration::session(const std::string& name, const std::string& scene_board,
                                          const std::string& ask,
-                                         const std::function<ReadyRig::PlanFrom(RigConfig&)>& prepare) {
+                                         const std::function<ReadyRig::PlanFrom(RigConfig&)>& prepare,
+                                         const decltype(ScanOptions::on_frame)& on_frame) {
   RigConfig rig = CalibrationPart(write_).rig();
   ScanOptions scan = options_.scan;
   scan.command = "calibrate all";
+  scan.on_frame = on_frame;
   if (!scene_board.empty()) scan.world.boards = {scene_board};
   const ReadyRig::PlanFrom plan = prepare(rig);
   const bool person = rig.scene.empty();
@@ -85,33 +89,73 @@ OpenedSession GuidedCalibration::session(const std::string& name, const std::str
 
 GuidedCalibration::SharedBoards GuidedCalibration::shared(const Seen& a, const Seen& b) {
   SharedBoards out;
-  for (std::size_t k = 0; k < std::min(a.size(), b.size()); ++k)
+  for (std::size_t k = 0; k < a.size(); ++k)
     if (a[k] && b[k])
       (held_back(k) ? out.kept : out.used).push_back({a[k]->name + " and " + b[k]->name, a[k]->board, b[k]->board});
   return out;
 }
 
+std::vector<GuidedCalibration::Seen> GuidedCalibration::boards_that_count(
+    const std::vector<const RigCamera*>& cameras) {
+  const RigConfig rig = CalibrationPart(write_).rig();
+  const BoardTarget target = targets_.board.target();
+  BoardCount count(cameras);
+  std::vector<Seen> seen(cameras.size());
+  for (int n = 1;; ++n) {
+    const std::string name = n == 1 ? "boards" : fmt::format("boards-{}", n);
+    const std::size_t before = count.pictures();
+    std::optional<OpenedSession> opened = session_so_far(options_.folder / name, rig, options_.scan.world, progress_);
+    const bool fresh = !opened;
+    if (fresh) {
+      if (count.missing().empty()) return seen;
+      LiveBoards live(target, count, cameras.size(), progress_);
+      opened = session(
+          name, targets_.board.scene_board,
+          (n == 1 ? "" : "So far " + count.missing() + ". ") +
+              "Hold the board before every camera, near and far, in all parts of its image, tilted to all sides, still "
+              "for a moment in each place",
+          [&](RigConfig& taken) -> ReadyRig::PlanFrom {
+            take_pictures(taken, 1);
+            const double rest = std::max(0.0, targets_.board.interval - 2 * taken.scan.capture.frame_period);
+            return [&taken, rest, pictures = static_cast<std::size_t>(targets_.board.pictures)](const JointVector& q) {
+              return make_postures_plan(taken.scan, q, std::vector<JointVector>(pictures, q), rest);
+            };
+          },
+          [&](const FrameRecord& record, const cv::Mat& image) { live.frame(record, image); });
+    } else {
+      progress_.note("found " + printable((options_.folder / name).string()) + ", recorded already");
+    }
+    std::vector<std::vector<BoardShot>> shots;
+    std::size_t moments = 0;
+    for (const RigCamera* camera : cameras) {
+      shots.push_back(board_shots(opened->session, camera->name, target, progress_));
+      moments = std::max(moments, shots.back().size());
+    }
+    for (std::size_t k = 0; k < moments; ++k) {
+      std::vector<BoardSearch> moment;
+      for (const auto& of_camera : shots)
+        moment.push_back(k < of_camera.size() ? of_camera[k].search : BoardShot().search);
+      const std::vector<std::string> why_not = count.add(moment);
+      for (std::size_t c = 0; c < cameras.size(); ++c)
+        seen[c].push_back(moment[c].board && why_not[c].empty()
+                              ? std::optional(BoardPicture{name + "/" + shots[c][k].file, *moment[c].board})
+                              : std::nullopt);
+    }
+    progress_.note("boards that count: " + count.so_far());
+    // Nobody moves a simulated board otherwise than it was moved.
+    if (fresh && !count.missing().empty() && (!rig.scene.empty() || count.pictures() == before))
+      throw InputError(options_.folder, count.missing() + "; run the same command again to go on");
+  }
+}
+
 void GuidedCalibration::boards() {
   progress_.note("step 1 of 5: lenses, and where the cameras stand to each other");
-  const OpenedSession opened = session(
-      "boards", targets_.board.scene_board,
-      "Hold the board before every camera, near and far, in all parts of its image, tilted to all sides, still for a "
-      "moment in each place",
-      [&](RigConfig& rig) -> ReadyRig::PlanFrom {
-        take_pictures(rig, 1);
-        const double rest = std::max(0.0, targets_.board.interval - 2 * rig.scan.capture.frame_period);
-        return [&rig, rest, n = static_cast<std::size_t>(targets_.board.pictures)](const JointVector& q) {
-          return make_postures_plan(rig.scan, q, std::vector<JointVector>(n, q), rest);
-        };
-      });
   CalibrationPart part(write_);
   const BoardTarget target = targets_.board.target();
   RigCamera left = part.camera(CameraRole::kLeft), mono = part.camera(CameraRole::kMono),
             right = part.camera(CameraRole::kRight);
-  const auto seen_by = [&](const RigCamera& camera) {
-    return boards_seen(opened.session, camera.name, target, progress_);
-  };
-  const Seen in_left = seen_by(left), in_mono = seen_by(mono), in_right = seen_by(right);
+  const std::vector<Seen> seen = boards_that_count({&left, &mono, &right});
+  const Seen &in_left = seen[0], &in_mono = seen[1], &in_right = seen[2];
   const SharedBoards both_eyes = shared(in_left, in_right), left_and_mono = shared(in_left, in_mono);
 
   const IntrinsicsSolution lens = lens_of(mono, in_mono);
@@ -133,18 +177,17 @@ void GuidedCalibration::boards() {
   start.kMc = {Transform::Identity(), agree_on_pose(start.cameras[0], lens.camera, target, left_and_mono.used).rMc,
                eyes.rMc};
   std::vector<fs::path> files;
-  for (std::size_t k = 0; k < std::max({in_left.size(), in_mono.size(), in_right.size()}); ++k) {
+  for (std::size_t k = 0; k < in_left.size(); ++k) {
     BoardView view{fmt::format("picture {}", k + 1), {}};
-    for (const Seen* seen : {&in_left, &in_mono, &in_right}) {
-      const bool there = k < seen->size() && (*seen)[k];
-      if (there) files.push_back(opened.session.path / (*seen)[k]->name);
-      view.seen.push_back(there ? (*seen)[k]->board : FoundBoard());
+    for (const Seen& by_camera : seen) {
+      if (by_camera[k]) files.push_back(options_.folder / by_camera[k]->name);
+      view.seen.push_back(by_camera[k] ? by_camera[k]->board : FoundBoard());
     }
     if (!held_back(k)) start.views.push_back(std::move(view));
   }
   const JointCameras found = refine_together(std::move(start));
   for (const std::string& out : found.left_out) progress_.note("left out: " + out);
-  boards_source_ = CalibrationPart::source("boards, all cameras together", opened.session.path, files);
+  boards_source_ = CalibrationPart::source("boards, all cameras together", options_.folder / "boards", files);
   left_in_mono_ = calibrated_pose(found.bundle.kMc[1], found.covariance[1]);
   part.values.stereo = {boards_source_, calibrated_inverse(found.bundle.kMc[2], found.covariance[2])};
   RigCamera* const cameras[] = {&left, &mono, &right};

@@ -45,11 +45,16 @@ class GuidedCalibration {
   struct SharedBoards {
     std::vector<BoardPair> used, kept;  ///< kept: held back
   };
+  /// By camera, then by moment; nothing where a picture does not count. Sessions are recorded until enough of them do; all that
+  /// an earlier run has recorded counts, even where it was stopped.
+  /// Errors: InputError with what is missing, if a session brought nothing.
+  std::vector<Seen> boards_that_count(const std::vector<const RigCamera*>& cameras);
   static SharedBoards shared(const Seen& a, const Seen& b);
   IntrinsicsSolution lens_of(const RigCamera& camera, const Seen& seen) const;
 
   OpenedSession session(const std::string& name, const std::string& scene_board, const std::string& ask,
-                        const std::function<ReadyRig::PlanFrom(RigConfig&)>& prepare);
+                        const std::function<ReadyRig::PlanFrom(RigConfig&)>& prepare,
+                        const decltype(ScanOptions::on_frame)& on_frame = {});
   void compare_with_stereo(const RigConfig& rig, Duration time_offset, const LaserPlaneSolution& by_boards);
 
   const GuidedOptions& options_;

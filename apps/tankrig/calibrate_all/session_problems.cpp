@@ -6,10 +6,10 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
-#include <set>
 
 #include "apps/tankrig/calibrate/dark_frames.hpp"
 #include "apps/tankrig/calibrate/time_data.hpp"
+#include "calibration/boards/counted_pictures.hpp"
 #include "reconstruction/stripe/stripe_detector.hpp"
 #include "rig/sync/joint_history.hpp"
 
@@ -20,28 +20,18 @@ constexpr std::size_t kHeldBack = 5;
 constexpr std::size_t kEveryPair = 4;
 constexpr Duration kSameMoment = std::chrono::milliseconds(2), kMostJointGap = std::chrono::milliseconds(100);
 
-/// Corners along three lines of the grid, both ways: what a pose needs.
-bool spreads(const FoundBoard& board, const BoardTarget& target) {
-  std::set<int> rows, columns;
-  for (const int id : board.ids) rows.insert(id / target.columns), columns.insert(id % target.columns);
-  return rows.size() >= 3 && columns.size() >= 3;
-}
-
 }  // namespace
 
 bool held_back(std::size_t picture) { return picture % kHeldBack == kHeldBack - 1; }
 
-std::vector<std::optional<BoardPicture>> boards_seen(const Session& session, const std::string& camera,
-                                                     const BoardTarget& target, Progress& progress) {
+std::vector<BoardShot> board_shots(const Session& session, const std::string& camera, const BoardTarget& target,
+                                   Progress& progress) {
   const auto passes = dark_frames_by_pass(session, camera);
-  std::vector<std::optional<BoardPicture>> seen(passes.size());
+  std::vector<BoardShot> seen(passes.size());
   std::atomic<std::size_t> done = 0;
   tbb::parallel_for(std::size_t{0}, passes.size(), [&](std::size_t k) {
-    if (!passes[k].empty()) {
-      const BoardSearch search = find_board(grey_of(session.image(*passes[k].front())), target);
-      if (search.board && spreads(*search.board, target))
-        seen[k] = BoardPicture{passes[k].front()->file, *search.board};
-    }
+    if (!passes[k].empty())
+      seen[k] = {passes[k].front()->file, find_clear_board(grey_of(session.image(*passes[k].front())), target)};
     progress.update("looking for the board: " + camera,
                     static_cast<double>(++done) / static_cast<double>(passes.size()));
   });

@@ -13,9 +13,14 @@
 
 namespace tankrig::app {
 
-/// The target in every picture of a camera, by picture; nothing where it was not found, or its corners lie along a line or two.
-std::vector<std::optional<BoardPicture>> boards_seen(const Session& session, const std::string& camera,
-                                                     const BoardTarget& target, Progress& progress);
+/// A camera's picture and the target in it.
+struct BoardShot {
+  std::string file;
+  BoardSearch search{{}, "no picture was taken"};
+};
+/// Every picture of a camera.
+std::vector<BoardShot> board_shots(const Session& session, const std::string& camera, const BoardTarget& target,
+                                   Progress& progress);
 
 /// Every fifth is held back.
 bool held_back(std::size_t picture);

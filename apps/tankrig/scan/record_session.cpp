@@ -97,8 +97,14 @@ class LiveView {
 class SessionSink final : public ScanSink {
  public:
   /// `last_segment`: of the plan; nothing is recorded in it.
-  SessionSink(SessionWriter& writer, LiveView& live, PlayedFaults& faults, Progress& progress, std::string last_segment)
-      : writer_(writer), live_(live), faults_(faults), progress_(progress), last_segment_(std::move(last_segment)) {}
+  SessionSink(SessionWriter& writer, LiveView& live, PlayedFaults& faults, Progress& progress, std::string last_segment,
+              const decltype(ScanOptions::on_frame)& on_frame)
+      : writer_(writer),
+        live_(live),
+        faults_(faults),
+        progress_(progress),
+        last_segment_(std::move(last_segment)),
+        on_frame_(on_frame) {}
   void joints(const JointState& state) override {
     faults_.write(false);
     writer_.joints(state);
@@ -107,6 +113,7 @@ class SessionSink final : public ScanSink {
     faults_.write(true);
     writer_.frame(record, image);
     live_.frame(record, image);
+    if (on_frame_) on_frame_(record, image);
   }
   /// A fault is told at once: what follows may take seconds.
   void event(Stamp when, std::string_view kind, const std::string& text) override {
@@ -123,6 +130,7 @@ class SessionSink final : public ScanSink {
   PlayedFaults& faults_;
   Progress& progress_;
   const std::string last_segment_;
+  const decltype(ScanOptions::on_frame)& on_frame_;
 };
 
 double read_lux(Backend& backend) {
@@ -247,7 +255,7 @@ Recording record_session(const ScanOptions& options, const RigConfig& rig, const
   PlayedFaults faults(backend, writer, options.faults);
   const bool real_time = backend.clock().real_time();
   LiveView live(path, rig, parameters, real_time, progress);
-  SessionSink sink(writer, live, faults, progress, plan.segments().back().name);
+  SessionSink sink(writer, live, faults, progress, plan.segments().back().name, options.on_frame);
   std::vector<ScanCamera> cameras;
   const std::vector<Camera*> devices = backend.cameras();
   for (std::size_t i = 0; i < devices.size(); ++i)

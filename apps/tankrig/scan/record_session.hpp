@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
 #include <opencv2/core.hpp>
@@ -32,6 +33,8 @@ struct ScanOptions {
   std::vector<std::string> waived;  ///< "commission"
   std::string coverage_mm;          ///< thresholds of the scores; empty: the rig file's
   bool json = false, dry_run = false, yes = false;
+  /// Sees every frame that is recorded, and must not wait; nobody writes to its pixels any more. Empty: nobody.
+  std::function<void(const FrameRecord&, const cv::Mat&)> on_frame;
 };
 
 /// Errors: InputError unless --lux is "auto" or a number of at least 0.

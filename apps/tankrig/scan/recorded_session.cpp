@@ -6,6 +6,7 @@
 #include "apps/tankrig/session/open_session.hpp"
 #include "core/input_error.hpp"
 #include "core/shown_text.hpp"
+#include "session/recording/spool.hpp"
 
 namespace fs = std::filesystem;
 
@@ -36,6 +37,13 @@ void record(const ScanOptions& options, const RigConfig& rig, const fs::path& pa
 }
 
 }  // namespace
+
+std::optional<OpenedSession> session_so_far(const fs::path& path, const RigConfig& rig, const sim::WorldOptions& world,
+                                            Progress& progress) {
+  if (!fs::exists(path / "session.yaml") || has_spool(path)) return std::nullopt;
+  is_complete(path, rig, world);
+  return open_with_warnings(path, progress);
+}
 
 void put_aside(const fs::path& path, const std::string& why, Progress& progress) {
   const std::string first = path.string() + "." + why;

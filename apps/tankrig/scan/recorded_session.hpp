@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 
 #include "apps/tankrig/command_line/progress.hpp"
@@ -18,6 +19,11 @@ namespace tankrig::app {
 OpenedSession recorded_session(ScanOptions options, const RigConfig& rig, const std::filesystem::path& path,
                                const ReadyRig::PlanFrom& plan_from, Progress& progress,
                                const std::function<void(ScanOptions&)>& before);
+
+/// The session at `path` however it ended, if its pictures can be read.
+/// Errors: InputError if it is of another rig.
+std::optional<OpenedSession> session_so_far(const std::filesystem::path& path, const RigConfig& rig,
+                                            const sim::WorldOptions& world, Progress& progress);
 
 /// Renames a session to PATH.`why`, or PATH.`why`-2 ..., and says so.
 void put_aside(const std::filesystem::path& path, const std::string& why, Progress& progress);
