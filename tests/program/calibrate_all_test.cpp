@@ -129,6 +129,14 @@ class CalibrateAll : public testing::Test {
                         (data_ / ("check-" + std::to_string(seed))).string(), "--json"});
   }
 
+  /// Does it, by the object, for `rig`?
+  ProgramRun check_over_object(const std::string& rig) const {
+    static int checks = 0;
+    return run_tankrig({"calibrate", "check", "--over", "object", "--rig", rig, "--calibration",
+                        (data_ / "calibration.yaml").string(), "--out",
+                        (data_ / ("check-object-" + std::to_string(++checks))).string(), "--json"});
+  }
+
   /// Mean error of the scan's points, against the object where `calibration` has it.
   double mean_error_mm(const std::string& method, const fs::path& calibration) const {
     const fs::path pose = data_ / "pose.yaml";
@@ -184,6 +192,17 @@ TEST_F(CalibrateAll, MakesARigThatNobodyKnowsScanWithinMillimetresAndTheSameNumb
   EXPECT_TRUE(holds.json()["holds"]);
   EXPECT_EQ(of_another_rig.exit_code, 1) << of_another_rig.err;
   EXPECT_FALSE(of_another_rig.json()["holds"]);
+
+  // The object itself will do; and it tells that somebody has knocked the projector by half a degree.
+  const ProgramRun still_holds = check_over_object("tank-true");
+  EXPECT_EQ(still_holds.exit_code, 0) << still_holds.err << still_holds.out;
+  EXPECT_TRUE(still_holds.json()["holds"]);
+  EXPECT_LT(still_holds.json()["simulated_s"], 120);
+  const fs::path knocked = copied_rig(scratch_folder() / "knocked");
+  edit(knocked, {{"laser_turned_deg: 1.5", "laser_turned_deg: 2"}});
+  const ProgramRun knocked_check = check_over_object(knocked.string());
+  EXPECT_EQ(knocked_check.exit_code, 1) << knocked_check.err;
+  EXPECT_FALSE(knocked_check.json()["holds"]) << knocked_check.out;
 
   // What the rig file's own values would have cost.
   const ProgramRun nominal = run_tankrig(
