@@ -6,13 +6,15 @@ function(tankrig_console_page target)
   set(from ${CMAKE_CURRENT_SOURCE_DIR}/web)
   set(web ${CMAKE_CURRENT_BINARY_DIR}/web)
   set(page ${from}/index.html)
+  set(platform_page ${from}/platform.html)
   set(style ${from}/console.css)
   if(TANKRIG_CLOUD_VIEW)
     find_program(NPM npm REQUIRED)
     set(script ${web}/with_licence.js)
+    set(platform_script ${web}/platform.js)
     file(GLOB programs CONFIGURE_DEPENDS ${from}/*.ts)
     set(sources ${programs} ${from}/package.json ${from}/package-lock.json ${from}/tsconfig.json)
-    add_custom_command(OUTPUT ${script} DEPENDS ${sources} ${from}/with_licence.cmake
+    add_custom_command(OUTPUT ${script} ${platform_script} DEPENDS ${sources} ${from}/with_licence.cmake
       COMMAND ${CMAKE_COMMAND} -E make_directory ${web}
       COMMAND ${CMAKE_COMMAND} -E copy ${sources} ${web}
       COMMAND ${NPM} --prefix ${web} ci --ignore-scripts --no-audit --no-fund --loglevel=error
@@ -21,9 +23,11 @@ function(tankrig_console_page target)
       COMMENT "Bundling the console's page" VERBATIM)
   else()
     set(page ${from}/without_npm.html)
+    set(platform_page ${page})
     set(script ${style})  # that page asks for neither
+    set(platform_script ${style})
   endif()
   configure_file(web/site.cpp.in site.cpp @ONLY)
   target_sources(${target} PRIVATE ${CMAKE_CURRENT_BINARY_DIR}/site.cpp)
-  set_source_files_properties(${CMAKE_CURRENT_BINARY_DIR}/site.cpp PROPERTIES OBJECT_DEPENDS "${page};${style};${script}")
+  set_source_files_properties(${CMAKE_CURRENT_BINARY_DIR}/site.cpp PROPERTIES OBJECT_DEPENDS "${page};${style};${script};${platform_page};${platform_script}")
 endfunction()

@@ -14,6 +14,8 @@ std::uint64_t bytes(const XmlElement& element, const char* child, std::uint64_t 
   return element.has(child) ? static_cast<std::uint64_t>(element.number(child, kMebibytes) * 0x1p20) : otherwise;
 }
 
+}  // namespace
+
 Algorithm read_algorithm(const XmlElement& element) {
   element.expect(
       {"name", "program", "uses", "timeLimit", "processorTimeLimit", "memoryLimit", "diskLimit", "processLimit"},
@@ -41,8 +43,6 @@ Algorithm read_algorithm(const XmlElement& element) {
   if (element.has("processLimit")) limits.processes = element.integer("processLimit", kProcesses);
   return algorithm;
 }
-
-}  // namespace
 
 std::vector<Algorithm> read_algorithms(const XmlElement& element) {
   element.expect({}, {"algorithm"});

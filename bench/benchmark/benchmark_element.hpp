@@ -28,6 +28,9 @@ Enum benchmark_choice(const XmlElement& element, const std::string& name) {
 /// As muParser's variables are called, so that a function can name it.
 bool is_benchmark_name(const std::string& name);
 
+/// An <algorithm>.
+Algorithm read_algorithm(const XmlElement& element);
+
 /// What <algorithms> holds.
 std::vector<Algorithm> read_algorithms(const XmlElement& element);
 

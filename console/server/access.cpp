@@ -45,6 +45,8 @@ std::string Access::refused(const RequestHeaders& request) const {
   }
   if (!known) return "asked for under a name that is not this machine's";
   if (request.upgrade && request.origin.empty()) return "a WebSocket without a page";
+  constexpr std::string_view kBearer = "Bearer ";
+  if (request.authorization.starts_with(kBearer) && opens(request.authorization.substr(kBearer.size()))) return {};
   const std::string wanted = cookie_name(port_) + "=";
   std::string_view rest = request.cookie;
   while (!rest.empty()) {

@@ -10,7 +10,8 @@ namespace tankrig {
 /// What a request says of itself.
 struct RequestHeaders {
   std::string_view host, origin, cookie;
-  bool upgrade = false;  ///< to a WebSocket
+  bool upgrade = false;                 ///< to a WebSocket
+  std::string_view authorization = {};  ///< "Bearer KEY", of a program without cookies
 };
 
 /// A random key of this run; a browser keeps it as a cookie, which scripts cannot read and other sites cannot send.

@@ -24,14 +24,14 @@ namespace {
 namespace asio = boost::asio;
 using boost::system::error_code;
 
-constexpr auto kLongest = std::chrono::minutes{1};
 constexpr std::size_t kMostBytes = 64 << 20;
 
 /// Lives until both pipes have ended.
 class Capture : public std::enable_shared_from_this<Capture> {
  public:
-  Capture(asio::io_context& io, pid_t process, int out, int err, std::function<void(Captured)> done)
-      : out_(io, out), err_(io, err), late_(io, kLongest), process_(process), done_(std::move(done)) {}
+  Capture(asio::io_context& io, pid_t process, int out, int err, std::function<void(Captured)> done,
+          std::chrono::seconds longest)
+      : out_(io, out), err_(io, err), late_(io, longest), process_(process), done_(std::move(done)) {}
 
   void begin() {
     read(out_, result_.out, out_buffer_);
@@ -71,7 +71,8 @@ class Capture : public std::enable_shared_from_this<Capture> {
 
 }  // namespace
 
-void capture(asio::io_context& io, const std::vector<std::string>& command, std::function<void(Captured)> done) {
+void capture(asio::io_context& io, const std::vector<std::string>& command, std::function<void(Captured)> done,
+             std::chrono::seconds longest) {
   std::vector<char*> argv;
   for (const std::string& word : command) argv.push_back(const_cast<char*>(word.c_str()));
   argv.push_back(nullptr);
@@ -97,7 +98,7 @@ void capture(asio::io_context& io, const std::vector<std::string>& command, std:
     ::close(err[0]);
     throw InputError("console: " + command[0] + ": " + std::strerror(failure) + ", expected to start it");
   }
-  std::make_shared<Capture>(io, process, out[0], err[0], std::move(done))->begin();
+  std::make_shared<Capture>(io, process, out[0], err[0], std::move(done), longest)->begin();
 }
 
 }  // namespace tankrig

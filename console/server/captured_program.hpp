@@ -2,6 +2,7 @@
 #pragma once
 
 #include <boost/asio/io_context.hpp>
+#include <chrono>
 #include <functional>
 #include <string>
 #include <vector>
@@ -13,9 +14,10 @@ struct Captured {
   std::string out, err;
 };
 
-/// Runs `command` with nothing to read and calls `done` once. One that takes longer than a minute or prints more than
+/// Runs `command` with nothing to read and calls `done` once. One that takes longer than `longest` or prints more than
 /// 64 MB is asked to end (SIGTERM).
 /// Errors: InputError if it cannot be started; then `done` is not called.
-void capture(boost::asio::io_context& io, const std::vector<std::string>& command, std::function<void(Captured)> done);
+void capture(boost::asio::io_context& io, const std::vector<std::string>& command, std::function<void(Captured)> done,
+             std::chrono::seconds longest = std::chrono::minutes{1});
 
 }  // namespace tankrig

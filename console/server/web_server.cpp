@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/detached.hpp>
 #include <boost/asio/ip/tcp.hpp>
@@ -11,9 +12,12 @@
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket.hpp>
+#include <cerrno>
 #include <chrono>
 #include <deque>
+#include <limits>
 #include <map>
+#include <vector>
 
 #include "console/server/access.hpp"
 #include "core/input_error.hpp"
@@ -33,6 +37,8 @@ using Message = std::shared_ptr<const std::string>;
 constexpr std::size_t kMostConnections = 256, kMostHeaderBytes = 16 << 10, kMostSaidBytes = 64 << 10;
 constexpr std::size_t kMostWaitingBytes = 64 << 20;  // for one client
 constexpr std::chrono::seconds kRequestTime = 30s, kReplyTime = 10min;
+constexpr std::chrono::seconds kUploadTime = 15min, kUploadSilence = 20s;
+constexpr std::size_t kPiece = 64 << 10, kDroppedBytes = 4 << 20;  // the latter are read so that a refusal is heard
 constexpr auto kSilence = 1500ms;  // of a WebSocket; it is pinged when half of it is over
 
 constexpr char kPolicy[] =
@@ -66,6 +72,21 @@ std::optional<std::string> decoded(std::string_view text) {
   return out;
 }
 
+/// "a=1&b=two", decoded; what is no proper percent-encoding is left out.
+std::map<std::string, std::string> query_of(std::string_view target) {
+  std::map<std::string, std::string> query;
+  const std::size_t mark = target.find('?');
+  std::string_view rest = mark == std::string_view::npos ? "" : target.substr(mark + 1);
+  while (!rest.empty()) {
+    const std::string_view one = rest.substr(0, rest.find('&'));
+    rest.remove_prefix(std::min(one.size() + 1, rest.size()));
+    const auto name = decoded(one.substr(0, one.find('='))),
+               value = decoded(one.substr(std::min(one.find('='), one.size() - 1) + 1));
+    if (name && value && one.find('=') != std::string_view::npos) query[*name] = *value;
+  }
+  return query;
+}
+
 template <class Body>
 void add_headers(http::response<Body>& response, const WebReply& reply) {
   response.set(http::field::content_type, reply.type);
@@ -77,6 +98,7 @@ void add_headers(http::response<Body>& response, const WebReply& reply) {
   response.set("Cross-Origin-Resource-Policy", "same-origin");
   if (!reply.download_as.empty())
     response.set(http::field::content_disposition, "attachment; filename=\"" + reply.download_as + "\"");
+  if (reply.retry_after_s > 0) response.set(http::field::retry_after, std::to_string(reply.retry_after_s));
 }
 
 /// What waits to be sent to one client.
@@ -183,27 +205,32 @@ class WebServer::Implementation {
     for (bool open = true; open;) {
       http::request_parser<http::empty_body> parser;
       parser.header_limit(kMostHeaderBytes);
+      parser.body_limit(std::numeric_limits<std::uint64_t>::max());  // nothing of it is read here
       stream.expires_after(kRequestTime);
       error_code failure;
-      co_await http::async_read(stream, buffer, parser, asio::redirect_error(asio::use_awaitable, failure));
+      co_await http::async_read_header(stream, buffer, parser, asio::redirect_error(asio::use_awaitable, failure));
       if (failure) co_return;
-      const http::request<http::empty_body> request = parser.release();
+      http::request<http::empty_body> request = parser.get();
       const bool upgrade = websocket::is_upgrade(request);
-      const std::string refused = access_.refused({view(request[http::field::host]), view(request[http::field::origin]),
-                                                   view(request[http::field::cookie]), upgrade});
+      const std::string refused =
+          access_.refused({view(request[http::field::host]), view(request[http::field::origin]),
+                           view(request[http::field::cookie]), upgrade, view(request[http::field::authorization])});
       const std::string_view target = view(request.target());
       if (upgrade && refused.empty() && target == "/live") {
         stream.expires_never();
         co_await talk(std::move(stream), request);
         co_return;
       }
-      open = request.keep_alive();
+      open = request.keep_alive() && parser.is_done();
+      request.keep_alive(open);
       WebReply reply;
       if (const std::string_view key = "/?key="; target.starts_with(key) && access_.opens(target.substr(key.size())))
         open = co_await let_in(stream, request);
       else {
         if (!refused.empty())
           reply = {403, "text/plain; charset=utf-8", "Refused: " + refused + ".\n"};
+        else if (request.method() == http::verb::post && handlers_.upload)
+          reply = co_await receive(stream, buffer, parser);
         else if (request.method() != http::verb::get)
           reply = {405, "text/plain; charset=utf-8", "Only GET is served.\n"};
         else if (const auto path = decoded(target.substr(0, target.find('?'))))
@@ -213,8 +240,65 @@ class WebServer::Implementation {
         open = co_await write(stream, request, std::move(reply)) && open;
       }
     }
-    error_code ignored;
-    stream.socket().shutdown(tcp::socket::shutdown_send, ignored);
+    error_code over;
+    stream.socket().shutdown(tcp::socket::shutdown_send, over);
+    stream.expires_after(2s);
+    for (std::size_t dropped = 0; dropped < kDroppedBytes && !over;) {
+      buffer.clear();
+      dropped +=
+          co_await stream.async_read_some(buffer.prepare(kPiece), asio::redirect_error(asio::use_awaitable, over));
+    }
+  }
+
+  /// A POST; the only one of its connection.
+  asio::awaitable<WebReply> receive(beast::tcp_stream& stream, beast::flat_buffer& buffer,
+                                    http::request_parser<http::empty_body>& header) {
+    const std::string_view target = view(header.get().target());
+    error_code failure;
+    WebUpload upload;
+    upload.path = decoded(target.substr(0, target.find('?'))).value_or("");
+    upload.query = query_of(target);
+    upload.address = stream.socket().remote_endpoint(failure).address().to_string();
+    if (const auto length = header.content_length()) upload.bytes = *length;
+    WebUploadPlan plan = handlers_.upload(upload);
+    if (!plan.received) co_return std::move(plan.refusal);
+    if (upload.bytes.value_or(0) > plan.most) co_return too_large(plan.most);
+    co_return co_await body_of(stream, buffer, header, plan);
+  }
+
+  static WebReply too_large(std::uint64_t most) {
+    return {.status = 413, .body = "Found more bytes, expected at most " + std::to_string(most) + ".\n"};
+  }
+
+  /// Reads it to its file; says what is answered.
+  static asio::awaitable<WebReply> body_of(beast::tcp_stream& stream, beast::flat_buffer& buffer,
+                                           http::request_parser<http::empty_body>& header, WebUploadPlan& plan) {
+    error_code failure;
+    if (beast::iequals(header.get()[http::field::expect], "100-continue")) {
+      http::response<http::empty_body> go_on{http::status::continue_, header.get().version()};
+      co_await http::async_write(stream, go_on, asio::redirect_error(asio::use_awaitable, failure));
+    }
+    http::request_parser<http::buffer_body> body(std::move(header));
+    body.body_limit(plan.most);
+    std::vector<char> bytes(kPiece);
+    const auto end = std::chrono::steady_clock::now() + kUploadTime;
+    while (!failure && !body.is_done()) {
+      body.get().body().data = bytes.data();
+      body.get().body().size = bytes.size();
+      stream.expires_at(std::min(end, std::chrono::steady_clock::now() + kUploadSilence));
+      co_await http::async_read_some(stream, buffer, body, asio::redirect_error(asio::use_awaitable, failure));
+      if (failure == http::error::need_buffer) failure = {};
+      const char* from = bytes.data();
+      for (std::size_t left = bytes.size() - body.get().body().size; left > 0;) {
+        const ssize_t n = ::write(plan.file, from, left);
+        if (n < 0 && errno == EINTR) continue;
+        if (n <= 0) co_return WebReply{.status = 507, .body = "The disk is full.\n"};
+        from += n, left -= static_cast<std::size_t>(n);
+      }
+    }
+    if (failure == http::error::body_limit) co_return too_large(plan.most);
+    if (failure) co_return WebReply{.status = 400, .body = "The upload was cut short.\n"};
+    co_return plan.received();
   }
 
   asio::awaitable<bool> let_in(beast::tcp_stream& stream, const http::request<http::empty_body>& request) {

@@ -4,7 +4,9 @@
 #include <boost/asio/io_context.hpp>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "console/server/control.hpp"
@@ -18,6 +20,23 @@ struct WebReply {
   int file = -1;                 ///< an open regular file instead of a body; closed by the server
   std::string policy = {};       ///< Content-Security-Policy; empty: the console's own
   std::string download_as = {};  ///< a plain file name; empty: shown
+  int retry_after_s = 0;         ///< 0: not said
+};
+
+/// A POST whose body has not been read.
+struct WebUpload {
+  std::string path;                          ///< decoded, without the query
+  std::map<std::string, std::string> query;  ///< decoded
+  std::string user, address;                 ///< who sends it
+  std::optional<std::uint64_t> bytes;        ///< as it declares
+};
+
+/// What becomes of it.
+struct WebUploadPlan {
+  WebReply refusal = {};   ///< sent at once, with the body unread, if there is no `received`
+  int file = -1;           ///< where the body is written to; stays open and is closed by whoever `received` belongs to
+  std::uint64_t most = 0;  ///< bytes; beyond them 413
+  std::function<WebReply()> received = {};  ///< called when all is there; destroyed without a call if it never is
 };
 
 /// Called in the thread of the io_context.
@@ -26,6 +45,7 @@ struct WebHandlers {
   std::function<void(const std::string& path, std::function<void(WebReply)> reply)> get;
   std::function<void(ClientId)> joined, left;
   std::function<void(ClientId, const std::string& text)> said;
+  std::function<WebUploadPlan(const WebUpload&)> upload = {};  ///< none: nothing can be sent
 };
 
 /// A client that hears nothing, and a connection that is broken, are gone within a second and a half.

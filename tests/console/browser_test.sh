@@ -1,9 +1,9 @@
 #!/bin/sh
-# browser_test.sh RIG PROGRAM WEB: browser_test.mjs with the browser that is there, or 77 with what is missing.
+# browser_test.sh TEST RIG PROGRAM WEB: TEST.mjs with the browser that is there, or 77 with what is missing.
 browser=
 for name in chromium-headless-shell chromium; do
   if command -v "$name" >/dev/null; then browser=$(command -v "$name"); break; fi
 done
 command -v node >/dev/null || { echo "skipped: no node"; exit 77; }
 [ -n "$browser" ] || { echo "skipped: no chromium"; exit 77; }
-exec node "$(dirname "$0")/browser_test.mjs" "$1" "$2" "$3" "$browser"
+exec node "$(dirname "$0")/$1.mjs" "$2" "$3" "$4" "$browser"

@@ -134,11 +134,11 @@ Score Evaluation::score(const MeasuredScan& scan, const Session& session, const 
                         const std::string& cloud) const {
   const Algorithm* const external = algorithm(cloud);
   const std::string eyes = external ? (external->by_laser ? "laser" : "stereo") : cloud;
-  return score_reconstruction(
-      session, parameters_.thresholds, object_,
-      external ? external_reconstruction(*external, scan, believed, parameters_.workspace, StopOnSignal::requested())
-               : reconstruct_session(believed, parameters_, cloud),
-      scan.ceiling(object_, eyes, parameters_.thresholds));
+  return score_reconstruction(session, parameters_.thresholds, object_,
+                              external ? external_reconstruction(*external, {believed, scan.joints(), scan.rig_yaml()},
+                                                                 parameters_.workspace, StopOnSignal::requested())
+                                       : reconstruct_session(believed, parameters_, cloud),
+                              scan.ceiling(object_, eyes, parameters_.thresholds));
 }
 
 std::string Evaluation::unknown_name(const Updater& updater) const {

@@ -11,6 +11,8 @@
 #include "apps/tankrig/commands.hpp"
 #include "apps/tankrig/scan/used_calibration.hpp"
 #include "apps/tankrig/serve/click_corners.hpp"
+#include "apps/tankrig/serve/score_upload.hpp"
+#include "apps/tankrig/serve/serve_platform.hpp"
 #include "console/server/console.hpp"
 #include "core/input_error.hpp"
 #include "rig/config/rig_config.hpp"
@@ -25,6 +27,7 @@ using nlohmann::ordered_json;
 struct ServeOptions {
   std::string rig = "tank-sim";
   std::uint16_t port = 8080;
+  PlatformCommand platform;
 };
 
 constexpr char kMakeSafe[] = "make_safe";
@@ -144,6 +147,7 @@ ordered_json facts_of(const RigConfig& rig) {
 }
 
 int serve(const ServeOptions& options) {
+  if (options.platform.on) return run_platform(options.platform, options.port);
   const RigConfig rig = load_rig(find_rig(options.rig));
   ConsoleOptions console;
   console.program = fs::read_symlink("/proc/self/exe").string();
@@ -186,6 +190,9 @@ void add_serve(CLI::App& app, ChosenCommand& chosen) {
       "Example: tankrig serve --rig tank-wire    (then open the address that it prints)");
   add_rig_option(c, o.rig);
   c->add_option("--port", o.port, "Port on 127.0.0.1; 0: any that is free")->capture_default_str();
+  add_platform_options(*c, o.platform);
+  add_score(*c, chosen);
+  add_publish(*c, chosen);
 }
 
 }  // namespace tankrig::app
