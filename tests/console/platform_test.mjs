@@ -218,7 +218,7 @@ test('an algorithm runs in the sandbox, and reaches nothing there', async t => {
   const score = await platform.scored('algorithms', archive({ run: nosy, 'algorithm.xml': xml(), 'ready.ply': good }), { name: 'nosy' })
   assert.equal(score.state, 'done', score.message)
   assert.equal(score.kind, 'algorithm')
-  assert.equal((await platform.get(`/files/${score.id}/log.txt`)).text, 'it ran\n')
+  assert.match((await platform.get(`/files/${score.id}/log.txt`)).text, /it ran\n$/)
   const ours = (await platform.json('/api/datasets/tank')).best.find(s => s.name === 'ours')
   assert.equal(score.figures.mean_error_m, ours.figures.mean_error_m)
 })
@@ -229,7 +229,7 @@ test('algorithms that are hostile fail with a reason', async t => {
   for (const [name, body, why] of [
     ['fork bomb', run('b() { b | b & }; b; sleep 30'), /processes|ran longer|exit code/],
     ['hangs', archive({ run: script('trap "" TERM; sleep 600'), 'algorithm.xml': xml().replace('20', '2') }), /ran longer than 2 s/],
-    ['disk', run('dd if=/dev/zero of=big bs=1M count=100'), /exit code 1|wrote more/],
+    ['disk', run('dd if=/dev/zero of=big bs=1M count=100'), /exit code|wrote more/],
     ['memory', run(`python3 -c "x = 'x' * (1 << 30)"`), /exit code 1|memory/],
     ['no cloud', run('true'), /wrote no cloud/],
     ['a link as cloud', run('ln -s /proc/self/environ "$2"'), /cloud\.ply/],

@@ -44,7 +44,8 @@ TEST_F(StoreTest, TakesTheOldestOnceAndKeepsItsText) {
 
 TEST_F(StoreTest, RanksWhatIsDone) {
   Store store(place);
-  for (const auto& [id, rank] : {std::pair{"low", 0.1}, {"high", 0.9}, {"middle", 0.5}, {"none", 0.95}}) {
+  for (const auto& [id, rank] :
+       {std::pair{"low", 0.1}, std::pair{"high", 0.9}, std::pair{"middle", 0.5}, std::pair{"none", 0.95}}) {
     store.add(sent(id));
     Submission s = *store.take();
     s.state = s.id == "none" ? "failed" : "done", s.rank = rank, s.figures = "{}";
@@ -98,7 +99,7 @@ TEST_F(StoreTest, DoesNotCountAnOrderlyEndAsATry) {
 
 TEST_F(StoreTest, CountsWhatSomebodyHasSentWithinAnHour) {
   Store store(place);
-  for (const auto& [id, at] : {std::pair{"a", 100}, {"b", 200}, {"c", 300}}) store.add(sent(id, at));
+  for (const auto& [id, at] : {std::pair{"a", 100}, std::pair{"b", 200}, std::pair{"c", 300}}) store.add(sent(id, at));
   store.add(sent("d", 300, "bob"));
   const Usage ann = store.usage(Store::Whose::kUser, "ann", 150);
   EXPECT_EQ(ann.uploads, 2);

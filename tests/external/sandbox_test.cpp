@@ -58,8 +58,9 @@ TEST_F(SandboxTest, KeepsWhatTheProgramMakes) {
 
 TEST_F(SandboxTest, HidesThisMachine) {
   folder_.write("secret", "secret");
-  for (const std::string file :
-       {"/etc/passwd", "/root", "/home", "/var", "/sys", "/run", (folder_.path() / "secret").string().c_str()})
+  const std::string secret = (folder_.path() / "secret").string();
+  for (const std::string& file : {std::string("/etc/passwd"), std::string("/root"), std::string("/home"),
+                                  std::string("/var"), std::string("/sys"), std::string("/run"), secret})
     EXPECT_EQ(end_of("test ! -e " + file), "") << file;
   EXPECT_EQ(end_of("test \"$(ls /proc | grep -c '^[0-9]*$')\" -lt 8"), "");
   EXPECT_EQ(end_of("test -r \"$0\" && test -n \"$HOME\" && cd \"$HOME\""), "");
