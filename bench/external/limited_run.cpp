@@ -17,6 +17,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -51,17 +52,28 @@ double children_cpu_s() {
   return s(use.ru_utime) + s(use.ru_stime);
 }
 
-/// Whatever has a name counts as a block at least. What vanishes meanwhile counts as nothing.
+/// Whatever has a name counts as a block at least. What vanishes meanwhile counts as nothing; a folder that cannot be
+/// read may hold anything.
 std::uint64_t bytes_below(const fs::path& folder) {
-  constexpr std::uint64_t kBlock = 4096;
+  constexpr std::uint64_t kBlock = 4096, kAnything = std::numeric_limits<std::uint64_t>::max() / 2;
+  const auto hides = [](const std::error_code& problem) {
+    return problem && problem != std::errc::no_such_file_or_directory && problem != std::errc::not_a_directory;
+  };
   std::uint64_t sum = 0;
-  std::error_code gone;
-  for (fs::recursive_directory_iterator entry(folder, fs::directory_options::skip_permission_denied, gone), end;
-       !gone && entry != end; entry.increment(gone)) {
-    std::error_code no_file;
-    const bool file = entry->symlink_status(no_file).type() == fs::file_type::regular;
-    const std::uint64_t size = file ? entry->file_size(no_file) : 0;
-    if (!no_file) sum += std::max(size, kBlock);
+  std::vector<fs::path> folders{folder};
+  while (!folders.empty()) {
+    const fs::path one = std::move(folders.back());
+    folders.pop_back();
+    std::error_code problem;
+    for (fs::directory_iterator entry(one, problem), end; !problem && entry != end; entry.increment(problem)) {
+      std::error_code gone;
+      const fs::file_type type = entry->symlink_status(gone).type();
+      if (type == fs::file_type::directory) folders.push_back(entry->path());
+      const std::uint64_t size = type == fs::file_type::regular ? entry->file_size(gone) : 0;
+      if (hides(gone)) return kAnything;
+      if (!gone) sum += std::max(size, kBlock);
+    }
+    if (hides(problem)) return kAnything;
   }
   return sum;
 }

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <csignal>
 
@@ -96,6 +97,21 @@ TEST_F(LimitedRunTest, CountsWhatItPrintsEmptyFilesAndFilesOfItsChildren) {
   EXPECT_LE(std::filesystem::file_size(folder_.path() / "output.txt"), limits.disk_bytes);
   EXPECT_EQ(end_of("i=0; while :; do i=$((i + 1)); mkdir -p d$((i / 9)); : > d$((i / 9))/f$i; done", limits),
             "wrote more than 1 MiB");
+}
+
+TEST_F(LimitedRunTest, CountsWhatLiesBesideFilesThatVanish) {
+  EXPECT_EQ(end_of("mkdir a z; (cd a; while :; do mkdir b; rmdir b; done) &\n"
+                   "cd z; i=0; while :; do i=$((i + 1)); head -c 100000 /dev/zero > small$i; done",
+                   {.wall_s = 20, .disk_bytes = 8 << 20}),
+            "wrote more than 8 MiB");
+}
+
+TEST_F(LimitedRunTest, EndsOneThatHidesWhatItWrites) {
+  // Folders deeper than any path can name; their names are the bytes.
+  EXPECT_EQ(end_of("exec python3 -c 'import os\nfor i in range(40): os.mkdir(\"d\" * 200); os.chdir(\"d\" * 200)'"),
+            "wrote more than 256 MiB");
+  if (::geteuid() == 0) return;  // who reads everything
+  EXPECT_EQ(end_of("mkdir d; echo hidden > d/f; chmod 0 d"), "wrote more than 256 MiB");
 }
 
 TEST_F(LimitedRunTest, CountsProcessesThatNobodyWaitedFor) {

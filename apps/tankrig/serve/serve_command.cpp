@@ -184,7 +184,12 @@ int serve(const ServeOptions& options) {
 
 void add_serve(CLI::App& app, ChosenCommand& chosen) {
   CLI::App* c = app.add_subcommand("serve", "The operator's console: the rig in a browser on this machine");
-  ServeOptions& o = options_of(c, chosen, &serve);
+  c->require_subcommand(0, 1);
+  const auto options = std::make_shared<ServeOptions>();
+  c->callback([c, options, &chosen] {
+    if (c->get_subcommands().empty()) chosen = [options] { return serve(*options); };
+  });
+  ServeOptions& o = *options;
   c->footer(
       "The page starts commands of this program, and stops them as Ctrl-C does. It is no emergency stop.\n"
       "Example: tankrig serve --rig tank-wire    (then open the address that it prints)");
