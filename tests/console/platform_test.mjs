@@ -37,7 +37,7 @@ class Server {
     this.over = new Promise(done => this.child.on('exit', done))
   }
   async ready() {
-    await until('the address', () => /http:\S+/.test(this.said) || this.child.exitCode !== null, 60_000)
+    await until('the address', () => /http:\S+/.test(this.said) || this.child.exitCode !== null)
     const address = /http:\S+/.exec(this.said)?.[0]
     assert.ok(address, this.said)
     this.address = address
@@ -113,7 +113,8 @@ before(async () => {
   cpSync(join(sessions, readdirSync(sessions)[0]), join(sessions, 'tank'), { recursive: true })
   rmSync(join(sessions, readdirSync(sessions).find(name => name !== 'tank')), { recursive: true })
   good = readFileSync(join(sessions, 'tank', 'clouds', 'laser.ply'))
-  platform = await new Server(join(folder, 'store'), '--uploads-per-hour', '1000', '--waiting', '1000', '--jobs', '2').ready()
+  platform = new Server(join(folder, 'store'), '--uploads-per-hour', '1000', '--waiting', '1000', '--jobs', '2')
+  await platform.ready()
 })
 after(async () => {
   await platform?.end()
