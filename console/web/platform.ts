@@ -97,7 +97,7 @@ function intervals(column: Column, all: Submission[]): HTMLElement {
   const left = 150, width = 520, row = 22, height = row * some.length + 30
   const spans = some.map(s => {
     const value = column.value(s.figures!)!
-    return [value, ...(column.interval(s.figures!) ?? [value])].map(v => column.scale * v)
+    return [value, ...(column.interval(s.figures!) ?? [value, value])].map(v => column.scale * v)
   })
   const most = Math.max(...spans.flat(), 1e-9) * 1.05
   const x = (v: number) => left + ((width - left - 10) * v) / most
@@ -115,7 +115,7 @@ function intervals(column: Column, all: Submission[]): HTMLElement {
   picture.append(svg('line', { x1: left, x2: width - 10, y1: foot, y2: foot, class: 'axis' }))
   for (let k = 0; k <= 4; ++k) {
     const v = (most * k) / 4
-    picture.append(svg('text', { x: x(v), y: foot + 16, 'text-anchor': 'middle', class: 'label' }, v.toPrecision(2)))
+    picture.append(svg('text', { x: x(v), y: foot + 16, 'text-anchor': k === 4 ? 'end' : 'middle', class: 'label' }, v.toPrecision(2)))
   }
   return make('figure', {}, picture as unknown as HTMLElement, make('figcaption', {}, `${column.title} [${column.unit}], 95 % intervals; ${column.better} is better`))
 }
@@ -183,7 +183,7 @@ async function front(): Promise<void> {
   const asked = new URLSearchParams(location.search).get('dataset')
   let chosen = platform.datasets.find(d => d.name === asked) ?? platform.datasets[0]
   const choice = make('select', { id: 'dataset' }, ...platform.datasets.map(d => make('option', { selected: d === chosen }, d.name)))
-  const about = make('div', { className: 'scroll' }), table = make('div', { className: 'scroll' }), plots = make('div', { className: 'plots' }), newest = make('div', { className: 'scroll' })
+  const about = make('div', { className: 'facts' }), table = make('div', { className: 'scroll' }), plots = make('div', { className: 'plots' }), newest = make('div', { className: 'scroll' })
   const download = make('a', {})
   const form = sending(platform, () => chosen)
   let sorted = 0
@@ -246,7 +246,7 @@ async function one(id: string): Promise<void> {
     parts.push(make('div', { className: 'box' }, make('h2', {}, 'Report'), report))
   }
   const files = make('ul', {}, ...(s.files ?? []).map(f => make('li', {}, make('a', { href: f, download: '' }, f.split('/').pop()!))))
-  parts.push(make('div', { className: 'box' }, make('h2', {}, 'Behind the figures'), make('div', { className: 'scroll' }, s.score ? shown(s.score.behind) : ''), files,
+  parts.push(make('div', { className: 'box' }, make('h2', {}, 'Behind the figures'), make('div', { className: 'facts' }, s.score ? shown(s.score.behind) : ''), files,
     make('p', {}, 'As JSON: ', make('a', { href: `/api/submissions/${s.id}` }, `/api/submissions/${s.id}`))))
   main.replaceChildren(...parts)
   if (s.state === 'queued' || s.state === 'running') setTimeout(() => void one(id).catch(lost), every)

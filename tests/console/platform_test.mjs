@@ -352,6 +352,7 @@ test('the page sends, shows, ranks, and takes text for text', async () => {
       if (!pictures) return
       for (const width of [1280, 800]) {
         await page.setViewportSize({ width, height: 900 })
+        await page.evaluate(() => window.scrollTo(0, 0))
         await page.waitForTimeout(500)
         await page.screenshot({ path: join(pictures, `${file}_${width}.png`), fullPage: true })
       }
