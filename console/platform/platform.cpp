@@ -33,7 +33,7 @@ using namespace std::chrono_literals;
 constexpr auto kTick = 100ms;
 constexpr std::int64_t kHour_s = 3600;
 constexpr std::size_t kLongestName = 60;
-constexpr int kMostListed = 200, kMostNew = 30, kMostUploads = 32;  // the last: at a time
+constexpr int kMostListed = 200, kMostNew = 30, kMostUploads = 128;  // the last: at a time
 constexpr std::uint64_t kMostScoreBytes = 4 << 20;
 
 WebReply said(unsigned status, std::string why, int retry_after_s = 0) {
@@ -260,9 +260,12 @@ class Platform {
     std::erase_if(arriving_, [](const auto& one) { return one.expired(); });
     if (arriving_.size() >= kMostUploads) return said(503, "Too many uploads at a time.", 5);
     if (store_.waiting() >= options_.most_waiting) return said(503, "The queue is full.", 60);
+    std::uint64_t coming = bytes;
+    for (const auto& one : arriving_)
+      if (const auto other = one.lock()) coming += other->submission.bytes;
     struct statvfs disk {};
     if (::statvfs(store_.folder().c_str(), &disk) == 0 &&
-        std::uint64_t{disk.f_bavail} * disk.f_frsize < options_.free_bytes + bytes)
+        std::uint64_t{disk.f_bavail} * disk.f_frsize < options_.free_bytes + coming)
       return said(507, "The platform's disk is full.");
     const std::int64_t now = std::time(nullptr);
     const auto check = [&](Store::Whose whose, const std::string& name, std::string Submission::*member) {
