@@ -63,7 +63,7 @@ struct Arriving {
 class Platform {
  public:
   Platform(asio::io_context& io, const PlatformOptions& options)
-      : io_(io), options_(options), store_(options.store), server_(io, options.port, handlers()), tick_(io) {
+      : io_(io), options_(options), store_(options.store), server_(io, options.listen, handlers()), tick_(io) {
     for (const auto& entry : fs::directory_iterator(options.store))
       if (entry.path().extension() == kUnfinished) fs::remove(entry.path());
   }

@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "console/server/access.hpp"
+
 namespace tankrig {
 
 /// A session that its owner has published.
@@ -40,12 +42,12 @@ struct PlatformOptions {
   std::uint64_t free_bytes = 2ULL << 30;                    ///< of the disk, to be left
   int jobs = 1;                                             ///< scored at a time
   std::chrono::seconds longest = std::chrono::minutes{15};  ///< for one
-  std::uint16_t port = 8080;
+  ListenOptions listen;
 };
 
 /// Until `stop` says so. What is being scored then is scored again by the next server.
 /// `ready`: is told the address, once.
-/// Errors: InputError if the port is taken or the store cannot be used.
+/// Errors: InputError if the address cannot be had or the store cannot be used.
 void serve_platform(const PlatformOptions& options, const std::function<void(const std::string& address)>& ready,
                     const std::function<bool()>& stop);
 

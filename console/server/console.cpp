@@ -8,12 +8,15 @@
 #include <boost/asio/posix/stream_descriptor.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <chrono>
+#include <iterator>
 #include <memory>
 #include <optional>
 
 #include "console/feed/feed_format.hpp"
 #include "console/server/captured_program.hpp"
 #include "console/server/control.hpp"
+#include "console/server/page_version.hpp"
+#include "console/server/roles.hpp"
 #include "console/server/session_files.hpp"
 #include "console/server/site.hpp"
 #include "console/server/terminal_program.hpp"
@@ -40,6 +43,10 @@ constexpr int kMostQuestions = 4;
 
 Message text_of(const ordered_json& message) {
   return std::make_shared<const std::string>(message.dump(-1, ' ', false, ordered_json::error_handler_t::replace));
+}
+
+std::string text_at(const ordered_json& message, const char* key) {
+  return message.contains(key) && message[key].is_string() ? message[key] : "";
 }
 
 WebReply said(unsigned status, std::string why) { return {.status = status, .body = std::move(why) + "\n"}; }
@@ -82,7 +89,7 @@ class Console {
   Console(asio::io_context& io, const ConsoleOptions& options)
       : io_(io),
         options_(options),
-        server_(io, options.port,
+        server_(io, options.listen,
                 {[this](const std::string& path, auto reply) { get(path, std::move(reply)); },
                  [this](ClientId id) { joined(id); }, [this](ClientId id) { left(id); },
                  [this](ClientId id, const std::string& text) { heard(id, text); }}),
@@ -121,6 +128,7 @@ class Console {
   // Pages and questions.
 
   void get(const std::string& path, std::function<void(WebReply)> reply) {
+    if (path == "/") return reply({.type = site_file(path)->type, .body = page_with_version()});
     if (const auto file = site_file(path)) return reply({.type = file->type, .body = std::string(file->text)});
     if (path.starts_with("/sessions/")) return reply(session_file(options_.sessions, path.substr(10)));
     if (path.starts_with("/api/"))
@@ -151,7 +159,14 @@ class Console {
   // Browsers.
 
   void joined(ClientId id) {
-    ordered_json hello{{"is", "hello"}, {"you", id}, {"rig", options_.rig}, {"forms", forms_json(options_.offered)}};
+    const BrowserSession& who = server_.session(id);
+    ordered_json hello{{"is", "hello"},
+                       {"page", page_version()},
+                       {"you", id},
+                       {"user", who.name()},
+                       {"role", name_of(who.role())},
+                       {"rig", options_.rig},
+                       {"forms", forms_of(who.role())}};
     server_.send(id, text_of(hello), false);
     ++browsers_;
     tell_control();
@@ -161,6 +176,13 @@ class Console {
     for (const auto& [kind, message] : run_->newest) server_.send(id, message, false);
     for (const Message& points : run_->points) server_.send(id, points, true);
     for (const auto& [camera, picture] : run_->pictures) server_.send(id, picture, true, "picture " + camera);
+  }
+
+  ordered_json forms_of(Role role) const {
+    std::vector<OfferedCommand> granted;
+    std::ranges::copy_if(options_.offered, std::back_inserter(granted),
+                         [&](const OfferedCommand& command) { return may(role, "run " + command.name); });
+    return forms_json(granted);
   }
 
   void left(ClientId id) {
@@ -175,7 +197,8 @@ class Console {
   void heard(ClientId id, const std::string& text) {
     const ordered_json message = ordered_json::parse(text, nullptr, false);
     if (!message.is_object()) return refuse(id, "a message that is no JSON object");
-    const std::string what = message.contains("do") && message["do"].is_string() ? message["do"] : "";
+    const std::string what = text_at(message, "do");
+    if (const std::string lacking = lacks(id, "say " + what); !lacking.empty()) return refuse(id, lacking);
     if (what == "stop") return stop_asked(id);
     if (what == "take") {
       if (!control_.take(id)) refuse(id, "another browser is in control");
@@ -187,13 +210,24 @@ class Console {
       return tell_control();
     }
     if (!control_.holds(id)) return refuse(id, "this browser is not in control");
-    if (what == "start") return start(id, message);
+    const bool starts = what == "start";
+    if (starts || (running() && (what == "answer" || what == "hold"))) {
+      const std::string command = starts ? text_at(message, "command") : run_->offered.name;
+      if (const std::string lacking = lacks(id, "run " + command); !lacking.empty()) return refuse(id, lacking);
+    }
+    if (starts) return start(id, message);
     if (const auto wish = options_.wishes.find(what); wish != options_.wishes.end())
       return grant(id, wish->second, message);
     if (!running()) return refuse(id, "nothing runs");
     if (what == "answer") return answer(id, message);
     if (what == "hold") return hold();
     refuse(id, "a wish that nobody knows");
+  }
+
+  /// Empty, or which role this act needs.
+  std::string lacks(ClientId id, const std::string& act) const {
+    if (may(server_.session(id).role(), act)) return {};
+    return std::string("this needs the role ") + name_of(least_role(act));
   }
 
   template <class Wish>
@@ -220,6 +254,7 @@ class Console {
   void tell_control() {
     ordered_json message{{"is", "control"}, {"offered", control_.offered()}, {"browsers", browsers_}};
     message["holder"] = control_.holder() ? ordered_json(*control_.holder()) : ordered_json();
+    message["holder_name"] = control_.holder() ? server_.session(*control_.holder()).name() : "";
     server_.send_to_all(text_of(message), false);
   }
 
@@ -257,7 +292,7 @@ class Console {
   }
 
   void answer(ClientId id, const ordered_json& message) {
-    const std::string text = message.contains("text") && message["text"].is_string() ? message["text"] : "";
+    const std::string text = text_at(message, "text");
     if (text.size() > 1000 || std::ranges::any_of(text, [](unsigned char c) { return c < 0x20 || c == 0x7f; }))
       return refuse(id, "an answer that is no single line");
     run_->program.type(text + "\r");

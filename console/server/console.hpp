@@ -1,7 +1,6 @@
 // The operator's console: one rig, one run at a time, any number of browsers, one of which is in control.
 #pragma once
 
-#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -9,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "console/server/access.hpp"
 #include "console/server/run_request.hpp"
 
 namespace tankrig {
@@ -23,7 +23,7 @@ struct ConsoleOptions {
   /// What the page may have done without a run, by name: done at once, and answered. Errors: InputError, which the page shows.
   std::map<std::string, std::function<nlohmann::ordered_json(const nlohmann::ordered_json&)>> wishes;
   std::filesystem::path sessions;  ///< their folder
-  std::uint16_t port = 8080;       ///< 0: any that is free
+  ListenOptions listen;
 };
 
 /// `stops`: how often an end has been asked for so far. At the first, a run is stopped, and this returns when it has ended; at the
@@ -31,7 +31,7 @@ struct ConsoleOptions {
 /// It has no way of its own to a device: a run is a command on a terminal, STOP is that terminal's Ctrl-C, and whoever
 /// dies, the browser in control or this process, takes the terminal along.
 /// `ready`: is told the address, once.
-/// Errors: InputError if the port is taken.
+/// Errors: InputError as WebServer has them.
 void serve_console(const ConsoleOptions& options, const std::function<void(const std::string& address)>& ready,
                    const std::function<int()>& stops);
 

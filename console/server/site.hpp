@@ -12,7 +12,8 @@ struct SiteFile {
   std::string_view text;
 };
 
-/// `path`: "/", "/console.js", "/console.css"; "/platform", "/platform.js". A program built without npm has a page that says so.
+/// `path`: "/", "/console.js", "/console.css", "/login"; "/platform", "/platform.js". A program built without npm has a page that says
+/// so.
 std::optional<SiteFile> site_file(const std::string& path);
 
 }  // namespace tankrig

@@ -1,4 +1,4 @@
-// HTTP and WebSocket on this machine alone, for the console's pages.
+// HTTP and WebSocket for the console's pages, with or without TLS: who asks, how often, and what the asker may do.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -9,6 +9,7 @@
 #include <optional>
 #include <string>
 
+#include "console/server/access.hpp"
 #include "console/server/control.hpp"
 
 namespace tankrig {
@@ -17,10 +18,11 @@ struct WebReply {
   unsigned status = 200;
   std::string type = "text/plain; charset=utf-8";
   std::string body = {};
-  int file = -1;                 ///< an open regular file instead of a body; closed by the server
-  std::string policy = {};       ///< Content-Security-Policy; empty: the console's own
-  std::string download_as = {};  ///< a plain file name; empty: shown
-  int retry_after_s = 0;         ///< 0: not said
+  int file = -1;                           ///< an open regular file instead of a body; closed by the server
+  std::string policy = {};                 ///< Content-Security-Policy; empty: the console's own
+  std::string download_as = {};            ///< a plain file name; empty: shown
+  std::string location = {}, cookie = {};  ///< of their headers; empty: none
+  int retry_after_s = 0;                   ///< 0: not said
 };
 
 /// A POST whose body has not been read.
@@ -51,15 +53,17 @@ struct WebHandlers {
 /// A client that hears nothing, and a connection that is broken, are gone within a second and a half.
 class WebServer {
  public:
-  /// Listens on 127.0.0.1:`port`; 0: on any that is free.
-  /// Errors: InputError if the port is taken.
-  WebServer(boost::asio::io_context& io, std::uint16_t port, WebHandlers handlers);
+  /// Errors: InputError if the address or port cannot be had, or the certificate, its key or the users' file cannot be
+  /// used.
+  WebServer(boost::asio::io_context& io, const ListenOptions& options, WebHandlers handlers);
   ~WebServer();
   WebServer(const WebServer&) = delete;
   WebServer& operator=(const WebServer&) = delete;
 
-  /// With the key that lets a browser in.
+  /// For a browser; with the key, if that lets in.
   std::string address() const;
+  /// Of a client that is there: who it is, and may do what.
+  const BrowserSession& session(ClientId client) const;
 
   /// One WebSocket message to one client or to all. `newest`: of several with this name that wait, only the newest is
   /// sent; empty: all are. A client that takes nothing is let go.

@@ -3,9 +3,8 @@
 // Frame: o, the object's; z up. Units: metres.
 import * as THREE from 'three'
 import { byId, make } from './page'
+import { Fields, fieldsOf } from './ply'
 import { edgesOf, Stage } from './stage'
-
-type Fields = Record<string, Float32Array>
 
 interface Shown {
   name: string
@@ -18,36 +17,6 @@ const own = ['#0072b2', '#d55e00', '#009e73', '#cc79a7', '#e69f00', '#56b4e9']
 const worst = 0.005 // [m]: the end of the colours of errors
 const modes = ['verdict', 'error', 'sigma', 'cloud'] as const
 type Mode = (typeof modes)[number]
-
-const readers: Record<string, [number, (view: DataView, at: number) => number]> = {
-  float: [4, (view, at) => view.getFloat32(at, true)],
-  int: [4, (view, at) => view.getInt32(at, true)],
-  uchar: [1, (view, at) => view.getUint8(at)],
-}
-
-/** A binary PLY as tankrig writes it, evenly thinned. */
-export function fieldsOf(data: ArrayBuffer): Fields {
-  const head = new TextDecoder('latin1').decode(data.slice(0, 2000))
-  const end = head.indexOf('end_header\n')
-  const count = Number(/element vertex (\d+)/.exec(head)?.[1] ?? NaN)
-  const properties = [...head.slice(0, end).matchAll(/property (\w+) (\w+)/g)].map(match => ({ type: match[1], name: match[2] }))
-  const stride = properties.reduce((sum, p) => sum + (readers[p.type]?.[0] ?? NaN), 0)
-  const body = end + 'end_header\n'.length
-  if (end < 0 || !head.includes('binary_little_endian') || !(body + count * stride <= data.byteLength)) throw new Error('no PLY that can be shown')
-  const view = new DataView(data, body)
-  const step = Math.max(1, Math.ceil(count / most))
-  const kept = Math.ceil(count / step)
-  const fields: Fields = {}
-  let offset = 0
-  for (const { type, name } of properties) {
-    const [size, read] = readers[type]
-    const values = new Float32Array(kept)
-    for (let i = 0; i < kept; ++i) values[i] = read(view, i * step * stride + offset)
-    fields[name] = values
-    offset += size
-  }
-  return fields
-}
 
 /** The triangles of an OBJ. */
 function meshOf(text: string): { vertices: number[][]; triangles: number[][] } {
@@ -102,7 +71,7 @@ export class Compare {
     const place = `/sessions/${encodeURIComponent(session)}`
     const answer = await fetch(`${place}/clouds/${method}_verdict.ply`)
     if (!answer.ok) return this.say(`${session} has no scored cloud of ${method}.`)
-    const fields = fieldsOf(await answer.arrayBuffer())
+    const fields = fieldsOf(await answer.arrayBuffer(), most)
     const n = fields.x.length
     const geometry = new THREE.BufferGeometry()
     const positions = new Float32Array(3 * n)

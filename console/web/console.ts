@@ -24,7 +24,10 @@ interface Form {
 }
 interface Hello {
   is: 'hello'
+  page: string
   you: number
+  user: string
+  role: 'watch' | 'operate' | 'administer'
   rig: { name: string; description: string; version: string; calibration: string; warnings: string[]; click: ToClick | null }
   forms: Form[]
 }
@@ -48,7 +51,7 @@ type Message =
   | Hello
   | Run
   | Feed
-  | { is: 'control'; holder: number | null; offered: boolean; browsers: number }
+  | { is: 'control'; holder: number | null; holder_name: string; offered: boolean; browsers: number }
   | { is: 'log'; text: string }
   | { is: 'refused'; why: string }
   | { is: 'granted'; wish: string; answer: { file: string } }
@@ -63,6 +66,7 @@ const cloud = new Cloud(byId('cloud'))
 const pictures = new Map<string, HTMLImageElement>()
 let socket: WebSocket | undefined
 let you = 0
+let watches = false // has no role that may take control
 let forms: Form[] = []
 let toClick: ToClick | null = null
 let corners: Corners | undefined
@@ -82,7 +86,8 @@ const warn = (text: string) => {
   byId('warning').textContent = text
   byId('warning').hidden = text === ''
 }
-const tell = (message: object) => {
+const tell = (message: { do: string; [key: string]: unknown }) => {
+  if (document.body.classList.contains('outdated') && message.do !== 'stop') return
   if (socket?.readyState === WebSocket.OPEN) socket.send(JSON.stringify(message))
 }
 const runs = () => run !== undefined && run.exit_code === null
@@ -90,7 +95,7 @@ const runs = () => run !== undefined && run.exit_code === null
 // Connection.
 
 function connect(): void {
-  socket = new WebSocket(`ws://${location.host}/live`)
+  socket = new WebSocket(`${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/live`)
   socket.binaryType = 'arraybuffer'
   socket.addEventListener('message', event => {
     heard = Date.now()
@@ -100,9 +105,39 @@ function connect(): void {
   socket.addEventListener('close', () => {
     holder = null
     showControl()
+    void explainRefusal()
     setTimeout(connect, 1000)
   })
 }
+
+/** A server that was started anew knows nobody who was let in before. */
+async function explainRefusal(): Promise<void> {
+  const { status } = await fetch('/live').catch(() => ({ status: 0 }))
+  const nothing = 'Nothing on this page works until then, STOP included.'
+  if (status === 401) outdated(`You are logged out: the time is over, or the server was started anew. Log in again. ${nothing}`)
+  if (status === 403) outdated(`The server was started anew and does not know this page: open the address that it has printed. ${nothing}`)
+}
+
+function outdated(why: string): void {
+  document.body.classList.add('outdated')
+  byId('outdated').hidden = false
+  const says = byId('outdated').querySelector('p')
+  if (says) says.textContent = why
+  showControl()
+}
+
+/** A page of yesterday is loaded anew; one that stays yesterday's says so, and its operator decides. */
+function checkVersion(server: string): void {
+  const own = document.querySelector<HTMLMetaElement>('meta[name=version]')?.content
+  document.body.classList.toggle('outdated', own !== server)
+  byId('outdated').hidden = own === server
+  if (own === server) return sessionStorage.removeItem('loaded for')
+  outdated(`This page is of another version (${own}) than the server (${server}). Until it is loaded anew, only STOP works here.`)
+  if (sessionStorage.getItem('loaded for') === server) return
+  sessionStorage.setItem('loaded for', server)
+  location.reload()
+}
+byId('outdated').querySelector('button')?.addEventListener('click', () => location.reload())
 
 setInterval(() => {
   const age = Date.now() - heard
@@ -117,8 +152,12 @@ setInterval(() => {
 function take(message: Message): void {
   switch (message.is) {
     case 'hello':
+      checkVersion(message.page)
       you = message.you
       forms = message.forms
+      watches = message.role === 'watch'
+      byId('leave').hidden = message.user === ''
+      byId('leave').title = `${message.user} may ${message.role}`
       toClick = message.rig.click
       byId('rig').textContent = message.rig.name
       byId('rig').title = `${message.rig.description} (tankrig ${message.rig.version})`
@@ -131,7 +170,7 @@ function take(message: Message): void {
     case 'control':
       holder = message.holder
       offered = message.offered
-      say('control', holder === null ? `nobody's` : holder === you ? 'yours' : `browser ${holder}'s`, holder === you ? 'good' : '')
+      say('control', holder === null ? `nobody's` : holder === you ? 'yours' : `${message.holder_name || `browser ${holder}`}'s`, holder === you ? 'good' : '')
       byId('control').title = `${message.browsers} browsers look on`
       showControl()
       break
@@ -241,11 +280,11 @@ function showPicture(name: string, jpeg: Uint8Array): void {
 // Control and the run.
 
 function showControl(): void {
-  const yours = holder === you && socket?.readyState === WebSocket.OPEN
+  const yours = holder === you && socket?.readyState === WebSocket.OPEN && !document.body.classList.contains('outdated')
   const button = byId<HTMLButtonElement>('take')
   button.textContent = yours ? (offered ? 'Offered: another browser may take it' : 'Offer control') : 'Take control'
-  button.disabled = !yours && holder !== null && !offered
-  button.title = button.disabled ? 'Another browser is in control; it can offer control.' : ''
+  button.disabled = document.body.classList.contains('outdated') || watches || (!yours && holder !== null && !offered)
+  button.title = watches ? 'You may look, and press STOP.' : button.disabled ? 'Another browser is in control; it can offer control.' : ''
   for (const id of ['begin', 'answer-form'])
     for (const part of byId(id).querySelectorAll<HTMLButtonElement | HTMLInputElement>('button, input')) part.disabled = !yours || (id === 'begin' ? runs() && !run?.hold : !runs())
 }
@@ -286,6 +325,9 @@ document.addEventListener(
 )
 document.addEventListener('keyup', event => { if (event.key === ' ' && !types(event.target)) event.preventDefault() }, true)
 
+byId('leave').addEventListener('click', () => {
+  void fetch('/logout', { method: 'POST' }).then(() => location.reload())
+})
 byId('take').addEventListener('click', () => tell({ do: holder === you ? 'offer' : 'take' }))
 
 // The form.
@@ -299,11 +341,12 @@ function chooseForms(): void {
 
 /** A wish of another view: its form is filled in and started. */
 function begin(command: string, given: Record<string, string>): void {
+  if (!forms.some(form => form.name === command)) return warn('Your role does not include this.')
   byId<HTMLSelectElement>('command').value = command
   showForm()
   for (const [key, value] of Object.entries(given)) {
     const input = byId<HTMLFormElement>('form').elements.namedItem(key)
-    if (input instanceof HTMLInputElement) input.value = value
+    if (input instanceof HTMLInputElement || input instanceof HTMLSelectElement) input.value = value
   }
   document.querySelector<HTMLButtonElement>('[data-view=run]')?.click()
   const form = chosen()

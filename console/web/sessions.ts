@@ -1,4 +1,5 @@
 // The list of sessions, and one of them: its report, its frames in time, its files.
+import { csvOf } from './ply'
 import { ask, byId, make } from './page'
 
 interface Listed {
@@ -59,6 +60,19 @@ async function timeLine(folder: string): Promise<HTMLElement> {
   return make('div', { className: 'frames' }, make('label', {}, 'Camera ', choice), slider, picture, says)
 }
 
+function save(href: string, name: string): void {
+  make('a', { href, download: name }).click()
+}
+
+/** A cloud as a table: every property that the PLY has. */
+async function downloadCsv(folder: string, method: string, place: HTMLElement): Promise<void> {
+  const answer = await fetch(at(folder, `clouds/${method}.ply`))
+  if (!answer.ok) return place.append(` This session has no cloud of ${method}.`)
+  const url = URL.createObjectURL(new Blob(csvOf(await answer.arrayBuffer()), { type: 'text/csv' }))
+  save(url, `${folder}-${method}.csv`)
+  setTimeout(() => URL.revokeObjectURL(url), 60_000)
+}
+
 /** Starts a command of the forms. */
 type Begin = (command: string, given: Record<string, string>) => void
 type ShowCloud = (session: string, method: string) => void
@@ -79,10 +93,17 @@ async function open(folder: string, place: HTMLElement, begin: Begin, showCloud:
     button.addEventListener('click', () => showCloud(folder, method))
     wishes.append(button)
   }
+  const downloads = make('div', { className: 'row' }, 'Download ')
+  for (const method of ['laser', 'stereo']) {
+    downloads.append(make('a', { href: at(folder, `clouds/${method}.ply`), download: `${folder}-${method}.ply` }, `${method} as PLY`))
+    const button = make('button', { type: 'button' }, `${method} as CSV`)
+    button.addEventListener('click', () => void downloadCsv(folder, method, downloads))
+    downloads.append(button)
+  }
   const report = make('iframe', { title: `Report of ${folder}`, src: at(folder, 'report.html') })
   report.setAttribute('sandbox', 'allow-scripts')
   place.replaceChildren(
-    make('div', { className: 'box' }, make('h2', {}, folder), line, wishes),
+    make('div', { className: 'box' }, make('h2', {}, folder), line, wishes, downloads),
     make('div', { className: 'box' }, make('h2', {}, 'Frames'), await timeLine(folder)),
     make('div', { className: 'box' }, make('h2', {}, 'Report'), report),
   )

@@ -9,37 +9,100 @@ namespace tankrig {
 namespace {
 
 struct AccessTest : ::testing::Test {
-  const Access access{8080};
+  /// What stands in the way; empty: nothing does.
+  static std::string refused(const Access& access, const RequestHeaders& request) {
+    const std::string why = access.refused(request);
+    return !why.empty() ? why : access.session(request) ? "" : "not let in";
+  }
+  std::string refused(const RequestHeaders& request) const { return refused(access, request); }
+
+  const Access access{{}, 8080};
   const std::string cookie = "tankrig_8080=" + access.key();
 };
 
 TEST_F(AccessTest, LetsInWhoeverHasItsKey) {
-  EXPECT_EQ(access.refused({"127.0.0.1:8080", "", cookie}), "");
-  EXPECT_EQ(access.refused({"localhost:8080", "http://localhost:8080", "a=b; " + cookie + "; c=d", true}), "");
+  EXPECT_EQ(refused({"127.0.0.1:8080", "", cookie}), "");
+  EXPECT_EQ(refused({"localhost:8080", "http://localhost:8080", "a=b; " + cookie + "; c=d", true}), "");
   EXPECT_TRUE(access.opens(access.key()));
   EXPECT_EQ(access.key().size(), 32U);
+  EXPECT_EQ(access.session({"", "", cookie})->role(), Role::kAdminister);
 }
 
 TEST_F(AccessTest, RefusesWithoutTheKey) {
   for (const std::string& bad : {std::string(), std::string("tankrig_8080="), "tankrig_8080=" + std::string(32, '0'),
                                  cookie + "0", "tankrig_8081=" + access.key(), "xtankrig_8080=" + access.key()})
-    EXPECT_NE(access.refused({"127.0.0.1:8080", "", bad}), "") << bad;
+    EXPECT_NE(refused({"127.0.0.1:8080", "", bad}), "") << bad;
   EXPECT_FALSE(access.opens(""));
 }
 
 TEST_F(AccessTest, RefusesOtherNamesAndOtherPages) {
   for (const char* host : {"", "evil.example:8080", "127.0.0.1", "127.0.0.1:80", "127.0.0.1.evil.example:8080"})
-    EXPECT_NE(access.refused({host, "", cookie}), "") << host;
+    EXPECT_NE(refused({host, "", cookie}), "") << host;
   for (const char* origin :
        {"http://evil.example", "null", "https://127.0.0.1:8080", "http://127.0.0.1:8081", "http://localhost:8080"})
-    EXPECT_NE(access.refused({"127.0.0.1:8080", origin, cookie, true}), "") << origin;
+    EXPECT_NE(refused({"127.0.0.1:8080", origin, cookie, true}), "") << origin;
 }
 
-TEST_F(AccessTest, RefusesAWebSocketThatNoPageOpened) {
-  EXPECT_NE(access.refused({"127.0.0.1:8080", "", cookie, true}), "");
+TEST_F(AccessTest, RefusesAWebSocketThatNoPageOpened) { EXPECT_NE(refused({"127.0.0.1:8080", "", cookie, true}), ""); }
+
+TEST_F(AccessTest, IsAskedUnderItsNamesOrTheAddressThatWasReached) {
+  Access there({.address = "0.0.0.0", .names = {"tank.lab"}, .users = "users", .tls_certificate = "c"}, 443);
+  const std::string let_in = there.let_in("anna", Role::kWatch), user = let_in.substr(0, let_in.find(';'));
+  const char here[] = "192.168.1.5";
+  for (const char* host : {"tank.lab:443", "tank.lab", "192.168.1.5:443", "192.168.1.5"}) {
+    EXPECT_EQ(refused(there, {host, "", user, false, here}), "") << host;
+    EXPECT_EQ(refused(there, {host, std::string("https://") + host, user, true, here}), "") << host;
+    EXPECT_NE(refused(there, {host, std::string("http://") + host, user, true, here}), "") << host;
+  }
+  for (const char* host :
+       {"localhost", "127.0.0.1", "192.168.1.6", "evil.example", "tank.lab.evil.example", "tank.lab:80"})
+    EXPECT_NE(refused(there, {host, "", user, false, here}), "") << host;
 }
 
-TEST(AccessKey, IsAnotherEachTime) { EXPECT_NE(Access(1).key(), Access(1).key()); }
+TEST_F(AccessTest, GivesAnIpV6AddressItsBrackets) {
+  const Access there({.address = "::1"}, 8080);
+  const std::string key = "tankrig_8080=" + there.key();
+  EXPECT_EQ(there.address(), "http://[::1]:8080/?key=" + there.key());
+  EXPECT_EQ(refused(there, {"[::1]:8080", "http://[::1]:8080", key, true, "::1"}), "");
+}
+
+struct UsersTest : AccessTest {
+  static std::string token_of(const std::string& cookie) { return cookie.substr(0, cookie.find(';')); }
+  Access users{{.users = "users", .tls_certificate = "c"}, 8080};
+};
+
+TEST_F(UsersTest, HaveTheirRoleAndNoKey) {
+  const std::string cookie_of_anna = users.let_in("anna", Role::kOperate);
+  const auto session = users.session({"", "", token_of(cookie_of_anna)});
+  ASSERT_TRUE(session);
+  EXPECT_EQ(session->name(), "anna");
+  EXPECT_EQ(session->role(), Role::kOperate);
+  EXPECT_TRUE(cookie_of_anna.ends_with("; Path=/; HttpOnly; SameSite=Strict; Secure")) << cookie_of_anna;
+  EXPECT_FALSE(users.session({"", "", "tankrig_8080="}));
+  EXPECT_FALSE(users.opens(""));
+  EXPECT_EQ(users.address(), "https://127.0.0.1:8080/");
+}
+
+TEST_F(UsersTest, AreLetOutWhenTheirSessionEnds) {
+  const std::string token = token_of(users.let_in("anna", Role::kOperate));
+  const auto session = users.session({"", "", token});
+  EXPECT_FALSE(session->over());
+  EXPECT_TRUE(session->over(BrowserSession::Clock::now() + std::chrono::hours(13)));
+  session->end();
+  EXPECT_FALSE(users.session({"", "", token}));
+}
+
+TEST_F(UsersTest, PushOutOnlyTheirOwnOldestSession) {
+  const std::string others = token_of(users.let_in("ben", Role::kOperate));
+  const std::string first = token_of(users.let_in("anna", Role::kWatch));
+  const auto session = users.session({"", "", first});
+  for (int i = 0; i < 16; ++i) users.let_in("anna", Role::kWatch);
+  EXPECT_FALSE(users.session({"", "", first}));
+  EXPECT_TRUE(session->over());
+  EXPECT_TRUE(users.session({"", "", others}));
+}
+
+TEST(AccessKey, IsAnotherEachTime) { EXPECT_NE(Access({}, 1).key(), Access({}, 1).key()); }
 
 TEST(Control, HasOneHolder) {
   Control control;

@@ -2,7 +2,7 @@
 // browser. TANKRIG_PICTURES=FOLDER keeps pictures of the pages.
 import assert from 'node:assert/strict'
 import { execFileSync, spawn } from 'node:child_process'
-import { cpSync, existsSync, mkdirSync, mkdtempSync, readdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs'
+import { cpSync, existsSync, mkdirSync, mkdtempSync, readdirSync, readFileSync, rmSync } from 'node:fs'
 import http from 'node:http'
 import { createRequire } from 'node:module'
 import { tmpdir } from 'node:os'
@@ -10,6 +10,7 @@ import { monitorEventLoopDelay } from 'node:perf_hooks'
 import { join } from 'node:path'
 import { after, afterEach, before, beforeEach, test } from 'node:test'
 
+import { smallRig, until as within } from './small_rig.mjs'
 import { watch } from './watcher.mjs'
 
 const [rig, program, web, executablePath] = process.argv.slice(2)
@@ -20,42 +21,11 @@ const mostLate = 50 // [ms] that this process may wake late where the clock judg
 const stopBound = 100 // [ms] from a click to the laser's command, on loopback
 const pictures = process.env.TANKRIG_PICTURES
 
+const until = (what, condition, milliseconds = patience) => within(what, condition, milliseconds)
+
 let browser, folder, server, address, small
 
 const launch = () => chromium.launch({ executablePath, args: ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'] })
-
-const until = async (what, condition, milliseconds = patience) => {
-  const begin = Date.now()
-  while (!(await condition())) {
-    assert.ok(Date.now() - begin < milliseconds, `${what}: not within ${milliseconds} ms`)
-    await new Promise(done => setTimeout(done, 20))
-  }
-  return Date.now() - begin
-}
-
-/** Where only the way matters: a simulated rig with small stereo pictures; one on wires that is patient with a busy machine. */
-function smallRig(place) {
-  execFileSync(program, ['init', place, '--from', rig], { stdio: 'ignore' })
-  const edit = (file, ...pairs) => {
-    let text = readFileSync(join(place, file), 'utf8')
-    for (const [from, to] of pairs) {
-      assert.ok(text.includes(from), `${file} has no ${from}`)
-      text = text.replaceAll(from, to)
-    }
-    writeFileSync(join(place, file), text)
-  }
-  if (wires)
-    edit('rig.yaml', ['\nscan:\n', '\nscan:\n  control: {feedback_timeout_s: 1, heartbeat_timeout_s: 1}\n'], ['limit: 100,', 'limit: 0,'],
-      ['heartbeat_output: {kind: bytes, device: runtime/box}', 'heartbeat_output: {kind: none}'], ['enable_input: {kind: reply, wait_s: 60}', 'enable_input: {kind: none}'],
-      ['reply_timeout_ms: 5 ', 'silence_timeout_ms: 1000\n    reply_timeout_ms: 100 '])
-  else {
-    edit('rig.yaml', ['width_px: 640, height_px: 480, fx_px: 765.4, fy_px: 762.9, cx_px: 315.7, cy_px: 236.8',
-      'width_px: 160, height_px: 120, fx_px: 191.35, fy_px: 190.725, cx_px: 78.55, cy_px: 58.825'])
-    edit('tank.xml', ['<resw>640</resw><resh>480</resh>', '<resw>160</resw><resh>120</resh>'],
-      ['<fx>765.4</fx><fy>762.9</fy><x0>315.7</x0><y0>236.8</y0>', '<fx>191.35</fx><fy>190.725</fy><x0>78.55</x0><y0>58.825</y0>'])
-  }
-  return place
-}
 
 /** A process, and what it printed. */
 function serve() {
@@ -111,7 +81,7 @@ async function sweeps(page, t) {
 
 before(async () => {
   browser = await launch()
-  small = smallRig(join(mkdtempSync(join(tmpdir(), 'tankrig-test-')), rig)) // its folder gives it its name
+  small = smallRig(program, rig, join(mkdtempSync(join(tmpdir(), 'tankrig-test-')), rig)) // its folder gives it its name
 })
 after(async () => {
   await browser.close()
@@ -175,6 +145,23 @@ const coloured = picture => picture.evaluate(async canvas => {
   for (let i = 0; i < data.length; i += 4) if (Math.max(data[i], data[i + 1], data[i + 2]) - Math.min(data[i], data[i + 1], data[i + 2]) > 100) ++some
   return some / (data.length / 4)
 })
+
+/** A cloud as CSV and PLY: what arrives is what lies on the disk. */
+async function downloads(page, session) {
+  const arrived = async what => {
+    const [download] = await Promise.all([page.waitForEvent('download'), what.click()])
+    return download.path()
+  }
+  await page.getByRole('tab', { name: 'Sessions' }).click()
+  await page.locator('#sessions tbody button', { hasText: session }).first().click()
+  const ply = readFileSync(join(folder, 'sessions', session, 'clouds/laser.ply'))
+  assert.deepEqual(readFileSync(await arrived(page.getByRole('link', { name: 'laser as PLY' }))), ply)
+  const [head, ...lines] = readFileSync(await arrived(page.getByRole('button', { name: 'laser as CSV' })), 'utf8').trimEnd().split('\n')
+  const text = ply.toString('latin1')
+  assert.match(head, /^x,y,z,/)
+  assert.equal(lines.length, Number(/element vertex (\d+)/.exec(text)[1]))
+  assert.equal(Number(lines[0].split(',')[0]), Number(ply.readFloatLE(text.indexOf('end_header\n') + 11).toPrecision(9)))
+}
 
 /** Where the drawing has them: on a simulated rig that is the truth. */
 async function clickCorners(page, session) {
@@ -248,6 +235,7 @@ test('a scan is started, watched and looked at', async t => {
   await keep(page, 'console_dark_800')
   assert.equal(await page.evaluate(() => document.documentElement.scrollWidth <= window.innerWidth), true)
   assert.deepEqual(page.bad, [])
+  await downloads(page, sessions()[0])
 })
 
 test('STOP in the sweep: the devices confirm, and the session can be read', async t => {

@@ -6,4 +6,5 @@ for name in chromium-headless-shell chromium; do
 done
 command -v node >/dev/null || { echo "skipped: no node"; exit 77; }
 [ -n "$browser" ] || { echo "skipped: no chromium"; exit 77; }
+[ "$1" != users_test ] || command -v openssl >/dev/null || { echo "skipped: no openssl"; exit 77; }
 exec node "$(dirname "$0")/$1.mjs" "$2" "$3" "$4" "$browser"

@@ -1,15 +1,16 @@
 // A WebSocket that only listens: what it got is counted, pings are answered, nothing is drawn.
 import http from 'node:http'
+import https from 'node:https'
 
 /** `address` and `cookie` as a browser has them. Resolves when the connection stands. */
 export function watch(address, cookie) {
-  const { hostname, port, host } = new URL(address)
+  const { protocol, hostname, port, origin } = new URL(address)
   const headers = {
-    Cookie: cookie, Origin: `http://${host}`, Connection: 'Upgrade', Upgrade: 'websocket', 'Sec-WebSocket-Version': '13',
+    Cookie: cookie, Origin: origin, Connection: 'Upgrade', Upgrade: 'websocket', 'Sec-WebSocket-Version': '13',
     'Sec-WebSocket-Key': Buffer.alloc(16).toString('base64'),
   }
   return new Promise((done, failed) => {
-    const request = http.request({ hostname, port, path: '/live', headers })
+    const request = (protocol === 'https:' ? https : http).request({ hostname, port, path: '/live', headers, rejectUnauthorized: false })
     request.on('error', failed)
     request.on('response', response => failed(new Error(`refused: ${response.statusCode}`)))
     request.on('upgrade', (_, socket, head) => done(new Watcher(socket, head)))

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "apps/tankrig/command_line/output.hpp"
@@ -11,6 +12,7 @@
 #include "apps/tankrig/commands.hpp"
 #include "apps/tankrig/scan/used_calibration.hpp"
 #include "apps/tankrig/serve/click_corners.hpp"
+#include "apps/tankrig/serve/listen_options.hpp"
 #include "apps/tankrig/serve/score_upload.hpp"
 #include "apps/tankrig/serve/serve_platform.hpp"
 #include "console/server/console.hpp"
@@ -26,7 +28,7 @@ using nlohmann::ordered_json;
 
 struct ServeOptions {
   std::string rig = "tank-sim";
-  std::uint16_t port = 8080;
+  ListenCommand listen;
   PlatformCommand platform;
 };
 
@@ -147,7 +149,14 @@ ordered_json facts_of(const RigConfig& rig) {
 }
 
 int serve(const ServeOptions& options) {
-  if (options.platform.on) return run_platform(options.platform, options.port);
+  ListenOptions listen;
+  try {
+    listen = listen_options(options.listen);
+  } catch (const InputError& e) {
+    fmt::print(stderr, "{}\n", e.what());
+    return kUsage;
+  }
+  if (options.platform.on) return run_platform(options.platform, listen);
   const RigConfig rig = load_rig(find_rig(options.rig));
   ConsoleOptions console;
   console.program = fs::read_symlink("/proc/self/exe").string();
@@ -155,7 +164,7 @@ int serve(const ServeOptions& options) {
   console.offered = offered(options, rig);
   console.sessions = kSessions;
   console.wishes = {{"corners", [](const ordered_json& wish) { return save_clicked_corners(kSessions, wish); }}};
-  console.port = options.port;
+  console.listen = listen;
   console.make_safe = kMakeSafe;
   console.questions = {{"sessions", {"session", "list", kSessions, "--json"}},
                        {"arm", {"arm", "status", "--rig", options.rig, "--json"}},
@@ -167,9 +176,9 @@ int serve(const ServeOptions& options) {
   std::function<bool()> second;
   serve_console(
       console,
-      [](const std::string& address) {
-        fmt::print("The console is at {}\nIt is for browsers on this machine. Ctrl-C ends it, and stops what runs.\n",
-                   address);
+      [&](const std::string& address) {
+        fmt::print("The console is at {}\nIt is for {}. Ctrl-C ends it, and stops what runs.\n", address,
+                   listen.users.empty() ? "browsers on this machine" : "the users of " + listen.users.string());
         std::fflush(stdout);
       },
       [&] {
@@ -183,18 +192,19 @@ int serve(const ServeOptions& options) {
 }  // namespace
 
 void add_serve(CLI::App& app, ChosenCommand& chosen) {
-  CLI::App* c = app.add_subcommand("serve", "The operator's console: the rig in a browser on this machine");
-  c->require_subcommand(0, 1);
+  CLI::App* c = app.add_subcommand("serve", "The operator's console: the rig in a browser");
   const auto options = std::make_shared<ServeOptions>();
-  c->callback([c, options, &chosen] {
+  c->require_subcommand(0, 1);
+  ServeOptions& o = *options;
+  c->callback([options, &chosen, c] {  // which CLI11 calls after that of a command below it
     if (c->get_subcommands().empty()) chosen = [options] { return serve(*options); };
   });
-  ServeOptions& o = *options;
   c->footer(
       "The page starts commands of this program, and stops them as Ctrl-C does. It is no emergency stop.\n"
       "Example: tankrig serve --rig tank-wire    (then open the address that it prints)");
   add_rig_option(c, o.rig);
-  c->add_option("--port", o.port, "Port on 127.0.0.1; 0: any that is free")->capture_default_str();
+  add_listen_options(*c, o.listen);
+  add_user(*c, chosen);
   add_platform_options(*c, o.platform);
   add_score(*c, chosen);
   add_publish(*c, chosen);

@@ -102,7 +102,7 @@ std::vector<Dataset> find_datasets(const PlatformCommand& options, const std::st
 
 }  // namespace
 
-int run_platform(const PlatformCommand& options, std::uint16_t port) {
+int run_platform(const PlatformCommand& options, const ListenOptions& listen) {
   if (!fs::is_directory(options.datasets))
     throw InputError(options.datasets, "is no folder, expected one with the sessions to publish (--datasets)");
   const StopOnSignal stop_on_signal;
@@ -115,7 +115,7 @@ int run_platform(const PlatformCommand& options, std::uint16_t port) {
   platform.no_algorithms = sandbox_trouble();
   platform.quota = options.quota;
   platform.jobs = options.jobs;
-  platform.port = port;
+  platform.listen = listen;
   if (!platform.no_algorithms.empty())
     fmt::print(stderr, "tankrig: algorithms are refused: {}\n", printable(platform.no_algorithms));
   serve_platform(

@@ -16,7 +16,7 @@ struct PlatformCommand {
 };
 
 void add_platform_options(CLI::App& serve, PlatformCommand& options);
-int run_platform(const PlatformCommand& options, std::uint16_t port);
+int run_platform(const PlatformCommand& options, const ListenOptions& listen);
 
 /// Below `tankrig serve`; not for people: packs what others may have of a session.
 void add_publish(CLI::App& serve, ChosenCommand& chosen);

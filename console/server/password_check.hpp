@@ -1,0 +1,17 @@
+// A password is tried beside the server, which goes on serving.
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <functional>
+#include <string>
+
+#include "console/server/users.hpp"
+
+namespace tankrig {
+
+/// Calls `done` once, with whether it matches; false if this cannot be found out.
+/// Threads: one, the only one of its process, because a child of it does the work.
+void check_password(boost::asio::io_context& io, const PasswordHash& hash, const std::string& password,
+                    std::function<void(bool)> done);
+
+}  // namespace tankrig

@@ -1,0 +1,75 @@
+// Ten watchers of every live stream beside none: how late the cycle wakes on emulated wires. Arguments as browser_test.mjs; no browser is needed.
+import assert from 'node:assert/strict'
+import { spawn } from 'node:child_process'
+import { mkdtempSync, readdirSync, readFileSync, rmSync } from 'node:fs'
+import http from 'node:http'
+import { tmpdir } from 'node:os'
+import { join } from 'node:path'
+import { test } from 'node:test'
+
+import { smallRig, until } from './small_rig.mjs'
+import { watch } from './watcher.mjs'
+
+const [rig, program] = process.argv.slice(2)
+const most = 1.1 // of the latency without watchers
+const patience = 240_000 // [ms] for a scan
+
+/** The cycle's wake-up latency of a session [us]. */
+function latencyOf(session) {
+  const text = readFileSync(join(session, 'session.yaml'), 'utf8')
+  const [, p50, p99] = /wake_up_us:\s*\{p50: ([\d.e+]+), p99: ([\d.e+]+)/.exec(text) ?? []
+  assert.ok(p99, text)
+  return { p50: Number(p50), p99: Number(p99) }
+}
+
+test('ten watchers do not delay the cycle', async t => {
+  const folder = mkdtempSync(join(tmpdir(), 'tankrig-test-'))
+  smallRig(program, rig, join(folder, 'rig'))
+  const server = spawn(program, ['serve', '--rig', 'rig', '--port', '0'], { cwd: folder, stdio: ['ignore', 'pipe', 'inherit'] })
+  const over = new Promise(done => server.on('exit', done))
+  try {
+    let said = ''
+    server.stdout.on('data', data => { said += data })
+    await until('the address', () => /http:\S+/.test(said), 20_000)
+    const address = /http:\S+/.exec(said)[0]
+    const cookie = await new Promise(done => http.get(address, response => done(response.headers['set-cookie'][0].split(';')[0])))
+    const operator = await watch(address, cookie)
+    operator.say({ do: 'take' })
+
+    const scan = async watchers => {
+      const others = await Promise.all(Array.from({ length: watchers }, () => watch(address, cookie)))
+      const before = operator.texts.length
+      operator.say({ do: 'start', command: 'scan', options: {} })
+      const ended = () => operator.texts.slice(before).some(text => text.is === 'run' && Number.isInteger(text.exit_code))
+      await until('the end', ended, patience)
+      const pictures = Math.min(...others.map(other => other.pictures))
+      for (const other of others) {
+        assert.equal(other.closed, false)
+        other.end()
+      }
+      const exitCode = operator.last('run').exit_code
+      const session = join(folder, 'sessions', readdirSync(join(folder, 'sessions')).filter(name => name.includes('-2')).sort().at(-1))
+      return { exitCode, pictures, session, log: operator.texts.filter(text => text.is === 'log').map(text => text.text).join('').trim().split('\n').at(-1) }
+    }
+    const runs = []
+    for (const watchers of [0, 10, 0]) {
+      const run = await scan(watchers)
+      if (run.exitCode !== 0) return t.skip(`skipped: this machine is too slow for a scan over wires: ${run.log}`)
+      if (watchers > 0) assert.ok(run.pictures > 0)
+      runs.push(latencyOf(run.session))
+    }
+    operator.end()
+    const [before, watched, after] = runs
+    const words = `wake-up p50/p99 [us]: ${runs.map(run => `${run.p50}/${run.p99}`).join(', ')} (none, ten, none)`
+    console.log(words)
+    for (const share of ['p50', 'p99']) {
+      const [least, greatest] = [Math.min(before[share], after[share]), Math.max(before[share], after[share])]
+      if (greatest > most * least) return t.skip(`skipped: without watchers it differs by more than 10 % from itself: ${words}`)
+      assert.ok(watched[share] <= most * greatest, words)
+    }
+  } finally {
+    if (server.exitCode === null) server.kill('SIGINT')
+    await over
+    rmSync(folder, { recursive: true, force: true })
+  }
+})
