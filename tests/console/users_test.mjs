@@ -41,7 +41,7 @@ const withUsers = ['--users', 'users', '--port', '0']
 const withTls = ['--users', 'users', '--tls-cert', 'cert.pem', '--tls-key', 'key.pem', '--listen', '127.0.0.1:0']
 
 /** What serve says that does not start. */
-const refusal = (...options) => spawnSync(program, ['serve', '--rig', rig, ...options], { cwd: folder, encoding: 'utf8', timeout: 20_000 })
+const refusal = (...options) => spawnSync(program, ['serve', '--rig', rig, ...options], { cwd: folder, encoding: 'utf8', timeout: 120_000 })
 
 /** An answer with its body as text. */
 const ask = (path, { headers = {}, method = 'GET', body, from } = {}) =>
