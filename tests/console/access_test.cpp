@@ -50,20 +50,20 @@ TEST_F(AccessTest, IsAskedUnderItsNamesOrTheAddressThatWasReached) {
   const std::string let_in = there.let_in("anna", Role::kWatch), user = let_in.substr(0, let_in.find(';'));
   const char here[] = "192.168.1.5";
   for (const char* host : {"tank.lab:443", "tank.lab", "192.168.1.5:443", "192.168.1.5"}) {
-    EXPECT_EQ(refused(there, {host, "", user, false, here}), "") << host;
-    EXPECT_EQ(refused(there, {host, std::string("https://") + host, user, true, here}), "") << host;
-    EXPECT_NE(refused(there, {host, std::string("http://") + host, user, true, here}), "") << host;
+    EXPECT_EQ(refused(there, {host, "", user, false, "", here}), "") << host;
+    EXPECT_EQ(refused(there, {host, std::string("https://") + host, user, true, "", here}), "") << host;
+    EXPECT_NE(refused(there, {host, std::string("http://") + host, user, true, "", here}), "") << host;
   }
   for (const char* host :
        {"localhost", "127.0.0.1", "192.168.1.6", "evil.example", "tank.lab.evil.example", "tank.lab:80"})
-    EXPECT_NE(refused(there, {host, "", user, false, here}), "") << host;
+    EXPECT_NE(refused(there, {host, "", user, false, "", here}), "") << host;
 }
 
 TEST_F(AccessTest, GivesAnIpV6AddressItsBrackets) {
   const Access there({.address = "::1"}, 8080);
   const std::string key = "tankrig_8080=" + there.key();
   EXPECT_EQ(there.address(), "http://[::1]:8080/?key=" + there.key());
-  EXPECT_EQ(refused(there, {"[::1]:8080", "http://[::1]:8080", key, true, "::1"}), "");
+  EXPECT_EQ(refused(there, {"[::1]:8080", "http://[::1]:8080", key, true, "", "::1"}), "");
 }
 
 struct UsersTest : AccessTest {
