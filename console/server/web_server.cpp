@@ -335,9 +335,11 @@ class WebServer::Implementation {
                             : said(401, "Refused: log in first, at /login.");
       else if (!session)
         reply = said(403, "Refused: without this console's key: open the address that `tankrig serve` printed.");
-      else if (request.method() == http::verb::post && handlers_.upload)
-        reply = may(session->role(), "upload") ? co_await receive(stream, buffer, parser, *session, address)
-                                               : too_little("upload");
+      else if (const bool upload = request.method() == http::verb::post && handlers_.upload;
+               upload && !may(session->role(), "upload"))
+        reply = too_little("upload");
+      else if (upload)
+        reply = co_await receive(stream, buffer, parser, *session, address);
       else if (request.method() != http::verb::get)
         reply = said(405, "Only GET is served.");
       else if (const std::string act = get_act(*path); !may(session->role(), act))
