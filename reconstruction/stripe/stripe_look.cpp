@@ -121,7 +121,7 @@ Found follow(const cv::Mat1f& signal, const cv::Mat1f& sum, double sigma, bool s
 /// Over all widths: the clearest line among those that are clearly a stripe.
 Found clearest_width(const cv::Mat1f& signal, const cv::Mat1f& sum, bool scene) {
   constexpr double kWider = 0.94;  // of two widths that answer alike, the smaller: haze is wide, too
-  constexpr double kClear = 0.6;
+  constexpr double kClear = 0.6;   // of the most evidence
   std::vector<Found> all;
   double most = 0;
   for (const double sigma : kSigmas) {
