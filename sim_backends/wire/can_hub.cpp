@@ -140,8 +140,10 @@ struct CanHub::Impl {
         std::erase_if(nodes, [](const Node& n) { return n.closed && n.queue.empty(); });
         next = next_event();
         polled.assign({{listener.get(), POLLIN, 0}, {wake.get(), POLLIN, 0}});
+        // A full node whose program has ended would wake this thread for ever; it is read once it has room.
         for (const Node& n : nodes)
-          if (!n.closed) polled.push_back({n.fd.get(), static_cast<short>(room(n) ? POLLIN : 0), 0});
+          if (!n.closed && (room(n) || n.report.listens_only))
+            polled.push_back({n.fd.get(), static_cast<short>(room(n) ? POLLIN : 0), 0});
       }
       wait(polled, next);
       eventfd_t ignored;

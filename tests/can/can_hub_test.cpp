@@ -217,6 +217,26 @@ TEST_F(CanHubTest, WithNobodyToAcknowledgeTheQueueFillsAsOnARealBus) {
   EXPECT_TRUE(eventually([&] { return digest(*a), a->state() == CanState::kErrorActive; }));
 }
 
+TEST_F(CanHubTest, TakesNoProcessorForAFullNodeWhoseProgramHasEnded) {
+  const auto used = [] {
+    timespec t{};
+    ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    return std::chrono::seconds{t.tv_sec} + std::chrono::nanoseconds{t.tv_nsec};
+  };
+  CanHub hub(settings());
+  {
+    const auto full = node();
+    ASSERT_TRUE(eventually([&] {
+      const Status s = full->try_send(frame_of(1));
+      return !s.ok() && s.error().os_errno == ENOBUFS;
+    }));
+  }
+  const auto before = used();
+  const Stamp end = clock.now() + std::chrono::milliseconds{200};
+  ASSERT_TRUE(eventually([&] { return clock.now() >= end; }));
+  EXPECT_LT(used() - before, std::chrono::milliseconds{100});
+}
+
 TEST_F(CanHubTest, ListenerHearsAllAndAcknowledgesNothing) {
   CanHub hub(settings());
   auto a = node();
