@@ -146,7 +146,8 @@ class CalibrateAll : public testing::Test {
     return run.exit_code == 0 ? 1e3 * run.json()["mean_error_m"].get<double>() : HUGE_VAL;
   }
 
-  /// Where the clicks put the object before and after they are snapped, and what becomes of the scores: with one draw of clicks they may fall.
+  /// Where the clicks put the object before and after they are snapped, and what becomes of the scores: with one draw of
+  /// clicks they may fall.
   void expect_snapping_helps(int seed, const nlohmann::json& truth) const {
     const fs::path snapped = data_ / "calibration.yaml", raw = data_ / "raw.yaml";
     fs::copy_file(snapped, raw);
