@@ -28,8 +28,6 @@ std::string random_key() {
   return key;
 }
 
-bool is_loopback(std::string_view address) { return address.starts_with("127.") || address == "::1"; }
-
 /// As an address of the web has it.
 std::string bracketed(std::string_view address) {
   return address.find(':') == std::string_view::npos ? std::string(address) : fmt::format("[{}]", address);
@@ -52,6 +50,8 @@ std::string_view cookie_of(std::string_view cookies, std::string_view name) {
 }
 
 }  // namespace
+
+bool is_loopback(std::string_view address) { return address.starts_with("127.") || address == "::1"; }
 
 Access::Access(ListenOptions options, std::uint16_t port)
     : options_(std::move(options)), port_(port), key_(has_users() ? "" : random_key()) {

@@ -22,6 +22,9 @@ struct ListenOptions {
   std::filesystem::path tls_certificate = {}, tls_key = {};  ///< PEM; empty: without TLS
 };
 
+/// Whether only this machine reaches it.
+bool is_loopback(std::string_view address);
+
 /// What a request says of itself.
 struct RequestHeaders {
   std::string_view host, origin, cookie;

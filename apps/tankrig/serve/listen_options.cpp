@@ -21,8 +21,6 @@ bool is_number(const char* begin, const char* end, std::uint16_t& number) {
   return rest == end && failure == std::errc{};
 }
 
-bool is_this_machine(const std::string& address) { return address.starts_with("127.") || address == "::1"; }
-
 /// "192.168.1.5:8080" or "[fe80::1]:8080".
 void read_endpoint(const std::string& text, ListenOptions& into) {
   const std::size_t colon = text.rfind(':');
@@ -48,7 +46,7 @@ ListenOptions listen_options(const ListenCommand& options) {
                      .tls_certificate = options.tls_certificate,
                      .tls_key = options.tls_key};
   if (!options.listen.empty()) read_endpoint(options.listen, made);
-  if (is_this_machine(made.address)) return made;
+  if (is_loopback(made.address)) return made;
   if (made.users.empty())
     throw InputError("--listen: found " + made.address + ", which others can reach, expected --users FILE with it");
   if (made.tls_certificate.empty() && !options.without_tls)
