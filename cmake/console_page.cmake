@@ -1,27 +1,18 @@
 # The console's page: TypeScript and three.js, bundled by npm where the 3D view of reports is (TANKRIG_CLOUD_VIEW), else a page that says what
-# is missing. The sources are in console/web, what npm fetches stays in the build folder.
+# is missing. The sources are in console/web.
 
 # tankrig_console_page(TARGET): defines site_file() in it.
 function(tankrig_console_page target)
   set(from ${CMAKE_CURRENT_SOURCE_DIR}/web)
-  set(web ${CMAKE_CURRENT_BINARY_DIR}/web)
   set(page ${from}/index.html)
   set(platform_page ${from}/platform.html)
   set(style ${from}/console.css)
   set(login ${from}/login.html)
   if(TANKRIG_CLOUD_VIEW)
-    find_program(NPM npm REQUIRED)
-    set(script ${web}/with_licence.js)
-    set(platform_script ${web}/platform.js)
-    file(GLOB programs CONFIGURE_DEPENDS ${from}/*.ts)
-    set(sources ${programs} ${from}/package.json ${from}/package-lock.json ${from}/tsconfig.json)
-    add_custom_command(OUTPUT ${script} ${platform_script} DEPENDS ${sources} ${from}/with_licence.cmake
-      COMMAND ${CMAKE_COMMAND} -E make_directory ${web}
-      COMMAND ${CMAKE_COMMAND} -E copy ${sources} ${web}
-      COMMAND ${NPM} --prefix ${web} ci --ignore-scripts --no-audit --no-fund --loglevel=error
-      COMMAND ${NPM} --prefix ${web} run --silent build
-      COMMAND ${CMAKE_COMMAND} -DWEB=${web} -DOUT=${script} -P ${from}/with_licence.cmake
-      COMMENT "Bundling the console's page" VERBATIM)
+    set(script ${TANKRIG_WEB}/console/with_licence.js)
+    set(platform_script ${TANKRIG_WEB}/console/platform.js)
+    tankrig_licence(licences ${TANKRIG_WEB}/console/console.js three ${script})
+    tankrig_bundle(console FROM ${from} PROGRAMS console platform OUTPUTS ${script} ${platform_script} LICENCES ${licences})
   else()
     set(page ${from}/without_npm.html)
     set(platform_page ${page})

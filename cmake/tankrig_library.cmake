@@ -12,6 +12,20 @@ function(tankrig_library name)
   target_include_directories(tankrig_${name} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/tankrig>)
 endfunction()
 
+# tankrig_module(NAME USER FOLDER target...): the *.cpp of the folder as lib/tankrig/tankrig_NAME.so, which the library USER loads by
+# core/module.hpp. It holds what it needs of ours itself, and shares the libraries that are loaded anyway.
+function(tankrig_module name user folder)
+  file(GLOB sources CONFIGURE_DEPENDS ${folder}/*.cpp)
+  add_library(tankrig_${name}_module MODULE ${sources})
+  target_link_libraries(tankrig_${name}_module PRIVATE tankrig_options ${ARGN})
+  target_include_directories(tankrig_${name}_module PRIVATE ${PROJECT_SOURCE_DIR})
+  target_compile_definitions(tankrig_${name}_module PRIVATE $<TARGET_PROPERTY:tankrig_core,INTERFACE_COMPILE_DEFINITIONS>)
+  set_target_properties(tankrig_${name}_module PROPERTIES PREFIX "" OUTPUT_NAME tankrig_${name}
+    LIBRARY_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/lib/tankrig)
+  add_dependencies(${user} tankrig_${name}_module)
+  install(TARGETS tankrig_${name}_module LIBRARY DESTINATION lib/tankrig COMPONENT program)
+endfunction()
+
 # tankrig_page(TARGET FOLDER/NAME): NAME.html.mustache is compiled in as kNameTemplate; nothing has to be found when a page is written.
 function(tankrig_page target page)
   get_filename_component(name ${page} NAME)

@@ -51,10 +51,10 @@ const Setting<CalibratedLens> kLensRows[] = {
     {"", kSource},
 };
 void check_lens(const ConfigNode& node, const CalibratedLens& lens) {
-  if (lens.sigma.size() != 9)
+  if (lens.sigma.size() != 9 && !(lens.model.port && lens.sigma.size() == 12))
     node.fail("sigma", "found " + std::to_string(lens.sigma.size()) +
-                           " numbers, expected 9: of fx, fy, cx, cy, k1, k2, "
-                           "p1, p2, k3");
+                           " numbers, expected 9: of fx, fy, cx, cy, k1, k2, p1, p2, k3; behind a port also 12: of its "
+                           "distance, and of its normal's x and y over z");
 }
 constexpr SettingsTable<CalibratedLens> kLens{kLensRows, check_lens};
 

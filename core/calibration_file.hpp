@@ -33,7 +33,7 @@ struct CalibratedPose {
 
 struct CalibratedLens : CalibrationSource {
   CameraModel model;
-  std::vector<double> sigma;  ///< nine: of fx, fy, cx, cy, k1, k2, p1, p2, k3
+  std::vector<double> sigma;  ///< of fx, fy, cx, cy, k1, k2, p1, p2, k3; of a port found, three more
   double rms_px = 0;          ///< reprojection, per point
   int views = 0;
 };

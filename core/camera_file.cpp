@@ -8,7 +8,9 @@
 
 #include "core/atomic_file.hpp"
 #include "core/camera_file_reading.hpp"
+#include "core/model_yaml.hpp"
 #include "core/regular_file.hpp"
+#include "core/settings_table.hpp"
 #include "core/shown_text.hpp"
 #include "core/text_files.hpp"
 
@@ -141,6 +143,18 @@ std::string opencv_xml_text(const FileCamera& camera) {
          "</opencv_storage>\n";
 }
 
+const Setting<FileCamera> kOwnRows[] = {
+    {"name", &FileCamera::name, ""},
+    {"model", &FileCamera::model, kCameraModelKeys, Need::kRequired, YAML::Flow},
+};
+constexpr SettingsTable<FileCamera> kOwn{kOwnRows};
+
+std::string own_text(const FileCamera& camera) {
+  YAML::Emitter out;
+  write_mapping(out, kOwn, camera);
+  return std::string(out.c_str()) + "\n";
+}
+
 std::string text_of(CameraFileFormat format, const std::vector<FileCamera>& cameras) {
   const FileCamera& camera = cameras.front();
   switch (format) {
@@ -154,6 +168,8 @@ std::string text_of(CameraFileFormat format, const std::vector<FileCamera>& came
       return mrcal_text(camera);
     case CameraFileFormat::kVisp:
       return visp_text(camera);
+    case CameraFileFormat::kTankrig:
+      return own_text(camera);
     case CameraFileFormat::kRos:
       break;
   }
@@ -174,9 +190,10 @@ std::vector<FileCamera> read_camera_file_whole(const std::filesystem::path& path
     const CameraXml xml(text, path);
     if (std::string_view(xml.root().name()) == "root") return read_visp_file(xml, path);
   }
-  const CameraFileReading file{path, camera_fields(std::move(text), path)};
+  const CameraFileReading file{path, camera_fields(text, path)};
   if (file.fields("cam0").present()) return read_kalibr_file(file);
   if (file.fields("lensmodel").present()) return {read_mrcal_file(file)};
+  if (file.fields("model").present()) return {settings_from(ConfigNode::parse(text, path), kOwn)};
   return {read_opencv_or_ros(file)};
 }
 
@@ -190,6 +207,7 @@ CameraModel read_camera_file(const std::filesystem::path& path) {
 }
 
 std::string lacking_in(CameraFileFormat format, const CameraModel& c) {
+  if (c.port && format != CameraFileFormat::kTankrig) return "a flat port";
   const auto unless_zero = [](std::initializer_list<std::pair<const char*, double>> parameters) {
     std::string words;
     for (const auto& [name, value] : parameters)
@@ -209,11 +227,12 @@ void write_camera_file(const std::filesystem::path& path, CameraFileFormat forma
                                        cameras.size(), names_of(cameras), name_of(format)));
   for (const FileCamera& camera : cameras)
     if (const std::string lacking = lacking_in(format, camera.model); !lacking.empty())
-      throw InputError(path,
-                       fmt::format("{}: found {}, for which the format {} has no place, expected a camera "
-                                   "calibrated with {}",
-                                   shown_text(camera.name), lacking, name_of(format),
-                                   format == CameraFileFormat::kVisp ? "--model k1" : "--model k1k2 or k1k2p1p2"));
+      throw InputError(
+          path, fmt::format("{}: found {}, for which the format {} has no place, expected {}", shown_text(camera.name),
+                            lacking, name_of(format),
+                            camera.model.port                   ? "the format tankrig"
+                            : format == CameraFileFormat::kVisp ? "a camera calibrated with --model k1"
+                                                                : "a camera calibrated with --model k1k2 or k1k2p1p2"));
   write_file_durably(path, text_of(format, cameras));
 }
 
@@ -228,6 +247,13 @@ void write_camera_file(const std::filesystem::path& path, const CameraModel& cam
 void write_camera_file(const std::filesystem::path& path, const CameraModel& camera, const std::string& name,
                        const Rectification& rectification) {
   write_camera_file(path, CameraFileFormat::kRos, {{name, camera, {}, rectification}});
+}
+
+void write_camera_files(const std::filesystem::path& folder, const CameraModel& camera, const std::string& name) {
+  const std::filesystem::path file = folder / (name + ".yaml");
+  if (camera.port) return write_camera_file(file, CameraFileFormat::kTankrig, {{name, camera, {}, {}}});
+  write_camera_file(file, camera, name);
+  write_opencv_camera_file(folder / (name + ".opencv.yml"), camera, name);
 }
 
 void write_opencv_camera_file(const std::filesystem::path& path, const CameraModel& camera, const std::string& name) {

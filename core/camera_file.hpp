@@ -1,4 +1,4 @@
-// Camera files of the field: OpenCV (YAML, XML), ROS camera_info, Kalibr camchain, mrcal .cameramodel, ViSP XML.
+// Camera files: the field's OpenCV (YAML, XML), ROS camera_info, Kalibr camchain, mrcal .cameramodel, ViSP XML; and our own.
 #pragma once
 
 #include <filesystem>
@@ -12,9 +12,11 @@
 
 namespace tankrig {
 
-enum class CameraFileFormat { kRos, kOpenCv, kOpenCvXml, kKalibr, kMrcal, kVisp };
+/// kTankrig: a name, and a model as in a rig file; the only one that holds a flat port.
+enum class CameraFileFormat { kRos, kOpenCv, kOpenCvXml, kKalibr, kMrcal, kVisp, kTankrig };
 template <>
-inline constexpr std::array kNames<CameraFileFormat>{"ros", "opencv", "opencv-xml", "kalibr", "mrcal", "visp"};
+inline constexpr std::array kNames<CameraFileFormat>{"ros",   "opencv", "opencv-xml", "kalibr",
+                                                     "mrcal", "visp",   "tankrig"};
 
 /// How an image is rotated and projected to be rectified, as in ROS's camera_info: a camera-frame point p appears at
 /// the rectified pixel P * (R p, 1).
@@ -55,6 +57,10 @@ Rectification rectification_of(const CameraModel& camera);
 void write_camera_file(const std::filesystem::path& file, const CameraModel& camera, const std::string& name);
 void write_camera_file(const std::filesystem::path& file, const CameraModel& camera, const std::string& name,
                        const Rectification& rectification);
+
+/// What a folder for other programs holds of a camera: NAME.yaml for ROS, NAME.opencv.yml for OpenCV. Of a camera behind a
+/// port NAME.yaml alone, in the format tankrig: read as a pinhole it would be wrong by a third.
+void write_camera_files(const std::filesystem::path& folder, const CameraModel& camera, const std::string& name);
 
 /// For OpenCV's cv::FileStorage, which requires a first line that other YAML readers refuse.
 void write_opencv_camera_file(const std::filesystem::path& file, const CameraModel& camera, const std::string& name);

@@ -1,6 +1,9 @@
 #include "core/camera_model.hpp"
 
+#include <Eigen/Geometry>
 #include <cmath>
+
+#include "core/angles.hpp"
 
 namespace tankrig {
 namespace {
@@ -23,8 +26,10 @@ Vector2d distort(const CameraModel& c, const Vector2d& p, Eigen::Matrix2d* jacob
 }  // namespace
 
 std::optional<Vector2d> CameraModel::project(const Vector3d& p) const {
-  if (!(p.z() > 1e-9)) return std::nullopt;
-  const Vector2d d = distort(*this, {p.x() / p.z(), p.y() / p.z()}, nullptr);
+  Vector3d seen = p;
+  if (port && !seen_through(*port, port->distance, port->normal, p, seen)) return std::nullopt;
+  if (!(seen.z() > 1e-9)) return std::nullopt;
+  const Vector2d d = distort(*this, {seen.x() / seen.z(), seen.y() / seen.z()}, nullptr);
   return Vector2d{fx * d.x() + cx, fy * d.y() + cy};
 }
 
@@ -41,9 +46,16 @@ Vector2d CameraModel::normalized(double u, double v) const {
   return p;
 }
 
-Vector3d CameraModel::ray(double u, double v) const {
+Vector2d CameraModel::normalized(double u, double v, double depth) const {
+  if (!port) return normalized(u, v);
+  const ViewingRay ray = sight(u, v);
+  return ray.at((depth - ray.origin.z()) / ray.direction.z()).hnormalized();
+}
+
+ViewingRay CameraModel::sight(double u, double v) const {
   const Vector2d p = normalized(u, v);
-  return Vector3d{p.x(), p.y(), 1.0}.normalized();
+  const Vector3d direction = Vector3d{p.x(), p.y(), 1.0}.normalized();
+  return port ? port->beyond(direction) : ViewingRay{Vector3d::Zero(), direction};
 }
 
 bool CameraModel::invertible() const {
@@ -57,6 +69,22 @@ bool CameraModel::invertible() const {
       const Vector2d back(fx * d.x() + cx, fy * d.y() + cy);
       if (!((back - pixel).norm() < 1e-6) || !(jacobian.determinant() > 0) || !(p.norm() < 100)) return false;
     }
+  return true;
+}
+
+bool CameraModel::looks_through_port() const {
+  if (!port) return true;
+  constexpr int kSteps = 16;
+  const double least = std::cos(from_degrees(85));
+  const auto looks = [&](double across, double down) {
+    const Vector2d p = normalized(across * width - 0.5, down * height - 0.5);
+    return port->normal.dot(p.homogeneous().normalized()) > least;
+  };
+  // The angle to the normal is largest on the image's border.
+  for (int i = 0; i <= kSteps; ++i) {
+    const double along = static_cast<double>(i) / kSteps;
+    if (!looks(along, 0) || !looks(along, 1) || !looks(0, along) || !looks(1, along)) return false;
+  }
   return true;
 }
 

@@ -12,10 +12,11 @@ namespace tankrig {
 std::optional<double> nearest_seen(const CameraModel& camera, const Plane& cPl) {
   // Inverse depth is linear on the plane z = 1, so it is greatest on the image's border.
   constexpr int kSteps = 32;
+  constexpr double kTypicalDepth = 1;  // [m] behind a port
   if (cPl.offset == 0) return 0;
   double inverse_depth = 0;
   const auto look = [&](double across, double down) {
-    const Vector2d p = camera.normalized(across * camera.width - 0.5, down * camera.height - 0.5);
+    const Vector2d p = camera.normalized(across * camera.width - 0.5, down * camera.height - 0.5, kTypicalDepth);
     inverse_depth = std::max(inverse_depth, -cPl.normal.dot(Vector3d(p.x(), p.y(), 1)) / cPl.offset);
   };
   for (int i = 0; i <= kSteps; ++i) {

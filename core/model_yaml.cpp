@@ -10,7 +10,36 @@ namespace tankrig {
 namespace {
 
 constexpr ConfigRange kAngle{-7, 7}, kLength{-10, 10}, kSide{1e-12, 10}, kPixels{1, 100'000};
+
 constexpr double kShortestNormal = 1e-6, kUnitLength = 1e-14;
+
+/// A direction of length one. One that has it to the last digits is kept as it is: it reads back exactly.
+void normalise(const ConfigNode& node, Vector3d& normal) {
+  const double length = normal.norm();
+  if (!(length > kShortestNormal)) node.fail("normal", "found length 0, expected a direction");
+  if (std::abs(length - 1) > kUnitLength) normal /= length;
+}
+
+const Setting<FlatPort> kPortRows[] = {
+    {"distance_m",
+     &FlatPort::distance,
+     {0, 1},
+     "flat port ([calibration.md](calibration.md#behind-a-flat-port)): of its inner face from the lens's viewpoint",
+     Need::kRequired},
+    {"thickness_m", &FlatPort::thickness, {0, 0.2}, "of its pane", Need::kRequired},
+    {"normal", &FlatPort::normal, {-1, 1}, "across it, towards the water, in c"},
+    {"index_air", &FlatPort::air, {1, 1.1}, "refractive index inside"},
+    {"index_glass", &FlatPort::glass, {1.2, 2.5}, "of the pane: 1.49 is acrylic, 1.52 window glass"},
+    {"index_water", &FlatPort::water, {1.2, 1.5}, "of the water: 1.333 is fresh, 1.34 the sea"},
+};
+constexpr SettingsTable<FlatPort> kPort{kPortRows};
+
+void read_port(const ConfigNode& node, const char* key, CameraModel& camera) {
+  const ConfigNode port = node.child(key);
+  read_settings(port, kPort, camera.port.emplace());
+  normalise(port, camera.port->normal);
+}
+void write_port(YAML::Emitter& out, const CameraModel& camera) { write_mapping(out, kPort, *camera.port, YAML::Flow); }
 
 const Setting<CameraModel> kCamera[] = {
     {"width_px", &CameraModel::width, kPixels, "of the picture", Need::kRequired},
@@ -25,10 +54,15 @@ const Setting<CameraModel> kCamera[] = {
     {"p1", &CameraModel::p1, kTangentialRange, "tangential distortion"},
     {"p2", &CameraModel::p2, kTangentialRange, "tangential distortion"},
     {"k3", &CameraModel::k3, kRadialRange, "radial distortion"},
+    {"port",
+     {read_port, write_port, "", [](const std::string& place) { return settings_rows(place, kPort); },
+      [](const CameraModel& camera) { return camera.port.has_value(); }}},
 };
 
 void check_camera(const ConfigNode& node, const CameraModel& camera) {
   if (!camera.invertible()) node.fail("k1", kFoldsOver);
+  if (!camera.looks_through_port())
+    node.fail("port", "found pixels that do not look through it, expected a normal along the view, towards the water");
 }
 
 const Setting<DhLink> kLinkRows[] = {
@@ -155,10 +189,7 @@ Vector3d read_vector(const ConfigNode& node, std::string_view key) {
 
 Plane read_plane(const ConfigNode& node) {
   Plane plane{read_vector(node, "normal"), node.number("offset_m")};
-  const double length = plane.normal.norm();
-  if (!(length > kShortestNormal)) node.fail("normal", "found length 0, expected a direction");
-  // A normal that is already of length one to the last digits is kept as it is: it reads back exactly.
-  if (std::abs(length - 1) > kUnitLength) plane.normal /= length;
+  normalise(node, plane.normal);
   return plane;
 }
 

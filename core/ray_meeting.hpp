@@ -3,7 +3,7 @@
 
 #include <Eigen/QR>
 
-#include "core/frames.hpp"
+#include "core/flat_port.hpp"
 
 namespace tankrig {
 
@@ -14,6 +14,10 @@ inline Vector3d meeting(const Vector3d& a, const Vector3d& u, const Vector3d& b,
   directions << u, -v;
   const Vector2d lengths = directions.colPivHouseholderQr().solve(b - a);
   return 0.5 * (a + lengths[0] * u + b + lengths[1] * v);
+}
+
+inline Vector3d meeting(const ViewingRay& a, const ViewingRay& b) {
+  return meeting(a.origin, a.direction, b.origin, b.direction);
 }
 
 }  // namespace tankrig

@@ -3,7 +3,6 @@
 #include <fmt/core.h>
 
 #include <limits>
-#include <opencv2/imgcodecs.hpp>
 
 #include "bench/metrics/verdict_cloud.hpp"
 #include "bench/report/cloud_picture.hpp"
@@ -14,6 +13,7 @@
 #include "bench/report/stripe_picture.hpp"
 #include "bench/report/web_programs.hpp"
 #include "core/atomic_file.hpp"
+#include "core/picture_codecs.hpp"
 #include "core/text_files.hpp"
 #include "session/checking/checksums.hpp"
 #include "session/reading/session_summary.hpp"
@@ -22,12 +22,6 @@ namespace fs = std::filesystem;
 
 namespace tankrig {
 namespace {
-
-std::string png_bytes(const cv::Mat& image, const std::string& name) {
-  std::vector<unsigned char> png;
-  if (!cv::imencode(".png", image, png)) throw InputError(name + ".png", "cannot be encoded");
-  return {png.begin(), png.end()};
-}
 
 /// Pictures of one session: each is saved as PNG, brought to the disk with the others before they are sealed, and
 /// listed for the report. Those that are ready are not drawn again.
@@ -42,7 +36,7 @@ class Album {
   void add(const std::string& name, const std::string& caption, Draw draw) {
     const fs::path file = folder_ / (name + ".png");
     const auto found = ready_.find(name);
-    write_whole_file(file, found != ready_.end() ? found->second : png_bytes(draw(), name));
+    write_whole_file(file, found != ready_.end() ? found->second : picture_png(draw()));
     pictures_.push_back({heading_, caption, file});
   }
   void keep(const std::string& name, const std::string& caption) {
@@ -146,7 +140,7 @@ Pictures draw_pictures(const Session& session, const ObjectSurface& object, cons
   Pictures pictures;
   add_method_pictures(
       session, object, score, cloud_in_object(session, score.reconstruction),
-      [&](const std::string& name, const std::string&, auto draw) { pictures[name] = png_bytes(draw(), name); });
+      [&](const std::string& name, const std::string&, auto draw) { pictures[name] = picture_png(draw()); });
   return pictures;
 }
 

@@ -149,11 +149,12 @@ struct Updater {
   std::string target;
   std::vector<std::vector<double>> arm_positions;  ///< kArmMove [rad]
   CurrentSwing current;
-  std::vector<std::string> clouds;  ///< kAlgorithm
-  PoseError error;                  ///< kCalibrationError
-  std::string bag, image_topic, info_topic, image_depth;
-  std::vector<double> levels;  ///< kLux, in place of first, last and step [lx]
-  double tolerance = 0.1;      ///< kLux: of a level, as a share of it
+  std::vector<std::string> clouds;           ///< kAlgorithm
+  PoseError error;                           ///< kCalibrationError
+  std::string bag, image_topic, info_topic;  ///< kBagFog; its bag: a recorded session's folder
+  double image_depth_m = 0;                  ///< kBagFog: from the cameras to what they see
+  std::vector<double> levels;                ///< kLux, in place of first, last and step [lx]
+  double tolerance = 0.1;                    ///< kLux: of a level, as a share of it
 
   /// How the column of its values is called: "Light", "Noise", "Iteration" ...
   const char* column() const;

@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::size_t kMostNested = 8;
 constexpr double kMostSteps = 100'000;
-constexpr Bounds kPeriod{1e-6, 1e6}, kAngle{-10, 10}, kTolerance{0.001, 1};
+constexpr Bounds kPeriod{1e-6, 1e6}, kAngle{-10, 10}, kTolerance{0.001, 1}, kDistance{0, 1e3};
 
 /// What each updater has; a '?' marks what may be absent.
 const std::map<UpdaterKind, std::vector<const char*>>& children_of_updaters() {
@@ -192,7 +192,7 @@ void read_updaters(const XmlElement& element, std::vector<Updater>& updaters) {
     updater.bag = loop.text("bag");
     updater.image_topic = loop.text("imageTopic");
     updater.info_topic = loop.text("infoTopic");
-    updater.image_depth = loop.text("imageDepth");
+    updater.image_depth_m = benchmark_number(loop, "imageDepth", kDistance);
   }
   updaters.push_back(updater);
   if (loop.has("sceneUpdater")) read_updaters(loop.child("sceneUpdater"), updaters);

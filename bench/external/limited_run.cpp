@@ -201,13 +201,13 @@ std::string supervise(const LimitedRun& run, int caller) {
     int status = 0;
     for (pid_t ended = 0; (ended = ::waitpid(-1, &status, WNOHANG)) > 0;)
       if (ended == program) end = in_words(run.limits, status);
+    if (group.refused_some())  // it may be over before anybody counts
+      end =
+          fmt::format("had {} processes, expected at most {}", run.limits.processes + kGroupRoom, run.limits.processes);
     if (end) break;
     if (since(begin) > run.limits.wall_s) end = fmt::format("ran longer than {:g} s", run.limits.wall_s);
     if (look % kLooksPerAccount == 0)
       if (std::string broken = broken_limit(run, cpu_before, disk_before); !broken.empty()) end = std::move(broken);
-    if (!end && group.refused_some())  // it may be over before anybody counts
-      end =
-          fmt::format("had {} processes, expected at most {}", run.limits.processes + kGroupRoom, run.limits.processes);
     if (end) break;
     pollfd door{caller, POLLIN, 0};
     if (::poll(&door, 1, kLook_ms) > 0) end = "was stopped";

@@ -46,6 +46,10 @@ std::string text_of(const ordered_json& run, const std::string& key) {
   return found->is_string() ? found->get<std::string>() : found->dump();
 }
 
+/// One recorded session is measured, in fog.
+constexpr const char* kRecorded = "session_sha256";
+bool is_recorded(const ordered_json& run) { return run.contains(kRecorded); }
+
 /// Beside the paper's Figures 8 and 9, if light and noise are the axes.
 array chart_nodes(const Benchmark& benchmark, const SweepRows& rows, const std::set<std::size_t>& linked) {
   array nodes;
@@ -233,6 +237,9 @@ array fact_nodes(const ordered_json& run) {
                                                        {"object_sha256", "SHA-256 of the object's mesh"},
                                                        {"calibration_sha256", "SHA-256 of the calibration"}};
   for (const auto& [key, what] : facts) nodes.push_back(map{{"what", std::string(what)}, {"value", text_of(run, key)}});
+  if (is_recorded(run))
+    nodes.push_back(map{{"what", std::string("SHA-256 of the recorded session's session.yaml")},
+                        {"value", text_of(run, kRecorded)}});
   if (run.contains("algorithms"))
     for (const auto& [name, hash] : run["algorithms"].items())
       nodes.push_back(map{{"what", "SHA-256 of the program " + name}, {"value", text_of(run["algorithms"], name)}});
@@ -254,6 +261,7 @@ std::string sweep_html(const fs::path& folder, const Benchmark& benchmark, const
   std::vector<std::pair<std::string, std::string>> strips{
       {kViewsLight, "Over light, without added noise"},
       {kViewsNoise, "Over noise, in the brightest light"},
+      {kViewsFog, "Over the fog that was added to the recorded pictures"},
       {kViewsOutside, "The rig from outside. In the form of the upper row of the paper's Figure 11"},
       {kViewsCamera,
        "What the laser's camera sees in the middle of the sweep. In the form of the lower row of "
@@ -266,7 +274,7 @@ std::string sweep_html(const fs::path& folder, const Benchmark& benchmark, const
         measure->name + " in the brightest, quietest configuration: green on the object, black ground, blue outliers");
   const std::string scan = "tankrig scan" + shared_options(run) + " --light LIGHT --noise NOISE --seed SEED";
   map behind;
-  if (sessions.rows.empty()) behind["scan"] = map{{"command", scan}};
+  if (sessions.rows.empty() && !is_recorded(run)) behind["scan"] = map{{"command", scan}};
   if (!linked.empty())
     behind["frames"] =
         map{{"rows", index_nodes(benchmark, linked)}, {"points", point_nodes(benchmark, run, rows, views, linked)}};

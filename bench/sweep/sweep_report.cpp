@@ -6,12 +6,12 @@
 #include <boost/math/distributions/students_t.hpp>
 #include <cmath>
 #include <map>
-#include <opencv2/imgcodecs.hpp>
 
 #include "bench/benchmark/point_store.hpp"
 #include "bench/sweep/sweep_tables.hpp"
 #include "bench/sweep/sweep_values.hpp"
 #include "core/atomic_file.hpp"
+#include "core/picture_codecs.hpp"
 
 namespace fs = std::filesystem;
 using nlohmann::ordered_json;
@@ -96,11 +96,8 @@ std::vector<std::string> write_sweep_figures(const fs::path& folder, const Bench
   fs::create_directories(folder / "figures");
   for (const char* detail : {"coverage", "outliers", "mean_error", "stddev"}) {
     const Chart chart = sweep_chart(benchmark, rows, detail);
-    std::vector<unsigned char> png;
-    if (!cv::imencode(".png", chart_picture(chart), png)) throw InputError(folder, "a figure cannot be encoded");
     write_whole_file(folder / "figures" / (std::string(detail) + ".svg"), chart_svg(chart));
-    write_whole_file(folder / "figures" / (std::string(detail) + ".png"),
-                     {reinterpret_cast<const char*>(png.data()), png.size()});
+    write_whole_file(folder / "figures" / (std::string(detail) + ".png"), picture_png(chart_picture(chart)));
     names.push_back(std::string(detail) + ".svg");
   }
   return names;

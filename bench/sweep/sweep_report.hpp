@@ -14,6 +14,7 @@ namespace tankrig {
 // Pictures in figures/ that need the rig, or its sessions, to be made again.
 inline constexpr const char* kViewsLight = "views_light.png";
 inline constexpr const char* kViewsNoise = "views_noise.png";
+inline constexpr const char* kViewsFog = "views_fog.png";
 inline constexpr const char* kViewsOutside = "views_outside.png";  ///< of an experiment, as what follows
 inline constexpr const char* kViewsCamera = "views_camera.png";
 inline constexpr const char* kCloudGrid = "clouds.png";

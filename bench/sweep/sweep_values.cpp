@@ -86,6 +86,10 @@ const char* axis_label(const Updater& updater) {
       return "noise [share of full scale]";
     case UpdaterKind::kFog:
       return "added attenuation [1/m]";
+    case UpdaterKind::kBagFog:
+      return "fog added to the pictures [1/m]";
+    case UpdaterKind::kArmMove:
+      return "posture [ways from one to the next]";
     case UpdaterKind::kCurrent:
       return "current [m/s]";
     case UpdaterKind::kParticles:

@@ -56,15 +56,18 @@ double edge_width_px(const cv::Mat& grey, const FoundBoard& board) {
   return *middle;
 }
 
+std::string why_not_sharp(const cv::Mat& grey, const FoundBoard& board) {
+  const double width = edge_width_px(grey, board);
+  if (width <= kWidestEdge_px) return {};
+  return fmt::format("found edges {:.1f} px wide, expected {:.0f} px and less: not sharp, hold it still, or focus",
+                     width, kWidestEdge_px);
+}
+
 BoardSearch find_clear_board(const cv::Mat& grey, const BoardTarget& target) {
   BoardSearch search = find_board(grey, target);
   if (!search.board) return search;
   if (!spreads(*search.board, target)) return {{}, "found corners along a line or two, expected more of the board"};
-  if (const double width = edge_width_px(grey, *search.board); width > kWidestEdge_px)
-    return {{},
-            fmt::format("found edges {:.1f} px wide, expected {:.0f} px and less: not sharp, hold the board still, or "
-                        "focus",
-                        width, kWidestEdge_px)};
+  if (std::string blurred = why_not_sharp(grey, *search.board); !blurred.empty()) return {{}, std::move(blurred)};
   return search;
 }
 

@@ -11,6 +11,9 @@ namespace tankrig {
 /// How wide the target's edges are in the picture: about 2 px where it is sharp.
 double edge_width_px(const cv::Mat& grey, const FoundBoard& board);
 
+/// Empty: it is sharp. Else how wide its edges are, and what to do.
+std::string why_not_sharp(const cv::Mat& grey, const FoundBoard& board);
+
 /// find_board(), and refuses what no pose or lens can be told from: corners along a line or two, and blurred ones.
 /// Threads: any.
 /// Errors: as find_board().

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "calibration/budget/error_budget.hpp"
+#include "calibration/intrinsics/board_bundle.hpp"
 #include "core/angles.hpp"
 
 namespace tankrig {
@@ -16,16 +17,23 @@ CameraModel between(const CameraModel& from, const CameraModel& to, double share
   for (const auto member : {&CameraModel::fx, &CameraModel::fy, &CameraModel::cx, &CameraModel::cy, &CameraModel::k1,
                             &CameraModel::k2, &CameraModel::p1, &CameraModel::p2, &CameraModel::k3})
     model.*member += share * (to.*member - from.*member);
+  if (from.port && to.port) {
+    PortParameters port = parameters_of(*from.port);
+    const PortParameters other = parameters_of(*to.port);
+    for (std::size_t i = 0; i < port.size(); ++i) port[i] += share * (other[i] - port[i]);
+    model.port = port_of(*from.port, port);
+  }
   return model;
 }
 
-/// Largest distance between the pixels at which two models see the same ray [px].
+/// Largest distance between the pixels at which two models see the same points, a metre off [px].
 double apart_px(const CameraModel& a, const CameraModel& b) {
   double worst = 0;
   for (const double v : {0.1, 0.5, 0.9})
     for (const double u : {0.1, 0.5, 0.9}) {
       const Vector2d pixel(u * a.width, v * a.height);
-      if (const auto there = b.project(a.ray(pixel.x(), pixel.y()))) worst = std::max(worst, (*there - pixel).norm());
+      if (const auto there = b.project(a.sight(pixel.x(), pixel.y()).at(1)))
+        worst = std::max(worst, (*there - pixel).norm());
     }
   return worst;
 }

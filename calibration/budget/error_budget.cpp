@@ -46,15 +46,13 @@ std::optional<JointVector> lit_at(const MeasuringRig& rig, const BudgetSweep& sw
 
 Vector3d by_laser(const MeasuringRig& rig, const LaserSight& sight, const JointVector& q) {
   const Plane bPl = rig.arm.bMe(q) * rig.ePl;
-  const Vector3d ray = rig.mono.bMc.linear() * rig.mono.model.ray(sight.pixel.x(), sight.pixel.y());
-  const Vector3d eye = rig.mono.bMc.translation();
-  return eye - bPl.distance(eye) / bPl.normal.dot(ray) * ray;
+  const ViewingRay ray = rig.mono.bMc * rig.mono.model.sight(sight.pixel.x(), sight.pixel.y());
+  return ray.at(-bPl.distance(ray.origin) / bPl.normal.dot(ray.direction));
 }
 
 Vector3d by_stereo(const MeasuringRig& rig, const StereoSight& sight) {
-  const Transform &bMc = rig.left->bMc, &bMr = rig.right->bMc;
-  return meeting(bMc.translation(), bMc.linear() * rig.left->model.ray(sight.left.x(), sight.left.y()),
-                 bMr.translation(), bMr.linear() * rig.right->model.ray(sight.right.x(), sight.right.y()));
+  return meeting(rig.left->bMc * rig.left->model.sight(sight.left.x(), sight.left.y()),
+                 rig.right->bMc * rig.right->model.sight(sight.right.x(), sight.right.y()));
 }
 
 /// Mean square, over the target, of how far a sigma of this freedom takes places off the surface; by differences to both sides.

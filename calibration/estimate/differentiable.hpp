@@ -53,11 +53,14 @@ TransformOf<T> end_effector(const ArmModel& arm, const JointVector& q, const T* 
   return m;
 }
 
-/// False where the point is not in front of the camera.
+/// False where the point is not in front of the camera, or not beyond its port.
 template <class T>
 bool project(const CameraModel& camera, const VectorOf<T>& p, T* pixel) {
-  if (!(p.z() > T(1e-6))) return false;
-  const T x = p.x() / p.z(), y = p.y() / p.z(), r2 = x * x + y * y;
+  VectorOf<T> seen = p;
+  if (camera.port && !seen_through<T>(*camera.port, T(camera.port->distance), camera.port->normal.cast<T>(), p, seen))
+    return false;
+  if (!(seen.z() > T(1e-6))) return false;
+  const T x = seen.x() / seen.z(), y = seen.y() / seen.z(), r2 = x * x + y * y;
   const T radial = T(1) + r2 * (camera.k1 + r2 * (camera.k2 + r2 * camera.k3));
   pixel[0] = camera.fx * (x * radial + 2 * camera.p1 * x * y + camera.p2 * (r2 + 2.0 * x * x)) + camera.cx;
   pixel[1] = camera.fy * (y * radial + camera.p1 * (r2 + 2.0 * y * y) + 2 * camera.p2 * x * y) + camera.cy;

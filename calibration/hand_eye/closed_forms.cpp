@@ -1,44 +1,22 @@
 #include "calibration/hand_eye/closed_forms.hpp"
 
-#include <fcntl.h>
-#include <unistd.h>
-#include <visp3/vision/vpHandEyeCalibration.h>
+#include <fmt/core.h>
 
 #include <Eigen/SVD>
-#include <cstdio>
-#include <iostream>
 #include <opencv2/calib3d.hpp>
 
-#include "calibration/visp/visp_conversion.hpp"
+#include "calibration/visp/visp_methods.hpp"
 #include "core/input_error.hpp"
 
 namespace tankrig {
 namespace {
 
-/// vpHandEyeCalibration prints a page by printf and std::cout, and has no switch: while this lives, standard output goes nowhere.
-class QuietOutput {
- public:
-  QuietOutput() {
-    std::fflush(stdout);
-    std::cout.flush();
-    kept_ = ::dup(STDOUT_FILENO);
-    const int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
-    if (kept_ >= 0 && nowhere >= 0) ::dup2(nowhere, STDOUT_FILENO);
-    if (nowhere >= 0) ::close(nowhere);
-  }
-  ~QuietOutput() {
-    std::fflush(stdout);
-    std::cout.flush();
-    if (kept_ < 0) return;
-    ::dup2(kept_, STDOUT_FILENO);
-    ::close(kept_);
-  }
-  QuietOutput(const QuietOutput&) = delete;
-  QuietOutput& operator=(const QuietOutput&) = delete;
-
- private:
-  int kept_;
-};
+/// The rotation nearest to `matrix`.
+Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& matrix) {
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(matrix, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  const double sign = (svd.matrixU() * svd.matrixV().transpose()).determinant();
+  return svd.matrixU() * Vector3d(1, 1, sign).asDiagonal() * svd.matrixV().transpose();
+}
 
 /// Transforms as OpenCV takes them, and back.
 struct CvPoses {
@@ -55,17 +33,18 @@ struct CvPoses {
   }
 };
 
-/// Errors: InputError if it is no rotation, or not finite.
+/// Errors: InputError if it is no rotation within 1e-3, or not finite.
 Transform from_cv(const cv::Mat& rotation, const cv::Mat& translation) {
-  vpHomogeneousMatrix out;
+  Eigen::Matrix3d given;
+  Transform aMb = Transform::Identity();
   for (int row = 0; row < 3; ++row) {
-    const auto line = static_cast<unsigned>(row);
-    for (int column = 0; column < 3; ++column)
-      out[line][static_cast<unsigned>(column)] = rotation.at<double>(row, column);
-    out[line][3] = translation.at<double>(row);
+    for (int column = 0; column < 3; ++column) given(row, column) = rotation.at<double>(row, column);
+    aMb.translation()[row] = translation.at<double>(row);
   }
-  const Transform aMb = from_visp(out);
   if (!aMb.translation().allFinite()) throw InputError("the translation is not finite");
+  aMb.linear() = nearest_rotation(given);
+  if (const double off = (given - aMb.linear()).norm(); !(off < 1e-3))
+    throw InputError(fmt::format("the matrix is {} from a rotation, expected one within 0.001", off));
   return aMb;
 }
 
@@ -79,8 +58,6 @@ ClosedForm tried(const char* name, const Solve& solve) {
     form.failure = e.what();
   } catch (const cv::Exception& e) {
     form.failure = "OpenCV: " + std::string(e.err);
-  } catch (const vpException& e) {
-    form.failure = "ViSP: " + std::string(e.getMessage());
   }
   return form;
 }
@@ -94,10 +71,8 @@ Transform mean_of(const std::vector<Transform>& transforms) {
     sum += t.linear();
     middle += t.translation() / static_cast<double>(transforms.size());
   }
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(sum, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const double sign = (svd.matrixU() * svd.matrixV().transpose()).determinant();
   Transform mean = Transform::Identity();
-  mean.linear() = svd.matrixU() * Vector3d(1, 1, sign).asDiagonal() * svd.matrixV().transpose();
+  mean.linear() = nearest_rotation(sum);
   mean.translation() = middle;
   return mean;
 }
@@ -110,18 +85,15 @@ std::vector<ClosedForm> closed_forms(const std::vector<Transform>& cMg, const st
   };
   std::vector<ClosedForm> forms;
   // ViSP and OpenCV's first five solve for a camera in the gripper: with inverses, the camera in the base comes out.
-  forms.push_back(tried("ViSP", [&](ClosedForm& form) {
-    std::vector<vpHomogeneousMatrix> cMo, rMe;
-    for (std::size_t i = 0; i < cMg.size(); ++i) {
-      cMo.push_back(to_visp(cMg[i]));
-      rMe.push_back(to_visp(bMe[i].inverse()));
-    }
-    vpHomogeneousMatrix bMc;
-    const QuietOutput quiet;
-    if (vpHandEyeCalibration::calibrate(cMo, rMe, bMc) != 0) throw InputError("ViSP: it gave up");
-    form.cMb = from_visp(bMc).inverse();
-    mean_gripper(form);
-  }));
+  std::vector<Transform> eMb;
+  for (const Transform& pose : bMe) eMb.push_back(pose.inverse());
+  const VispPose by_visp = visp().hand_eye(cMg, eMb);
+  ClosedForm& visp_form =
+      forms.emplace_back(ClosedForm{by_visp.name, by_visp.failure, Transform::Identity(), Transform::Identity()});
+  if (by_visp.failure.empty()) {
+    visp_form.cMb = by_visp.pose.inverse();
+    mean_gripper(visp_form);
+  }
   CvPoses markers, arms, arms_inverse;
   for (std::size_t i = 0; i < cMg.size(); ++i) {
     markers.add(cMg[i]);

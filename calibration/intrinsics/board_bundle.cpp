@@ -1,67 +1,30 @@
 #include "calibration/intrinsics/board_bundle.hpp"
 
 #include <ceres/ceres.h>
-#include <ceres/rotation.h>
 #include <fmt/core.h>
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
+#include "calibration/estimate/differentiable.hpp"
+#include "calibration/intrinsics/reprojection.hpp"
+
 namespace tankrig {
 namespace {
 
 constexpr double kRationalPrior = 0.1;  // px of residual for k4, k5, k6 of one: without it they run away together
-constexpr double kNearest = 1e-6;       // m in front of the camera
 
-using Pose = std::array<double, 6>;  // rotation vector, translation
-
-Pose pose_of(const Transform& aMb) {
-  const Eigen::AngleAxisd turn(aMb.rotation());
-  const Vector3d r = turn.angle() * turn.axis(), t = aMb.translation();
-  return {r.x(), r.y(), r.z(), t.x(), t.y(), t.z()};
-}
-
-Transform transform_of(const Pose& pose) {
-  Transform aMb = Transform::Identity();
-  const Vector3d r(pose[0], pose[1], pose[2]);
-  if (r.norm() > 0) aMb.linear() = Eigen::AngleAxisd(r.norm(), r.normalized()).toRotationMatrix();
-  aMb.translation() = Vector3d(pose[3], pose[4], pose[5]);
-  return aMb;
-}
-
-/// How much of each bend a point of the target has: none at the edges, all in the middle.
-std::vector<Vector2d> bend_shapes(const BoardTarget& target) {
-  const std::vector<Vector3d> flat = target.points();
-  const Vector3d middle = flat.back() / 2, half = middle.cwiseMax(1e-9);
-  std::vector<Vector2d> shapes;
-  for (const Vector3d& p : flat) {
-    const double x = (p.x() - middle.x()) / half.x(), y = (p.y() - middle.y()) / half.y();
-    shapes.emplace_back(1 - x * x, 1 - y * y);
-  }
-  return shapes;
-}
-
-struct Reprojection {
-  Vector3d point;
-  Vector2d shape, pixel;
+struct PortReprojection : Reprojection {
+  FlatPort port;
 
   template <class T>
-  bool operator()(const T* camera, const T* kMc, const T* cMt, const T* bend, T* residual) const {
-    const T on_target[3] = {T(point.x()), T(point.y()), T(point.z()) + bend[0] * shape.x() + bend[1] * shape.y()};
-    T in_c[3], p[3];
-    ceres::AngleAxisRotatePoint(cMt, on_target, in_c);
-    for (int i = 0; i < 3; ++i) in_c[i] += cMt[3 + i];
-    ceres::AngleAxisRotatePoint(kMc, in_c, p);
-    for (int i = 0; i < 3; ++i) p[i] += kMc[3 + i];
-    if (!(p[2] > kNearest)) return false;
-    const T x = p[0] / p[2], y = p[1] / p[2], r2 = x * x + y * y;
-    const T radial = (1.0 + r2 * (camera[4] + r2 * (camera[5] + r2 * camera[8]))) /
-                     (1.0 + r2 * (camera[9] + r2 * (camera[10] + r2 * camera[11])));
-    const T &p1 = camera[6], &p2 = camera[7];
-    residual[0] = camera[0] * (x * radial + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x)) + camera[2] - pixel.x();
-    residual[1] = camera[1] * (y * radial + p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y) + camera[3] - pixel.y();
-    return true;
+  bool operator()(const T* camera, const T* kMc, const T* cMt, const T* bend, const T* port_numbers,
+                  T* residual) const {
+    VectorOf<T> p, air;
+    in_camera(kMc, cMt, bend, p.data());
+    const VectorOf<T> normal = VectorOf<T>(port_numbers[1], port_numbers[2], T(1)).normalized();
+    return seen_through(port, port_numbers[0], normal, p, air) && seen(camera, air.data(), residual);
   }
 };
 
@@ -77,9 +40,12 @@ struct RationalPrior {
 class LeastSquares {
  public:
   LeastSquares(const BoardBundle& bundle, double cauchy_px) : bundle_(bundle) {
-    for (const RationalCamera& camera : bundle.cameras) cameras_.push_back(parameters_of(camera));
-    for (const Transform& aMb : bundle.kMc) relative_.push_back(pose_of(aMb));
-    for (const Transform& aMb : bundle.cMt) views_.push_back(pose_of(aMb));
+    for (const RationalCamera& camera : bundle.cameras) {
+      cameras_.push_back(parameters_of(camera));
+      ports_.push_back(parameters_of(camera.port.value_or(FlatPort{})));
+    }
+    for (const Transform& aMb : bundle.kMc) relative_.push_back(numbers_of(aMb));
+    for (const Transform& aMb : bundle.cMt) views_.push_back(numbers_of(aMb));
     bend_ = {bundle.bend.x(), bundle.bend.y()};
     const std::vector<Vector3d> points = bundle.target.points();
     const std::vector<Vector2d> shapes = bend_shapes(bundle.target);
@@ -88,10 +54,17 @@ class LeastSquares {
         const FoundBoard& board = bundle.views[v].seen[k];
         for (std::size_t i = 0; i < board.ids.size(); ++i) {
           const auto id = static_cast<std::size_t>(board.ids[i]);
-          problem_.AddResidualBlock(new ceres::AutoDiffCostFunction<Reprojection, 2, kCameraParameters, 6, 6, 2>(
-                                        new Reprojection{points[id], shapes[id], board.pixels[i]}),
-                                    cauchy_px > 0 ? new ceres::CauchyLoss(cauchy_px) : nullptr, cameras_[k].data(),
-                                    relative_[k].data(), views_[v].data(), bend_.data());
+          const Reprojection corner{points[id], shapes[id], board.pixels[i]};
+          ceres::LossFunction* loss = cauchy_px > 0 ? new ceres::CauchyLoss(cauchy_px) : nullptr;
+          if (const auto& port = bundle.cameras[k].port)
+            problem_.AddResidualBlock(
+                new ceres::AutoDiffCostFunction<PortReprojection, 2, kCameraParameters, 6, 6, 2, kPortParameters>(
+                    new PortReprojection{corner, *port}),
+                loss, cameras_[k].data(), relative_[k].data(), views_[v].data(), bend_.data(), ports_[k].data());
+          else
+            problem_.AddResidualBlock(
+                new ceres::AutoDiffCostFunction<Reprojection, 2, kCameraParameters, 6, 6, 2>(new Reprojection(corner)),
+                loss, cameras_[k].data(), relative_[k].data(), views_[v].data(), bend_.data());
           corners_.push_back({static_cast<int>(k), v, board.ids[i], board.pixels[i]});
         }
       }
@@ -116,6 +89,7 @@ class LeastSquares {
     ceres::Solve(options, &problem_, &summary);
     for (std::size_t k = 0; k < cameras_.size(); ++k) {
       out.cameras[k] = camera_of(out.cameras[k], cameras_[k]);
+      if (auto& port = out.cameras[k].port) port = port_of(*port, ports_[k]);
       out.kMc[k] = transform_of(relative_[k]);
     }
     for (std::size_t v = 0; v < views_.size(); ++v) out.cMt[v] = transform_of(views_[v]);
@@ -136,12 +110,21 @@ class LeastSquares {
     ceres::Problem::EvaluateOptions options;
     const std::vector<int> free = free_parameters(bundle_.lens);
     for (std::size_t k = 0; k < cameras_.size(); ++k) {
-      options.parameter_blocks.push_back(cameras_[k].data());
       layout.cameras.emplace_back().fill(-1);
+      if (bundle_.lens_held) continue;
+      options.parameter_blocks.push_back(cameras_[k].data());
       for (const int i : free) {
         layout.cameras.back()[static_cast<std::size_t>(i)] = layout.size++;
         names.push_back(std::string(kCameraParameterNames[static_cast<std::size_t>(i)]));
       }
+    }
+    layout.ports.assign(cameras_.size(), -1);
+    for (std::size_t k = 0; k < cameras_.size(); ++k) {
+      if (!bundle_.cameras[k].port) continue;
+      options.parameter_blocks.push_back(ports_[k].data());
+      layout.ports[k] = layout.size;
+      layout.size += kPortParameters;
+      names.insert(names.end(), kPortParameterNames.begin(), kPortParameterNames.end());
     }
     layout.relative.assign(cameras_.size(), -1);
     const auto add_pose = [&](double* block, const std::string& name) {
@@ -171,7 +154,10 @@ class LeastSquares {
     for (int i = 0; i < kCameraParameters; ++i)
       if (std::find(free.begin(), free.end(), i) == free.end()) held.push_back(i);
     for (CameraParameters& camera : cameras_)
-      if (!held.empty()) problem_.SetManifold(camera.data(), new ceres::SubsetManifold(kCameraParameters, held));
+      if (bundle_.lens_held)
+        problem_.SetParameterBlockConstant(camera.data());
+      else if (!held.empty())
+        problem_.SetManifold(camera.data(), new ceres::SubsetManifold(kCameraParameters, held));
     problem_.SetParameterBlockConstant(relative_.front().data());
     if (!bundle_.bends) problem_.SetParameterBlockConstant(bend_.data());
   }
@@ -207,7 +193,8 @@ class LeastSquares {
 
   const BoardBundle& bundle_;
   std::vector<CameraParameters> cameras_;
-  std::vector<Pose> relative_, views_;
+  std::vector<PortParameters> ports_;
+  std::vector<PoseNumbers> relative_, views_;
   std::array<double, 2> bend_{};
   std::vector<CornerResidual> corners_;
   ceres::Problem problem_;
@@ -215,12 +202,49 @@ class LeastSquares {
 
 }  // namespace
 
+PoseNumbers numbers_of(const Transform& aMb) {
+  const Eigen::AngleAxisd turn(aMb.rotation());
+  const Vector3d r = turn.angle() * turn.axis(), t = aMb.translation();
+  return {r.x(), r.y(), r.z(), t.x(), t.y(), t.z()};
+}
+
+Transform transform_of(const PoseNumbers& numbers) {
+  Transform aMb = Transform::Identity();
+  const Vector3d r(numbers[0], numbers[1], numbers[2]);
+  if (r.norm() > 0) aMb.linear() = Eigen::AngleAxisd(r.norm(), r.normalized()).toRotationMatrix();
+  aMb.translation() = Vector3d(numbers[3], numbers[4], numbers[5]);
+  return aMb;
+}
+
+std::vector<Vector2d> bend_shapes(const BoardTarget& target) {
+  const std::vector<Vector3d> flat = target.points();
+  const Vector3d middle = flat.back() / 2, half = middle.cwiseMax(1e-9);
+  std::vector<Vector2d> shapes;
+  for (const Vector3d& p : flat) {
+    const double x = (p.x() - middle.x()) / half.x(), y = (p.y() - middle.y()) / half.y();
+    shapes.emplace_back(1 - x * x, 1 - y * y);
+  }
+  return shapes;
+}
+
 CameraParameters parameters_of(const RationalCamera& c) {
   return {c.fx, c.fy, c.cx, c.cy, c.k1, c.k2, c.p1, c.p2, c.k3, c.k4, c.k5, c.k6};
 }
 
-RationalCamera camera_of(const CameraModel& size, const CameraParameters& p) {
-  return {{size.width, size.height, p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7], p[8]}, p[9], p[10], p[11]};
+RationalCamera camera_of(const CameraModel& like, const CameraParameters& p) {
+  return {
+      {like.width, like.height, p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7], p[8], like.port}, p[9], p[10], p[11]};
+}
+
+PortParameters parameters_of(const FlatPort& port) {
+  return {port.distance, port.normal.x() / port.normal.z(), port.normal.y() / port.normal.z()};
+}
+
+FlatPort port_of(const FlatPort& like, const PortParameters& p) {
+  FlatPort port = like;
+  port.distance = p[0];
+  port.normal = Vector3d(p[1], p[2], 1).normalized();
+  return port;
 }
 
 std::vector<int> free_parameters(LensModel lens) {

@@ -31,9 +31,17 @@ struct RationalCamera : CameraModel {
   double k4 = 0, k5 = 0, k6 = 0;  ///< OpenCV's: the radial polynomial of k1, k2, k3 is divided by theirs
 };
 CameraParameters parameters_of(const RationalCamera& camera);
-/// The camera with the size of `size` and these parameters.
-RationalCamera camera_of(const CameraModel& size, const CameraParameters& parameters);
+/// The camera with the size and the port of `like` and these parameters.
+RationalCamera camera_of(const CameraModel& like, const CameraParameters& parameters);
 std::vector<int> free_parameters(LensModel lens);
+
+/// Of a port: its distance [m], and its normal's x and y over z.
+inline constexpr int kPortParameters = 3;
+using PortParameters = std::array<double, kPortParameters>;
+inline constexpr std::array<const char*, kPortParameters> kPortParameterNames{"port distance", "port normal x",
+                                                                              "port normal y"};
+PortParameters parameters_of(const FlatPort& port);
+FlatPort port_of(const FlatPort& like, const PortParameters& parameters);
 
 /// One moment: a target held still, seen by every camera.
 struct BoardView {
@@ -46,6 +54,7 @@ struct BoardView {
 struct BoardBundle {
   BoardTarget target;
   LensModel lens = LensModel::kPlumbBob;
+  bool lens_held = false;  ///< the cameras' parameters stay; their ports are solved for where they have one
   bool bends = false;
   std::vector<BoardView> views;
   std::vector<RationalCamera> cameras;  ///< these and what follows: first guess, then solution
@@ -67,6 +76,7 @@ struct CornerResidual {
 /// Where the parameters stand in a covariance.
 struct BundleLayout {
   std::vector<std::array<int, kCameraParameters>> cameras;  ///< -1: not solved for
+  std::vector<int> ports;                                   ///< first of three; -1: no port
   std::vector<int> relative;                                ///< first of six of kMc[k]: rotation vector, translation
   int bend = -1;                                            ///< first of two
   std::vector<int> views;                                   ///< first of six of cMt

@@ -36,6 +36,26 @@ BoardBundle first_bundle(const IntrinsicsProblem& problem) {
   return bundle;
 }
 
+/// Where the boards are in a camera that is known better.
+void place_boards(BoardBundle& bundle) {
+  const std::vector<Vector3d> points = bundle.points();
+  for (std::size_t v = 0; v < bundle.views.size(); ++v)
+    if (const auto pose = board_pose(bundle.cameras.front(), points, bundle.views[v].seen.front()))
+      bundle.cMt[v] = pose->cMt;
+}
+
+/// The same boards, seen through the port that may be there.
+BoardBundle behind_port(const BoardBundle& pinhole, const IntrinsicsProblem& problem) {
+  BoardBundle behind = pinhole;
+  RationalCamera& camera = behind.cameras.front();
+  const double shorter = problem.port->air / problem.port->water;  // than a pinhole in water
+  camera.fx *= shorter, camera.fy *= shorter;
+  if (problem.in_air) camera = {*problem.in_air};
+  camera.port = problem.port;
+  place_boards(behind);
+  return behind;
+}
+
 std::vector<PictureFit> picture_fits(const IntrinsicsProblem& problem, const IntrinsicsSolution& solution) {
   std::map<std::string, std::size_t> used;
   for (std::size_t v = 0; v < solution.bundle.views.size(); ++v) used[solution.bundle.views[v].name] = v;
@@ -78,6 +98,24 @@ double moved_across(const CameraModel& camera, std::size_t parameter, double dis
   return std::sqrt(sum) / kAcross;
 }
 
+/// The same of a parameter of its port.
+double port_moved_across(const CameraModel& camera, std::size_t parameter, double distance) {
+  constexpr int kAcross = 8;
+  constexpr double kStep = 1e-6;
+  PortParameters changed = parameters_of(*camera.port);
+  changed[parameter] += kStep;
+  CameraModel other = camera;
+  other.port = port_of(*camera.port, changed);
+  double sum = 0;
+  for (int row = 0; row < kAcross; ++row)
+    for (int column = 0; column < kAcross; ++column) {
+      const double u = (column + 0.5) * camera.width / kAcross, v = (row + 0.5) * camera.height / kAcross;
+      const Vector3d along = camera.ray(u, v), moved = other.sight(u, v).at(distance) - camera.sight(u, v).at(distance);
+      sum += ((moved - along.dot(moved) * along) / kStep).squaredNorm();
+    }
+  return std::sqrt(sum) / kAcross;
+}
+
 std::vector<Estimate> estimates_of(const IntrinsicsSolution& solution) {
   const BundleLayout& layout = solution.covariance.layout;
   const auto variance = [&](int at) { return solution.covariance.matrix(at, at); };
@@ -88,6 +126,12 @@ std::vector<Estimate> estimates_of(const IntrinsicsSolution& solution) {
     if (const int at = layout.cameras.front()[i]; at >= 0)
       all.push_back(estimate(kCameraParameterNames[i], unit_of(i), values[i], variance(at), solution.noise,
                              moved_across(solution.camera, i, distance)));
+  if (const int at = layout.ports.front(); at >= 0) {
+    const PortParameters port = parameters_of(*solution.camera.port);
+    for (std::size_t i = 0; i < port.size(); ++i)
+      all.push_back(estimate(kPortParameterNames[i], unit_of_port(i), port[i], variance(at + static_cast<int>(i)),
+                             solution.noise, port_moved_across(solution.camera, i, distance)));
+  }
   if (layout.bend >= 0)
     for (const int i : {0, 1})
       all.push_back(estimate(i == 0 ? "bend along x" : "bend along y", "m", solution.bundle.bend[i],
@@ -106,6 +150,8 @@ Estimate estimate(std::string name, std::string unit, double value, double varia
 }
 
 std::string unit_of(std::size_t camera_parameter) { return camera_parameter < 4 ? "px" : ""; }
+
+std::string unit_of_port(std::size_t port_parameter) { return port_parameter == 0 ? "m" : ""; }
 
 ImageCoverage coverage_of(int width, int height, const std::vector<CornerResidual>& corners) {
   ImageCoverage coverage;
@@ -174,6 +220,7 @@ void check_observable(const BoardBundle& bundle, const BundleCovariance& covaria
   for (std::size_t k = 0; k < bundle.cameras.size(); ++k)
     for (const int i : {0, 1}) {
       const int at = covariance.layout.cameras[k][static_cast<std::size_t>(i)];
+      if (at < 0) continue;  // held
       const double focal = i == 0 ? bundle.cameras[k].fx : bundle.cameras[k].fy;
       const double sigma = noise.allowance * noise.sigma * std::sqrt(covariance.matrix(at, at));
       if (!(sigma < kWorstFocal * focal))
@@ -196,8 +243,19 @@ IntrinsicsSolution solve(const IntrinsicsProblem& problem) {
                                  problem.pictures.size(), kFewestPictures));
   BoardBundle bundle = first_bundle(problem);
   IntrinsicsSolution solution;
-  solution.left_out_corners = leave_out_what_does_not_fit(bundle);
-  ModelChoice choice = choose_model(bundle, problem.lens, problem.bends);
+  std::optional<BoardBundle> behind;
+  if (problem.port) {
+    // A pinhole would leave out good pictures: the near ones.
+    behind = behind_port(bundle, problem);
+    solution.left_out_corners = leave_out_what_does_not_fit(*behind);
+    bundle.views = behind->views, bundle.cMt = behind->cMt;
+    place_boards(bundle);
+    if (problem.in_air) behind = behind_port(bundle, problem), behind->lens_held = true;
+  } else {
+    solution.left_out_corners = leave_out_what_does_not_fit(bundle);
+  }
+  ModelChoice choice = choose_model(bundle, problem.lens, behind ? problem.bends.value_or(false) : problem.bends);
+  if (behind) choice = choose_port(std::move(choice), *behind, problem.lens);
   solution.bundle = std::move(choice.bundle);
   solution.tried = std::move(choice.tried);
   solution.decision = std::move(choice.decision);

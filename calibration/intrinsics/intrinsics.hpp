@@ -21,14 +21,19 @@ struct IntrinsicsProblem {
   BoardTarget target;
   std::vector<BoardPicture> pictures;
   std::optional<LensModel> lens;  ///< nothing: the simplest that fits
-  std::optional<bool> bends;      ///< whether the target's bend is solved for; nothing: if it fits better
+  std::optional<bool> bends;  ///< whether the target's bend is solved for; nothing: if it fits better, without a port
+  /// A flat port of this thickness and these indices may be before the camera: tried too. Its distance and normal are
+  /// where the search begins.
+  std::optional<FlatPort> port = std::nullopt;
+  std::optional<CameraModel> in_air = std::nullopt;  ///< the lens, calibrated in air: held behind the port
 };
 
 /// A lens model tried on the same pictures.
 struct TriedModel {
   LensModel lens = LensModel::kK1;
   bool bends = false;
-  int parameters = 0;        ///< of the camera
+  bool port = false;
+  int parameters = 0;        ///< of the camera and its port
   double rms = 0;            ///< of the pictures it was fitted to [px]
   double held_back_rms = 0;  ///< of pictures it was not fitted to [px]
   double excess = 0;         ///< mean square there, above that of the best model [px^2]
@@ -93,6 +98,8 @@ Estimate estimate(std::string name, std::string unit, double value, double varia
                   double moves);
 /// "px" of focal lengths and principal point, none of distortion.
 std::string unit_of(std::size_t camera_parameter);
+/// "m" of a port's distance, none of its normal.
+std::string unit_of_port(std::size_t port_parameter);
 /// Names parameters that the corners do not tell.
 /// Errors: InputError if there are any, or if the focal length is not known to 2 %.
 void check_observable(const BoardBundle& bundle, const BundleCovariance& covariance, const ResidualNoise& noise);

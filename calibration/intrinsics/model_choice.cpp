@@ -10,7 +10,8 @@
 namespace tankrig {
 namespace {
 
-constexpr double kDoubt = 2;  // standard errors
+constexpr double kDoubt = 2;            // standard errors
+constexpr double kLeastSquare = 1e-12;  // px^2
 constexpr std::size_t kFolds = 5, kFewestToHoldBack = 6;
 
 struct Trial {
@@ -45,7 +46,7 @@ Trial try_model(const BoardBundle& first, LensModel lens, bool bends, bool hold_
   trial.bundle.bends = bends;
   const std::vector<int> free = free_parameters(lens);
   CameraParameters start = parameters_of(first.cameras.front());
-  for (int i = 4; i < kCameraParameters; ++i)
+  for (int i = 4; i < kCameraParameters && !first.lens_held; ++i)
     if (std::find(free.begin(), free.end(), i) == free.end()) start[static_cast<std::size_t>(i)] = 0;
   trial.bundle.cameras.front() = camera_of(first.cameras.front(), start);
   if (!bends) trial.bundle.bend.setZero();
@@ -53,7 +54,9 @@ Trial try_model(const BoardBundle& first, LensModel lens, bool bends, bool hold_
   if (!fit.converged)
     throw InputError(fmt::format("the lens model {} does not converge on these pictures", name_of(lens)));
   trial.residuals = fit.residuals;
-  trial.model = {lens, bends, static_cast<int>(free.size()), rms(fit.residuals), 0, 0, 0};
+  const bool port = first.cameras.front().port.has_value();
+  const std::size_t parameters = (first.lens_held ? 0 : free.size()) + (port ? kPortParameters : 0);
+  trial.model = {lens, bends, port, static_cast<int>(parameters), rms(fit.residuals), 0, 0, 0};
   if (!hold_back) return trial;
   trial.squares = held_back_squares(trial.bundle);
   double sum = 0;
@@ -73,6 +76,23 @@ void compare(Trial& trial, const Trial& best) {
     squares += deviation * deviation;
   }
   trial.model.excess_sigma = std::sqrt(squares / (n - 1) / n);
+}
+
+/// A picture's error, held back, by one model over that by another: the mean of its logarithm. Near boards err by far the most, and
+/// would drown the others in a mean of squares.
+struct ErrorRatio {
+  double log = 0, sigma = 0;
+};
+ErrorRatio error_ratio(const Trial& a, const Trial& b) {
+  const double n = double(a.squares.size());
+  std::vector<double> logs;
+  for (std::size_t v = 0; v < a.squares.size(); ++v)
+    logs.push_back(std::log(std::max(a.squares[v], kLeastSquare) / std::max(b.squares[v], kLeastSquare)) / 2);
+  ErrorRatio ratio;
+  for (const double log : logs) ratio.log += log / n;
+  for (const double log : logs) ratio.sigma += (log - ratio.log) * (log - ratio.log) / (n - 1) / n;
+  ratio.sigma = std::sqrt(ratio.sigma);
+  return ratio;
 }
 
 /// The rig's camera model has no place for a rational distortion.
@@ -144,6 +164,37 @@ ModelChoice choose_model(const BoardBundle& first, std::optional<LensModel> lens
     return taken(winner, trials, std::move(decision));
   }
   return taken(trials[chosen], trials, std::move(decision));
+}
+
+ModelChoice choose_port(ModelChoice choice, const BoardBundle& behind, std::optional<LensModel> lens) {
+  if (behind.views.size() < kFewestToHoldBack)
+    throw InputError(fmt::format("found the target in {} pictures, expected {} at least to tell a port from a pinhole",
+                                 behind.views.size(), kFewestToHoldBack));
+  const BoardBundle& pinhole = choice.bundle;
+  std::vector<Trial> ports;
+  for (const LensModel one : kLensModels)
+    if (one != LensModel::kRational && (behind.lens_held ? one == LensModel::kPlumbBob : !lens || one == *lens))
+      ports.push_back(try_model(behind, one, pinhole.bends, true));
+  const Trial lens_alone = try_model(pinhole, pinhole.lens, pinhole.bends, true);
+  Trial& port = ports[simplest_that_fits(ports)];
+  const ErrorRatio ratio = error_ratio(lens_alone, port);
+  const bool port_is_simpler = port.model.parameters < lens_alone.model.parameters;
+  const bool taken = port_is_simpler ? ratio.log > -kDoubt * ratio.sigma : ratio.log > kDoubt * ratio.sigma;
+  const TriedModel &kept = taken ? port.model : lens_alone.model, &other = taken ? lens_alone.model : port.model;
+  const auto name = [](const TriedModel& m) { return m.port ? "flat port" : "pinhole"; };
+  choice.decision += fmt::format(
+      "\nwindow {}: {:.4f} px on pictures held back; the {} {}: {:.4f} px, a picture's error {:.2f} times as large, {} "
+      "two "
+      "standard errors (a factor of {:.2f})",
+      name(kept), kept.held_back_rms, taken == port_is_simpler ? "less simple" : "simpler", name(other),
+      other.held_back_rms, std::exp(taken ? ratio.log : -ratio.log),
+      std::abs(ratio.log) > kDoubt * ratio.sigma ? "beyond" : "within", std::exp(kDoubt * ratio.sigma));
+  for (const Trial& trial : ports) choice.tried.push_back(trial.model);
+  if (taken) {
+    choice.bundle = std::move(port.bundle);
+    choice.residuals = std::move(port.residuals);
+  }
+  return choice;
 }
 
 }  // namespace tankrig

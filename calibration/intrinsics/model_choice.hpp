@@ -18,4 +18,9 @@ struct ModelChoice {
 /// figure: the rig's camera model does not hold it. Then a bent target is tried likewise.
 ModelChoice choose_model(const BoardBundle& bundle, std::optional<LensModel> lens, std::optional<bool> bends);
 
+/// `pinhole`, or the same pictures through a flat port where that fits better by the same rule. `behind`: a first guess with a
+/// port; its lens is held, or the simplest that fits behind it is found.
+/// Errors: InputError if there are too few pictures to hold any back.
+ModelChoice choose_port(ModelChoice pinhole, const BoardBundle& behind, std::optional<LensModel> lens);
+
 }  // namespace tankrig

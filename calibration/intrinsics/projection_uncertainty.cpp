@@ -21,7 +21,7 @@ double worst(const Eigen::Matrix2d& variance) {
 
 std::optional<ProjectionUncertainty::At> ProjectionUncertainty::at(const Vector2d& pixel, double distance) const {
   const CameraModel& camera = solution_.camera;
-  const Vector3d p = distance * camera.ray(pixel.x(), pixel.y());
+  const Vector3d p = camera.sight(pixel.x(), pixel.y()).at(distance);
   const auto back = camera.project(p);
   if (!back || !((*back - pixel).norm() < 1e-3)) return std::nullopt;
   const BundleLayout& layout = solution_.covariance.layout;
@@ -35,6 +35,15 @@ std::optional<ProjectionUncertainty::At> ProjectionUncertainty::at(const Vector2
     up[i] += step, down[i] -= step;
     slope.col(at) = (project(camera, up, p) - project(camera, down, p)) / (2 * step);
   }
+  if (const int at = layout.ports.front(); at >= 0)
+    for (int i = 0; i < kPortParameters; ++i) {
+      constexpr double kStep = 1e-6;
+      RationalCamera up{camera}, down{camera};
+      PortParameters more = parameters_of(*camera.port), less = more;
+      more[static_cast<std::size_t>(i)] += kStep, less[static_cast<std::size_t>(i)] -= kStep;
+      up.port = port_of(*camera.port, more), down.port = port_of(*camera.port, less);
+      slope.col(at + i) = (up.project(p).value() - down.project(p).value()) / (2 * kStep);
+    }
   Eigen::Matrix<double, 2, 3> by_point;
   for (int i = 0; i < 3; ++i) {
     const Vector3d step = 1e-6 * distance * Vector3d::Unit(i);

@@ -21,6 +21,21 @@ std::vector<cv::Point2f> corners_in(const cv::Mat& grey, const Checkerboard& boa
   return corners;
 }
 
+template <class Pixels>
+Transform pose_of(const std::vector<cv::Point3f>& object, const Pixels& pixels, const cv::Matx33d& matrix,
+                  const cv::Mat& distortion) {
+  cv::Vec3d rotation, translation;
+  cv::solvePnP(object, pixels, matrix, distortion, rotation, translation, false, cv::SOLVEPNP_ITERATIVE);
+  cv::Matx33d turn;
+  cv::Rodrigues(rotation, turn);
+  Eigen::Matrix3d linear;
+  cv::cv2eigen(turn, linear);
+  Transform cMt = Transform::Identity();
+  cMt.linear() = linear;
+  cMt.translation() = Vector3d(translation[0], translation[1], translation[2]);
+  return cMt;
+}
+
 }  // namespace
 
 Checkerboard checkerboard_of(const std::string& pattern, double square) {
@@ -52,20 +67,24 @@ std::optional<CheckerboardView> find_checkerboard(const cv::Mat& picture, const 
   for (int row = 0; row < board.rows; ++row)
     for (int column = 0; column < board.columns; ++column)
       object.emplace_back(static_cast<float>(column * board.square), static_cast<float>(row * board.square), 0.0f);
-  cv::Vec3d rotation, translation;
-  cv::solvePnP(object, corners, camera.matrix(), camera.distortion(), rotation, translation, false,
-               cv::SOLVEPNP_ITERATIVE);
-  cv::Matx33d matrix;
-  cv::Rodrigues(rotation, matrix);
   CheckerboardView view;
-  Eigen::Matrix3d linear;
-  cv::cv2eigen(matrix, linear);
-  view.cMt.linear() = linear;
-  view.cMt.translation() = Vector3d(translation[0], translation[1], translation[2]);
+  view.cMt = pose_of(object, corners, camera.matrix(), camera.distortion());
+  // Behind a port: by the rays of a pinhole in c's origin, at the depths of the pose before.
+  for (int round = 0; round < kPortRounds && camera.port; ++round) {
+    std::vector<cv::Point2d> rays;
+    for (std::size_t i = 0; i < corners.size(); ++i) {
+      const double depth = round == 0 ? 1 : (view.cMt * Vector3d(object[i].x, object[i].y, 0)).z();
+      const Vector2d ray = camera.normalized(corners[i].x, corners[i].y, depth);
+      rays.emplace_back(ray.x(), ray.y());
+    }
+    view.cMt = pose_of(object, rays, cv::Matx33d::eye(), {});
+  }
   for (std::size_t i = 0; i < corners.size(); ++i) {
-    const auto again = camera.project(view.cMt * Vector3d(object[i].x, object[i].y, 0));
+    view.points.emplace_back(object[i].x, object[i].y, 0);
+    view.corners.emplace_back(corners[i].x, corners[i].y);
+    const auto again = camera.project(view.cMt * view.points.back());
     if (!again) return std::nullopt;  // behind the camera
-    view.rms += (*again - Vector2d(corners[i].x, corners[i].y)).squaredNorm() / static_cast<double>(corners.size());
+    view.rms += (*again - view.corners.back()).squaredNorm() / static_cast<double>(corners.size());
   }
   view.rms = std::sqrt(view.rms);
   return view;

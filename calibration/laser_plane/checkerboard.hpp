@@ -3,6 +3,7 @@
 
 #include <opencv2/core.hpp>
 #include <optional>
+#include <vector>
 
 #include "calibration/laser_plane/stripe_points.hpp"
 #include "core/camera_model.hpp"
@@ -23,7 +24,9 @@ Checkerboard checkerboard_of(const std::string& pattern, double square);
 /// board looks the same upside down.
 struct CheckerboardView {
   Transform cMt = Transform::Identity();
-  double rms = 0;  ///< reprojection, per corner [px]
+  double rms = 0;                 ///< reprojection, per corner [px]
+  std::vector<Vector3d> points;   ///< the corners in t
+  std::vector<Vector2d> corners;  ///< where they are seen [px]
 };
 
 /// OpenCV's sector-based detector, then the pose of least reprojection error. Nothing if not all corners are seen.

@@ -39,10 +39,10 @@ class StripeCurve {
 };
 
 std::optional<Vector3d> on_board(const CameraModel& camera, const Vector2d& pixel, const Plane& board) {
-  const Vector3d ray = camera.ray(pixel.x(), pixel.y());
-  const double range = -board.offset / board.normal.dot(ray);
+  const ViewingRay ray = camera.sight(pixel.x(), pixel.y());
+  const double range = -board.distance(ray.origin) / board.normal.dot(ray.direction);
   if (!(range > 0 && range < 100)) return std::nullopt;
-  return range * ray;
+  return ray.at(range);
 }
 
 }  // namespace
@@ -75,9 +75,10 @@ std::vector<PlacedStripePoint> points_by_stereo(const CameraModel& left, const C
   std::vector<PlacedStripePoint> out;
   for (const StripeLinePoint& point : left_stripe.points) {
     const Vector2d pixel = left_stripe.pixel(point);
+    const ViewingRay ray = left.sight(pixel.x(), pixel.y());
     // Beside the right stripe as a function of inverse range.
-    const auto beside = [&](double inverse, const Vector2d& seen) -> std::optional<StripeCurve::Value> {
-      const auto there = right.project(rMc * (left.ray(seen.x(), seen.y()) / inverse));
+    const auto beside = [&](double inverse) -> std::optional<StripeCurve::Value> {
+      const auto there = right.project(rMc * (ray.origin + ray.direction / inverse));
       return there ? curve.beside(*there) : std::nullopt;
     };
     int crossings = 0;
@@ -85,7 +86,7 @@ std::vector<PlacedStripePoint> points_by_stereo(const CameraModel& left, const C
     std::optional<double> before;
     for (int i = 0; i <= kSteps; ++i) {
       const double inverse = from + (to - from) * i / kSteps;
-      const auto now = beside(inverse, pixel);
+      const auto now = beside(inverse);
       if (now && before && (*before < 0) != (now->position < 0)) {
         ++crossings;
         low = inverse - (to - from) / kSteps, high = inverse;
@@ -93,21 +94,21 @@ std::vector<PlacedStripePoint> points_by_stereo(const CameraModel& left, const C
       before = now ? std::optional(now->position) : std::nullopt;
     }
     if (crossings != 1) continue;
-    const double at_low = beside(low, pixel)->position, at_high = beside(high, pixel)->position;
+    const double at_low = beside(low)->position, at_high = beside(high)->position;
     double a = low, b = high;
     for (int i = 0; i < 40; ++i) {
       const double middle = 0.5 * (a + b);
-      const auto value = beside(middle, pixel);
+      const auto value = beside(middle);
       if (!value) break;
       ((value->position < 0) == (at_low < 0) ? a : b) = middle;
     }
     const double inverse = 0.5 * (a + b), slope = (at_high - at_low) / (high - low);
-    const auto there = beside(inverse, pixel);
+    const auto there = beside(inverse);
     if (!there) continue;
     // The left point's own error moves the epipolar line across the right stripe by about as much.
     const double sigma = std::hypot(point.sigma, there->sigma) / std::abs(slope) / (inverse * inverse);
     if (!(sigma <= parameters.most_sigma)) continue;
-    out.push_back({left.ray(pixel.x(), pixel.y()) / inverse, sigma});
+    out.push_back({ray.origin + ray.direction / inverse, sigma});
   }
   return out;
 }

@@ -1,7 +1,6 @@
 #include "calibration/marker/dots.hpp"
 
 #include <fmt/core.h>
-#include <visp3/blob/vpDot2.h>
 
 #include <algorithm>
 #include <array>
@@ -9,7 +8,7 @@
 #include <limits>
 #include <opencv2/imgproc.hpp>
 
-#include "calibration/visp/visp_image.hpp"
+#include "calibration/visp/visp_methods.hpp"
 #include "core/input_error.hpp"
 
 namespace tankrig {
@@ -127,22 +126,6 @@ std::vector<cv::Point> round_blobs(const cv::Mat& grey, bool bright) {
   return blobs;
 }
 
-std::vector<Vector2d> measured(const cv::Mat& grey, const std::vector<cv::Point>& blobs) {
-  const vpImage<unsigned char> image = to_visp(grey);
-  std::vector<Vector2d> centres;
-  for (const cv::Point& b : blobs) {
-    vpDot2 dot;
-    dot.setGraphics(false);
-    try {
-      dot.initTracking(image, vpImagePoint(b.y, b.x));
-    } catch (const vpException&) {
-      continue;  // ViSP finds no dot there: it is none
-    }
-    centres.emplace_back(dot.getCog().get_u(), dot.getCog().get_v());
-  }
-  return centres;
-}
-
 }  // namespace
 
 void check_layout(const std::vector<Vector3d>& layout) {
@@ -165,7 +148,7 @@ std::vector<Vector2d> find_dots(const cv::Mat& grey, const std::vector<Vector3d>
   for (const bool bright : {false, true}) {
     const std::vector<cv::Point> blobs = round_blobs(grey, bright);
     if (blobs.size() < layout.size() || blobs.size() > kMostBlobs) continue;
-    const std::vector<Vector2d> centres = measured(grey, blobs);
+    const std::vector<Vector2d> centres = visp().dots(grey, blobs);
     if (centres.size() < layout.size()) continue;
     const auto [best, next] = fits_of(centres, layout);
     if (!std::isfinite(best.error) || next.error < kAlike * best.error) continue;

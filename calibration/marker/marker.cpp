@@ -2,7 +2,6 @@
 
 #include <fmt/core.h>
 #include <fmt/ranges.h>
-#include <visp3/detection/vpDetectorAprilTag.h>
 
 #include <algorithm>
 #include <array>
@@ -14,7 +13,7 @@
 
 #include "calibration/marker/dots.hpp"
 #include "calibration/marker/square_corners.hpp"
-#include "calibration/visp/visp_image.hpp"
+#include "calibration/visp/visp_methods.hpp"
 #include "core/input_error.hpp"
 
 namespace tankrig {
@@ -26,7 +25,7 @@ constexpr double kFlipMayFit_px = 2;
 struct Dictionary {
   const char* name;
   int opencv;
-  std::optional<vpDetectorAprilTag::vpAprilTagFamily> visp;
+  std::optional<AprilTagFamily> visp;
 };
 const Dictionary kDictionaries[] = {
     {"4x4_50", cv::aruco::DICT_4X4_50, {}},
@@ -36,9 +35,9 @@ const Dictionary kDictionaries[] = {
     {"6x6_50", cv::aruco::DICT_6X6_50, {}},
     {"6x6_250", cv::aruco::DICT_6X6_250, {}},
     {"aruco_original", cv::aruco::DICT_ARUCO_ORIGINAL, {}},
-    {"apriltag_16h5", cv::aruco::DICT_APRILTAG_16h5, vpDetectorAprilTag::TAG_16h5},
-    {"apriltag_25h9", cv::aruco::DICT_APRILTAG_25h9, vpDetectorAprilTag::TAG_25h9},
-    {"apriltag_36h11", cv::aruco::DICT_APRILTAG_36h11, vpDetectorAprilTag::TAG_36h11},
+    {"apriltag_16h5", cv::aruco::DICT_APRILTAG_16h5, AprilTagFamily::k16h5},
+    {"apriltag_25h9", cv::aruco::DICT_APRILTAG_25h9, AprilTagFamily::k25h9},
+    {"apriltag_36h11", cv::aruco::DICT_APRILTAG_36h11, AprilTagFamily::k36h11},
 };
 
 const Dictionary& dictionary_of(const GripperMarker& marker) {
@@ -55,13 +54,12 @@ using Corners = std::vector<cv::Point2f>;
 
 /// Where ViSP's list of a tag's corners has the printed marker's top left one and those that follow clockwise. ViSP and OpenCV do
 /// not agree on which side of an AprilTag is up: asked of a tag that OpenCV draws.
-std::array<std::size_t, 4> visp_order(const Dictionary& dictionary, vpDetectorAprilTag& detector) {
+std::array<std::size_t, 4> visp_order(const Dictionary& dictionary) {
   constexpr int kSide = 200, kMargin = 60;
   cv::Mat tag, sheet(kSide + 2 * kMargin, kSide + 2 * kMargin, CV_8U, cv::Scalar(255));
   cv::aruco::getPredefinedDictionary(dictionary.opencv)->drawMarker(0, kSide, tag, 1);
   tag.copyTo(sheet(cv::Rect(kMargin, kMargin, kSide, kSide)));
-  detector.detect(to_visp(sheet));
-  const auto found = detector.getTagsCorners();
+  const std::vector<VispTag> found = visp().tags(sheet, *dictionary.visp);
   if (found.size() != 1)
     throw InputError(fmt::format("marker: ViSP does not know the tags of {} that OpenCV draws", dictionary.name));
   std::array<std::size_t, 4> order{};
@@ -69,7 +67,8 @@ std::array<std::size_t, 4> visp_order(const Dictionary& dictionary, vpDetectorAp
   const cv::Point printed[] = {{kMargin, kMargin}, {kFar, kMargin}, {kFar, kFar}, {kMargin, kFar}};
   for (std::size_t k = 0; k < 4; ++k)
     for (std::size_t other = 0; other < 4; ++other)
-      if (std::hypot(found[0][other].get_u() - printed[k].x, found[0][other].get_v() - printed[k].y) < kSide / 4)
+      if (std::hypot(found[0].corners[other].x() - printed[k].x, found[0].corners[other].y() - printed[k].y) <
+          kSide / 4)
         order[k] = other;
   return order;
 }
@@ -79,18 +78,13 @@ std::map<int, Corners> markers_in(const cv::Mat& grey, const Dictionary& diction
   std::map<int, Corners> found;
   std::map<int, int> times;
   if (dictionary.visp) {
-    vpDetectorAprilTag detector(*dictionary.visp);
-    const auto order = visp_order(dictionary, detector);
-    detector.detect(to_visp(grey));
-    const auto ids = detector.getTagsId();
-    const auto corners = detector.getTagsCorners();
-    for (std::size_t k = 0; k < ids.size(); ++k) {
-      Corners& marker = found[ids[k]];
-      ++times[ids[k]];
+    const auto order = visp_order(dictionary);
+    for (const VispTag& tag : visp().tags(grey, *dictionary.visp)) {
+      Corners& marker = found[tag.id];
+      ++times[tag.id];
       marker.clear();
       for (const std::size_t corner : order)
-        marker.emplace_back(static_cast<float>(corners[k][corner].get_u()),
-                            static_cast<float>(corners[k][corner].get_v()));
+        marker.emplace_back(static_cast<float>(tag.corners[corner].x()), static_cast<float>(tag.corners[corner].y()));
     }
   } else {
     std::vector<Corners> corners;
@@ -169,12 +163,16 @@ SeenMarker MarkerFinder::find(const cv::Mat& grey) const {
   return seen;
 }
 
-std::optional<PlanarPose> planar_pose(const CameraModel& camera, const SeenMarker& seen) {
+namespace {
+
+/// By the rays of a pinhole in c's origin, which behind a port depend on the points' depths.
+std::optional<PlanarPose> pose_at(const CameraModel& camera, const SeenMarker& seen,
+                                  const std::vector<double>& depths) {
   std::vector<cv::Point3d> points;
   std::vector<cv::Point2d> rays;
   for (std::size_t k = 0; k < seen.points.size(); ++k) {
     points.emplace_back(seen.points[k].x(), seen.points[k].y(), seen.points[k].z());
-    const Vector2d ray = camera.normalized(seen.corners[k].x(), seen.corners[k].y());
+    const Vector2d ray = camera.normalized(seen.corners[k].x(), seen.corners[k].y(), depths[k]);
     rays.emplace_back(ray.x(), ray.y());
   }
   std::vector<cv::Mat> turns, places;
@@ -199,6 +197,18 @@ std::optional<PlanarPose> planar_pose(const CameraModel& camera, const SeenMarke
   if (poses.size() > 1 && poses[1].first < std::max(kFlipMayFit * best.rms_px, kFlipMayFit_px))
     best.flipped = poses[1].second;
   return best;
+}
+
+}  // namespace
+
+std::optional<PlanarPose> planar_pose(const CameraModel& camera, const SeenMarker& seen) {
+  std::vector<double> depths(seen.points.size(), 1);
+  std::optional<PlanarPose> pose = pose_at(camera, seen, depths);
+  for (int round = 1; round < kPortRounds && camera.port && pose; ++round) {
+    for (std::size_t k = 0; k < depths.size(); ++k) depths[k] = (pose->cMg * seen.points[k]).z();
+    pose = pose_at(camera, seen, depths);
+  }
+  return pose;
 }
 
 }  // namespace tankrig

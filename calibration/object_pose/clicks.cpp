@@ -46,12 +46,13 @@ double fit_px(const CameraModel& camera, const std::vector<cv::Point3d>& points,
 
 /// What would make the clicks fit; empty: nothing known.
 std::string remedy(const ObjectPoseProblem& problem, double fits_px) {
+  constexpr double kTypicalDepth = 1;  // [m] behind a port
   const std::vector<ClickedCorner>& corners = problem.corners;
   std::vector<cv::Point3d> points;
   std::vector<cv::Point2d> rays, mirrored;
   for (const ClickedCorner& c : corners) {
     points.emplace_back(c.o.x(), c.o.y(), c.o.z());
-    const Vector2d ray = problem.camera.normalized(c.pixel.x(), c.pixel.y());
+    const Vector2d ray = problem.camera.normalized(c.pixel.x(), c.pixel.y(), kTypicalDepth);
     rays.emplace_back(ray.x(), ray.y());
     mirrored.emplace_back(-ray.x(), ray.y());
   }

@@ -65,9 +65,9 @@ ObjectPoseSolution solve(const ObjectPoseProblem& problem) {
   std::vector<Vector2d> pixels;
   for (const ClickedCorner& c : problem.corners) points.push_back(c.o), pixels.push_back(c.pixel);
   for (const VispPose& found : visp_poses(problem.camera, points, pixels)) {
-    PoseMethod method{found.name, found.failure, found.cMo};
+    PoseMethod method{found.name, found.failure, found.pose};
     if (method.failure.empty()) {
-      method.rms_px = clicks_rms(problem.camera, problem.corners, found.cMo);
+      method.rms_px = clicks_rms(problem.camera, problem.corners, found.pose);
       if (!std::isfinite(method.rms_px)) method.failure = "puts the object behind the camera";
     }
     solution.methods.push_back(method);

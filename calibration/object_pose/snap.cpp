@@ -175,7 +175,9 @@ std::optional<ImageLine> line_of_edge(const cv::Mat& smooth, const CameraModel& 
     const double free = std::min(reach, first_crossing(*at, across, others) / 2);
     if (free < kLeastReach_px) continue;
     ++searched;
-    if (const auto step = step_at(smooth, *at, across, free)) places.push_back(camera.normalized(step->x(), step->y()));
+    const double depth = (cMo * Vector3d(edge.a + t * (edge.b - edge.a))).z();
+    if (const auto step = step_at(smooth, *at, across, free))
+      places.push_back(camera.normalized(step->x(), step->y(), depth));
   }
   if (static_cast<double>(places.size()) < kLeastShare * searched) return std::nullopt;
   return robust_line(places, 1 / camera.fx);
@@ -225,7 +227,8 @@ std::vector<SnappedCorner> snap(const cv::Mat& grey, const CameraModel& camera, 
     } else if (crossing < std::sin(from_degrees(kLeastCrossing_deg))) {
       result.why_not = "its edges hardly cross";
     } else {
-      Vector2d place = camera.normalized(c.pixel.x(), c.pixel.y());
+      const double depth = camera.port ? (cMo * c.o).z() : 1;
+      Vector2d place = camera.normalized(c.pixel.x(), c.pixel.y(), depth);
       Eigen::Matrix2d information = Eigen::Matrix2d::Zero();
       for (int round = 0; round < 3; ++round) {  // a line's weight depends on where it is asked
         information.setZero();
@@ -237,7 +240,7 @@ std::vector<SnappedCorner> snap(const cv::Mat& grey, const CameraModel& camera, 
         }
         place = information.inverse() * right;
       }
-      const auto pixel = camera.project(place.homogeneous());
+      const auto pixel = camera.project(depth * place.homogeneous());
       if (!pixel || (*pixel - c.pixel).norm() > 2 * kReachFromClicks_px) {
         result.why_not = "its edges meet elsewhere";
       } else {

@@ -1,10 +1,5 @@
 #include "calibration/object_pose/visp_poses.hpp"
 
-#include <visp3/vision/vpPose.h>
-
-#include "calibration/visp/visp_conversion.hpp"
-#include "core/input_error.hpp"
-
 namespace tankrig {
 namespace {
 
@@ -27,43 +22,15 @@ Transform rough_pose(const std::vector<Vector3d>& points, const std::vector<Vect
 
 std::vector<VispPose> visp_poses(const CameraModel& camera, const std::vector<Vector3d>& points,
                                  const std::vector<Vector2d>& pixels) {
-  std::vector<Vector2d> rays;
-  vpPose pose;
-  for (std::size_t k = 0; k < points.size(); ++k) {
-    rays.push_back(camera.normalized(pixels[k].x(), pixels[k].y()));
-    vpPoint point(points[k].x(), points[k].y(), points[k].z());
-    point.set_x(rays.back().x());
-    point.set_y(rays.back().y());
-    pose.addPoint(point);
-  }
-  pose.setRansacNbInliersToReachConsensus(static_cast<unsigned>(points.size()));
-  pose.setRansacThreshold(kInlier_px / camera.fx);
-  const std::pair<const char*, vpPose::vpPoseMethodType> methods[] = {
-      {"LAGRANGE", vpPose::LAGRANGE},
-      {"DEMENTHON", vpPose::DEMENTHON},
-      {"LOWE", vpPose::LOWE},
-      {"RANSAC", vpPose::RANSAC},
-      {"LAGRANGE_LOWE", vpPose::LAGRANGE_LOWE},
-      {"DEMENTHON_LOWE", vpPose::DEMENTHON_LOWE},
-      {"VIRTUAL_VS", vpPose::VIRTUAL_VS},
-      {"DEMENTHON_VIRTUAL_VS", vpPose::DEMENTHON_VIRTUAL_VS},
-      {"LAGRANGE_VIRTUAL_VS", vpPose::LAGRANGE_VIRTUAL_VS}};
-  std::vector<VispPose> out;
-  for (const auto& [name, method] : methods) {
-    VispPose found{name, "", Transform::Identity()};
-    try {
-      vpHomogeneousMatrix cMo = to_visp(rough_pose(points, rays));
-      if (!pose.computePose(method, cMo)) throw InputError("ViSP found no consensus");
-      found.cMo = from_visp(cMo);
-      if (!found.cMo.translation().allFinite()) throw InputError("its answer is not finite");
-    } catch (const vpException& e) {
-      found.failure = "ViSP: " + std::string(e.getMessage());
-    } catch (const InputError& e) {
-      found.failure = e.what();
-    }
-    out.push_back(found);
-  }
-  return out;
+  const auto rays_at = [&](double depth) {
+    std::vector<Vector2d> rays;
+    for (const Vector2d& pixel : pixels) rays.push_back(camera.normalized(pixel.x(), pixel.y(), depth));
+    return rays;
+  };
+  // Behind a port the rays are those at the object's distance: a start, whose end is exact.
+  constexpr double kTypicalDepth = 1;  // [m]
+  const std::vector<Vector2d> rays = rays_at(rough_pose(points, rays_at(kTypicalDepth)).translation().z());
+  return visp().poses(points, rays, kInlier_px / camera.fx, rough_pose(points, rays));
 }
 
 }  // namespace tankrig

@@ -1,18 +1,12 @@
 // The pose of points by every method that ViSP has.
 #pragma once
 
-#include <string>
 #include <vector>
 
+#include "calibration/visp/visp_methods.hpp"
 #include "core/camera_model.hpp"
 
 namespace tankrig {
-
-struct VispPose {
-  std::string name;
-  std::string failure;  ///< empty: an answer
-  Transform cMo = Transform::Identity();
-};
 
 /// In a fixed order. `points` in o, `pixels` where they are seen. LOWE and VIRTUAL_VS alone start from a rough pose in front of the
 /// camera, turned by a milliradian: from exactly none LOWE stays where it is.

@@ -90,6 +90,9 @@ JointCameras refine_together(BoardBundle start) {
     of.fill(0);
     for (std::size_t i = 0; i < of.size(); ++i)
       if (const int at = joint.layout.cameras[k][i]; at >= 0) of[i] = sigma * std::sqrt(joint.matrix(at, at));
+    std::vector<double>& of_port = out.port_sigma.emplace_back();
+    if (const int at = joint.layout.ports[k]; at >= 0)
+      for (int i = at; i < at + kPortParameters; ++i) of_port.push_back(sigma * std::sqrt(joint.matrix(i, i)));
     Eigen::Matrix<double, 6, 6>& covariance = out.covariance.emplace_back();
     covariance.setZero();
     if (const int at = joint.layout.relative[k]; at >= 0) {

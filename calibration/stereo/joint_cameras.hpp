@@ -10,8 +10,9 @@ namespace tankrig {
 
 struct JointCameras {
   BoardBundle bundle;
-  double rms = 0;                       ///< per corner [px]
-  std::vector<CameraParameters> sigma;  ///< camera by camera; 0: held
+  double rms = 0;                               ///< per corner [px]
+  std::vector<CameraParameters> sigma;          ///< camera by camera; 0: held
+  std::vector<std::vector<double>> port_sigma;  ///< likewise of PortParameters; empty without a port
   std::vector<Eigen::Matrix<double, 6, 6>>
       covariance;                     ///< of a step of kMc: a rotation about the axes of k, then a translation
   std::vector<std::string> left_out;  ///< boards, and why

@@ -20,7 +20,9 @@ constexpr double kOutlier = 4;  // a pair's median error over that of all pairs
 
 IntrinsicsSolution alone(const StereoProblem& problem, bool right) {
   const cv::Size& size = right ? problem.right_size : problem.left_size;
-  IntrinsicsProblem one{size.width, size.height, problem.target, {}, problem.lens, problem.bends};
+  IntrinsicsProblem one{
+      size.width,   size.height,   problem.target, {},
+      problem.lens, problem.bends, problem.port,   right ? problem.right_in_air : problem.left_in_air};
   for (const BoardPair& pair : problem.pairs) one.pictures.push_back({pair.name, right ? pair.right : pair.left});
   try {
     return solve(one);
@@ -60,6 +62,7 @@ BoardBundle joint_bundle(const StereoProblem& problem, const IntrinsicsSolution&
   BoardBundle bundle;
   bundle.target = problem.target;
   bundle.lens = std::max(left.lens, right.lens);
+  bundle.lens_held = left.bundle.lens_held && right.bundle.lens_held;
   bundle.bends = problem.bends.value_or(left.bundle.bends || right.bundle.bends);
   bundle.cameras = {{left.camera}, {right.camera}};
   std::vector<BoardPair> pairs;
@@ -122,9 +125,7 @@ struct Eyes {
   Transform rMc;
 
   Vector3d place(const Vector2d& in_left, const Vector2d& in_right) const {
-    const Transform cMr = rMc.inverse();
-    return meeting(Vector3d::Zero(), left.ray(in_left.x(), in_left.y()), cMr.translation(),
-                   cMr.linear() * right.ray(in_right.x(), in_right.y()));
+    return meeting(left.sight(in_left.x(), in_left.y()), rMc.inverse() * right.sight(in_right.x(), in_right.y()));
   }
 };
 
@@ -146,6 +147,18 @@ class JointEstimates {
         (k == 0 ? eyes.left : eyes.right) = camera_of(bundle_.cameras[k], changed);
         all.push_back(named(kCameraParameterNames[i], unit_of(i), values[i], at, moved(eyes) / step));
       }
+    if (const int at = covariance_.layout.ports[k]; at >= 0) {
+      const PortParameters port = parameters_of(*bundle_.cameras[k].port);
+      for (std::size_t i = 0; i < port.size(); ++i) {
+        PortParameters changed = port;
+        changed[i] += kStep;
+        Eyes eyes = found();
+        CameraModel& eye = k == 0 ? eyes.left : eyes.right;
+        eye.port = port_of(*eye.port, changed);
+        all.push_back(
+            named(kPortParameterNames[i], unit_of_port(i), port[i], at + static_cast<int>(i), moved(eyes) / kStep));
+      }
+    }
     return all;
   }
   std::vector<Estimate> of_translation() const {
@@ -209,11 +222,14 @@ void rectify(StereoSolution& solution, const std::vector<CornerResidual>& residu
                     cv::CALIB_ZERO_DISPARITY, 0);
   solution.left_rectification = {cv::Matx33d(R1), cv::Matx34d(P1)};
   solution.right_rectification = {cv::Matx33d(R2), cv::Matx34d(P2)};
+  const std::vector<Vector3d> points = solution.bundle.points();
   const bool beside = std::abs(t.x()) >= std::abs(t.y());
   const auto across = [&](const CornerResidual& r) {
     const CameraModel& camera = solution.bundle.cameras[static_cast<std::size_t>(r.camera)];
     const Rectification& rectification = r.camera == 0 ? solution.left_rectification : solution.right_rectification;
-    const Vector2d p = camera.normalized(r.pixel.x(), r.pixel.y());
+    const Vector3d seen = solution.bundle.kMc[static_cast<std::size_t>(r.camera)] * solution.bundle.cMt[r.view] *
+                          points[static_cast<std::size_t>(r.id)];
+    const Vector2d p = camera.normalized(r.pixel.x(), r.pixel.y(), seen.z());
     const cv::Vec3d turned = rectification.R * cv::Vec3d(p.x(), p.y(), 1);
     const cv::Vec3d pixel = rectification.P * cv::Vec4d(turned[0] / turned[2], turned[1] / turned[2], 1, 0);
     return pixel[beside ? 1 : 0];

@@ -22,6 +22,8 @@ struct StereoProblem {
   std::vector<BoardPair> pairs;
   std::optional<LensModel> lens;  ///< of both; nothing: each the simplest that fits, then the richer for both
   std::optional<bool> bends;
+  std::optional<FlatPort> port = std::nullopt;  ///< as for one camera: each eye may look through one like it
+  std::optional<CameraModel> left_in_air = std::nullopt, right_in_air = std::nullopt;  ///< held together, or not at all
 };
 
 struct StereoSolution {

@@ -103,7 +103,10 @@ Bracket bracket_of(const PassImage& singles, std::size_t single, const PassImage
 }
 
 Vector3d ray_of(const CameraModel& camera, bool rows, int line, double position) {
-  return (rows ? camera.normalized(position, line) : camera.normalized(line, position)).homogeneous();
+  // Behind a port: what both directions of a sweep are off by at other depths, they have in common.
+  constexpr double kTypicalDepth = 1;  // [m]
+  return (rows ? camera.normalized(position, line, kTypicalDepth) : camera.normalized(line, position, kTypicalDepth))
+      .homogeneous();
 }
 
 void add_pairs(const TimeOffsetRecording& recording, const CameraModel& camera, bool rows, const PassImage& singles,

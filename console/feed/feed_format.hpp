@@ -18,6 +18,10 @@ enum class FeedKind : char {
   kPicture = 'P'  ///< a byte with the length of the camera's name, the name, and a JPEG follow
 };
 
+/// Begins, instead of a camera's name alone, the name of its newest picture that a calibration judged, with what was found
+/// marked in it.
+inline constexpr char kJudgedPicture[] = "judged: ";
+
 /// Of a whole message: what a socket's ordinary buffer takes at once.
 inline constexpr std::size_t kMostFeedBytes = 160'000;
 

@@ -11,6 +11,7 @@
 #include <memory>
 #include <optional>
 
+#include "console/platform/arrivals.hpp"
 #include "console/platform/store.hpp"
 #include "console/server/captured_program.hpp"
 #include "console/server/session_files.hpp"
@@ -53,17 +54,17 @@ std::string last_line(std::string text) {
   return text.substr(text.rfind('\n') + 1);
 }
 
-/// An upload on its way, and its file, which goes with it if it is never entered.
-struct Arriving {
-  Arriving(Submission s, const fs::path& place) : submission(std::move(s)), file(place) {}
-  Submission submission;
-  UnfinishedFile file;
-};
-
 class Platform {
  public:
   Platform(asio::io_context& io, const PlatformOptions& options)
-      : io_(io), options_(options), store_(options.store), server_(io, options.listen, handlers()), tick_(io) {
+      : io_(io),
+        options_(options),
+        store_(options.store),
+        server_(io, options.listen, handlers()),
+        tick_(io),
+        arrivals_(
+            io, options.store, [this](const std::string& id) { return store_.place_of(id); },
+            [this](Arrivals::Batch batch) { enter(std::move(batch)); }) {
     for (const auto& entry : fs::directory_iterator(options.store))
       if (entry.path().extension() == kUnfinished) fs::remove(entry.path());
   }
@@ -219,7 +220,7 @@ class Platform {
       const auto arriving = std::make_shared<Arriving>(s, store_.folder() / s.id);
       plan.file = arriving->file.descriptor();
       arriving_.push_back(arriving);
-      plan.received = [this, arriving] { return enter(*arriving); };
+      plan.received = [this, arriving](auto reply) { arrived(arriving, std::move(reply)); };
     } catch (const InputError& e) {
       plan.received = {};
       plan.refusal = said(507, last_line(e.what()));
@@ -262,7 +263,7 @@ class Platform {
     if (store_.waiting() >= options_.most_waiting) return said(503, "The queue is full.", 60);
     std::uint64_t coming = bytes;
     for (const auto& one : arriving_)
-      if (const auto other = one.lock()) coming += other->submission.bytes;
+      if (const auto other = one.lock(); other && !other->entered) coming += other->submission.bytes;
     struct statvfs disk {};
     if (::statvfs(store_.folder().c_str(), &disk) == 0 &&
         std::uint64_t{disk.f_bavail} * disk.f_frsize < options_.free_bytes + coming)
@@ -271,7 +272,7 @@ class Platform {
     const auto check = [&](Store::Whose whose, const std::string& name, std::string Submission::*member) {
       Usage used = store_.usage(whose, name, now - kHour_s);
       for (const auto& one : arriving_)
-        if (const auto other = one.lock(); other && other->submission.*member == name)
+        if (const auto other = one.lock(); other && !other->entered && other->submission.*member == name)
           ++used.uploads, ++used.waiting, used.bytes += other->submission.bytes;
       const char* const who = whose == Store::Whose::kUser ? "user" : "address";
       const Quota& q = options_.quota;
@@ -296,28 +297,59 @@ class Platform {
   }
 
   /// The whole upload is in its file.
-  WebReply enter(Arriving& arriving) {
-    Submission& s = arriving.submission;
+  void arrived(const std::shared_ptr<Arriving>& arriving, SendReply reply) {
+    Submission& s = arriving->submission;
+    std::string begin(3, '\0');
+    std::ifstream(arriving->file.path(), std::ios::binary).read(begin.data(), 3);
+    if (s.file == "cloud.ply" && begin != "ply") s.file = "cloud.pcd";
+    std::error_code none;
+    s.bytes = fs::file_size(arriving->file.path(), none);
+    s.received_s = std::time(nullptr);
+    arrivals_.bring(arriving, [this, reply = std::move(reply)](const Arrivals::Brought& one) {
+      if (!one.why_not.empty() && !stays(one)) return reply(said(507, last_line(one.why_not)));
+      ordered_json out = summary(one.upload->submission);
+      out["score"] = "/api/submissions/" + one.upload->submission.id;
+      reply(json_reply(out, 202));
+    });
+  }
+
+  /// Whether it is scored though the disk failed it: who is told of a failure has sent nothing.
+  bool stays(const Arrivals::Brought& one) {
+    const std::string& id = one.upload->submission.id;
+    if (!one.upload->entered) return false;
     try {
-      std::string begin(3, '\0');
-      std::ifstream(arriving.file.path(), std::ios::binary).read(begin.data(), 3);
-      if (s.file == "cloud.ply" && begin != "ply") s.file = "cloud.pcd";
-      s.bytes = fs::file_size(arriving.file.path());
-      s.received_s = std::time(nullptr);
-      const fs::path place = store_.place_of(s.id);
-      fs::create_directory(place);
-      sync_file(arriving.file.path(), arriving.file.descriptor());
-      fs::create_hard_link(arriving.file.path(), place / s.file);
-      sync_folder(place);
-      sync_folder(place.parent_path());
-      store_.add(s);
-    } catch (const std::exception& e) {
-      return said(507, last_line(e.what()));
+      if (!store_.withdraw(id)) return true;
+    } catch (const InputError& e) {
+      fmt::print(stderr, "tankrig: {}\n", printable(e.what()));
+      return true;
     }
+    std::error_code none;
+    fs::remove_all(store_.place_of(id), none);
+    return false;
+  }
+
+  /// Their files are on the disk: now their rows.
+  void enter(Arrivals::Batch batch) {
+    std::vector<Submission> rows;
+    for (const Arrivals::Brought& one : batch)
+      if (one.why_not.empty()) rows.push_back(one.upload->submission);
+    std::string why_not;
+    try {
+      store_.add(rows);
+    } catch (const InputError& e) {
+      why_not = e.what();
+    }
+    for (Arrivals::Brought& one : batch) {
+      if (one.why_not.empty()) one.why_not = why_not;
+      one.upload->entered = one.why_not.empty();
+      std::error_code none;
+      if (one.upload->entered) continue;
+      fs::remove_all(store_.place_of(one.upload->submission.id), none);
+      one.done(one);
+    }
+    std::erase_if(batch, [](const Arrivals::Brought& one) { return !one.upload->entered; });
+    arrivals_.confirm(std::move(batch));
     start_waiting();
-    ordered_json out = summary(s);
-    out["score"] = "/api/submissions/" + s.id;
-    return json_reply(out, 202);
   }
 
   // The queue.
@@ -387,6 +419,7 @@ class Platform {
   asio::steady_timer tick_;
   std::function<bool()> stop_;
   int running_ = 0;
+  Arrivals arrivals_;
 };
 
 }  // namespace

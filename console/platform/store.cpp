@@ -17,7 +17,7 @@ namespace {
 constexpr const char* kSchema = R"(
 PRAGMA locking_mode = EXCLUSIVE;
 PRAGMA journal_mode = WAL;
-PRAGMA synchronous = FULL;
+PRAGMA synchronous = NORMAL;
 CREATE TABLE IF NOT EXISTS submissions (
   number INTEGER PRIMARY KEY, id TEXT NOT NULL UNIQUE, dataset TEXT NOT NULL, file TEXT NOT NULL, name TEXT NOT NULL,
   uses TEXT NOT NULL, user TEXT NOT NULL, address TEXT NOT NULL, received_s INTEGER NOT NULL, bytes INTEGER NOT NULL,
@@ -87,6 +87,25 @@ class Store::Statement {
   int bound_ = 0;
 };
 
+/// What is done while it lives is undone unless it is committed.
+class Store::Transaction {
+ public:
+  explicit Transaction(const Store& store) : store_(store) { Statement(store, "BEGIN").step(); }
+  ~Transaction() {
+    if (open_) sqlite3_exec(store_.database_.get(), "ROLLBACK", nullptr, nullptr, nullptr);
+  }
+  Transaction(const Transaction&) = delete;
+  Transaction& operator=(const Transaction&) = delete;
+  void commit() {
+    Statement(store_, "COMMIT").step();
+    open_ = false;
+  }
+
+ private:
+  const Store& store_;
+  bool open_ = true;
+};
+
 Store::Store(const fs::path& folder) : folder_(folder), database_(nullptr, &sqlite3_close) {
   fs::create_directories(folder / "submissions");
   sqlite3* opened = nullptr;
@@ -113,7 +132,13 @@ std::string Store::new_id() {
   return id;
 }
 
-void Store::add(const Submission& s) {
+void Store::add(const std::vector<Submission>& submissions) {
+  Transaction transaction(*this);
+  for (const Submission& s : submissions) insert(s);
+  transaction.commit();
+}
+
+void Store::insert(const Submission& s) {
   Statement(*this, fmt::format("INSERT INTO submissions ({}) VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?)", kColumns))
       .bind(s.id)
       .bind(s.dataset)
@@ -129,6 +154,13 @@ void Store::add(const Submission& s) {
       .bind(s.figures)
       .bind(s.rank)
       .step();
+}
+
+bool Store::withdraw(const std::string& id) {
+  Statement statement(*this, "DELETE FROM submissions WHERE id = ? AND state = 'queued' RETURNING id");
+  bool there = false;
+  for (statement.bind(id); statement.step();) there = true;
+  return there;
 }
 
 std::optional<Submission> Store::take() {

@@ -35,7 +35,8 @@ struct Usage {
   std::int64_t oldest_s = 0;  ///< when the oldest of the uploads came
 };
 
-/// Every change is on the disk when the call returns.
+/// A change outlives this process when the call returns, and a power cut when its file system has been synced since:
+/// the server, which has one thread, does not wait for the disk.
 /// Threads: one.
 /// Errors: InputError naming the database, of every member.
 class Store {
@@ -52,7 +53,10 @@ class Store {
   std::filesystem::path place_of(const std::string& id) const { return folder_ / "submissions" / id; }
   static std::string new_id();
 
-  void add(const Submission& submission);
+  void add(const Submission& submission) { add(std::vector{submission}); }
+  void add(const std::vector<Submission>& submissions);  ///< all of them or none
+  /// Whether it was still queued: then it has never been.
+  bool withdraw(const std::string& id);
   /// The oldest that is queued, running from now on.
   std::optional<Submission> take();
   void finish(const Submission& submission);  ///< by its state, message, figures and rank
@@ -71,6 +75,8 @@ class Store {
 
  private:
   class Statement;
+  class Transaction;
+  void insert(const Submission& submission);
   void remove_strays() const;
   std::vector<Submission> list(Statement& statement) const;
 

@@ -54,7 +54,7 @@ std::string_view cookie_of(std::string_view cookies, std::string_view name) {
 bool is_loopback(std::string_view address) { return address.starts_with("127.") || address == "::1"; }
 
 Access::Access(ListenOptions options, std::uint16_t port)
-    : options_(std::move(options)), port_(port), key_(has_users() ? "" : random_key()) {
+    : options_(std::move(options)), port_(port), key_(has_users() ? "" : random_key()), tokens_(options_.users) {
   if (!has_users())
     sessions_.push_back(
         {key_, std::make_shared<BrowserSession>("", Role::kAdminister, BrowserSession::Clock::time_point::max())});
@@ -87,11 +87,17 @@ std::string Access::refused(const RequestHeaders& request) const {
              : "asked by another site's page";
 }
 
-std::shared_ptr<BrowserSession> Access::session(const RequestHeaders& request) const {
+std::shared_ptr<BrowserSession> Access::session(const RequestHeaders& request) {
   constexpr std::string_view kBearer = "Bearer ";
-  const std::string_view given = request.authorization.starts_with(kBearer)
-                                     ? request.authorization.substr(kBearer.size())
-                                     : cookie_of(request.cookie, cookie_name(port_));
+  const bool bears = request.authorization.starts_with(kBearer);
+  const std::string_view given =
+      bears ? request.authorization.substr(kBearer.size()) : cookie_of(request.cookie, cookie_name(port_));
+  if (bears && has_users()) {
+    if (request.upgrade) return nullptr;
+    const auto owner = tokens_.owner(given);
+    return owner ? std::make_shared<BrowserSession>(owner->name, owner->role, BrowserSession::Clock::time_point::max())
+                 : nullptr;
+  }
   const auto found = std::ranges::find_if(sessions_, [&](const Entry& entry) { return same(entry.token, given); });
   return found == sessions_.end() || found->session->over() ? nullptr : found->session;
 }

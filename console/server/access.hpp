@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "console/server/roles.hpp"
+#include "console/server/token_users.hpp"
 
 namespace tankrig {
 
@@ -29,11 +30,11 @@ bool is_loopback(std::string_view address);
 struct RequestHeaders {
   std::string_view host, origin, cookie;
   bool upgrade = false;                 ///< to a WebSocket
-  std::string_view authorization = {};  ///< "Bearer KEY", of a program without cookies
+  std::string_view authorization = {};  ///< "Bearer KEY" or "Bearer TOKEN", of a program without cookies
   std::string_view here = "127.0.0.1";  ///< this end of its connection
 };
 
-/// What one browser has been let in with.
+/// What one browser has been let in with, or what one request of a program may do.
 class BrowserSession {
  public:
   using Clock = std::chrono::steady_clock;
@@ -66,8 +67,8 @@ class Access {
 
   /// Empty, or why not: a name that is not this machine's (DNS rebinding), or another site's page.
   std::string refused(const RequestHeaders& request) const;
-  /// Null: not let in.
-  std::shared_ptr<BrowserSession> session(const RequestHeaders& request) const;
+  /// Null: not let in. A token is good for one request, and for no WebSocket: so nothing of a revoked one goes on.
+  std::shared_ptr<BrowserSession> session(const RequestHeaders& request);
   /// A user who has given the password, for twelve hours; of many of one user the oldest ends. The value of Set-Cookie.
   std::string let_in(const std::string& name, Role role);
   /// The same of whoever has the key.
@@ -84,6 +85,7 @@ class Access {
     std::shared_ptr<BrowserSession> session;
   };
   std::vector<Entry> sessions_;
+  TokenUsers tokens_;
 };
 
 }  // namespace tankrig

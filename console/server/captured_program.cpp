@@ -71,6 +71,11 @@ class Capture : public std::enable_shared_from_this<Capture> {
 
 }  // namespace
 
+std::string last_line(std::string text) {
+  while (text.ends_with('\n')) text.pop_back();
+  return text.substr(text.rfind('\n') + 1);
+}
+
 void capture(asio::io_context& io, const std::vector<std::string>& command, std::function<void(Captured)> done,
              std::chrono::seconds longest) {
   std::vector<char*> argv;

@@ -14,6 +14,9 @@ struct Captured {
   std::string out, err;
 };
 
+/// Of what a program said, for people: why it failed.
+std::string last_line(std::string text);
+
 /// Runs `command` with nothing to read and calls `done` once. One that takes longer than `longest` or prints more than
 /// 64 MB is asked to end (SIGTERM).
 /// Errors: InputError if it cannot be started; then `done` is not called.

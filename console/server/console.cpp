@@ -8,15 +8,17 @@
 #include <boost/asio/posix/stream_descriptor.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <chrono>
-#include <iterator>
 #include <memory>
 #include <optional>
+#include <utility>
+#include <vector>
 
 #include "console/feed/feed_format.hpp"
 #include "console/server/captured_program.hpp"
 #include "console/server/control.hpp"
 #include "console/server/page_version.hpp"
 #include "console/server/roles.hpp"
+#include "console/server/session_downloads.hpp"
 #include "console/server/session_files.hpp"
 #include "console/server/site.hpp"
 #include "console/server/terminal_program.hpp"
@@ -36,6 +38,7 @@ using Message = std::shared_ptr<const std::string>;
 
 constexpr auto kTick = 50ms;
 constexpr auto kAlive = 250ms;            ///< between two signs of life for the page
+constexpr auto kDisk = 2s;                ///< between two looks at it
 constexpr auto kHeld = 400ms;             ///< after which a key that is held has been let go
 constexpr auto kInterruptAgain = 1100ms;  // sooner, it is the same Ctrl-C to a command
 constexpr std::size_t kKeptLog = 64 << 10, kKeptPoints = 24 << 20;
@@ -50,11 +53,6 @@ std::string text_at(const ordered_json& message, const char* key) {
 }
 
 WebReply said(unsigned status, std::string why) { return {.status = status, .body = std::move(why) + "\n"}; }
-
-std::string last_line(std::string text) {
-  while (text.ends_with('\n')) text.pop_back();
-  return text.substr(text.rfind('\n') + 1);
-}
 
 /// A command that runs or has run, and what of it a browser that comes later must know.
 struct Run {
@@ -76,7 +74,7 @@ struct Run {
   std::optional<SteadyClock::time_point> interrupted;
   bool stopping = false;
   std::string log;
-  std::map<std::string, Message> newest;  ///< of each kind of the feed's texts
+  std::vector<std::pair<std::string, Message>> newest;  ///< of each kind of the feed's texts, as they came
   std::map<std::string, Message> pictures;
   std::vector<Message> points;
   std::size_t point_bytes = 0;
@@ -89,10 +87,12 @@ class Console {
   Console(asio::io_context& io, const ConsoleOptions& options)
       : io_(io),
         options_(options),
+        rig_(options.rig()),
         server_(io, options.listen,
                 {[this](const std::string& path, auto reply) { get(path, std::move(reply)); },
                  [this](ClientId id) { joined(id); }, [this](ClientId id) { left(id); },
                  [this](ClientId id, const std::string& text) { heard(id, text); }}),
+        downloads_(io, options.program, options.sessions),
         tick_(io) {}
 
   std::string address() const { return server_.address(); }
@@ -113,9 +113,13 @@ class Console {
       tell_log("The button was let go: stop.\r\n");
       stop_run();
     }
+    if (now >= disk_at_) {
+      disk_at_ = now + kDisk;
+      clients_.send_to_all(disk_message(), false, "disk");
+    }
     if (now >= alive_at_) {
       alive_at_ = now + kAlive;
-      server_.send_to_all(text_of({{"is", "alive"}, {"utc", utc_now()}}), false, "alive");
+      clients_.send_to_all(text_of({{"is", "alive"}, {"utc", utc_now()}}), false, "alive");
     }
     tick_.expires_after(kTick);
     tick_.async_wait([this, &stops](error_code cancelled) {
@@ -127,24 +131,27 @@ class Console {
 
   // Pages and questions.
 
-  void get(const std::string& path, std::function<void(WebReply)> reply) {
+  void get(const std::string& path, SendReply reply) {
     if (path == "/") return reply({.type = site_file(path)->type, .body = page_with_version()});
     if (const auto file = site_file(path)) return reply({.type = file->type, .body = std::string(file->text)});
     if (path.starts_with("/sessions/")) return reply(session_file(options_.sessions, path.substr(10)));
+    if (path.starts_with("/downloads/"))
+      return downloads_.get(path.substr(11), running() && run_->offered.moves, std::move(reply));
     if (path.starts_with("/api/"))
       if (const auto question = options_.questions.find(path.substr(5)); question != options_.questions.end())
-        return ask(question->second, std::move(reply));
+        return ask(question->first, question->second, std::move(reply));
     reply(said(404, "There is nothing at this address."));
   }
 
-  void ask(const std::vector<std::string>& words, std::function<void(WebReply)> reply) {
+  void ask(const std::string& name, const std::vector<std::string>& words, SendReply reply) {
     if (questions_ >= kMostQuestions) return reply(said(503, "Too many questions at a time."));
     std::vector<std::string> command{options_.program};
     command.insert(command.end(), words.begin(), words.end());
     ++questions_;
     try {
-      capture(io_, command, [this, reply](const Captured& answer) {
+      capture(io_, command, [this, name, reply](const Captured& answer) {
         --questions_;
+        keep(name, answer);
         if (ordered_json::accept(answer.out))
           reply({.type = "application/json", .body = answer.out});
         else
@@ -156,33 +163,61 @@ class Console {
     }
   }
 
+  /// What devices or the machine said last is told to all: nobody has to ask again to see it.
+  void keep(const std::string& name, const Captured& answer) {
+    if (!options_.kept.contains(name)) return;
+    ordered_json message{{"is", "known"}, {"what", name}, {"utc", utc_now()}};
+    message["answer"] = ordered_json::parse(answer.out, nullptr, false);
+    if (message["answer"].is_discarded()) {
+      message["answer"] = nullptr;
+      message["failure"] = last_line(answer.err);
+    }
+    known_[name] = text_of(message);
+    clients_.send_to_all(known_[name], false);
+  }
+
+  /// Of the disk that sessions lie on; this process needs no device for it.
+  Message disk_message() const {
+    std::error_code unknown;
+    const std::filesystem::space_info space = std::filesystem::space(options_.sessions, unknown);
+    ordered_json message{{"is", "disk"}, {"utc", utc_now()}};
+    if (!unknown) message["free_bytes"] = space.available, message["bytes"] = space.capacity;
+    return text_of(message);
+  }
+
   // Browsers.
 
   void joined(ClientId id) {
-    const BrowserSession& who = server_.session(id);
+    const BrowserSession& who = clients_.session(id);
     ordered_json hello{{"is", "hello"},
                        {"page", page_version()},
                        {"you", id},
                        {"user", who.name()},
                        {"role", name_of(who.role())},
-                       {"rig", options_.rig},
+                       {"rig", rig_},
                        {"forms", forms_of(who.role())}};
-    server_.send(id, text_of(hello), false);
+    clients_.send(id, text_of(hello), false);
     ++browsers_;
     tell_control();
+    clients_.send(id, disk_message(), false);
+    for (const auto& [question, answer] : known_) clients_.send(id, answer, false);
     if (!run_) return;
-    server_.send(id, run_message(), false);
-    server_.send(id, text_of({{"is", "log"}, {"text", run_->log}}), false);
-    for (const auto& [kind, message] : run_->newest) server_.send(id, message, false);
-    for (const Message& points : run_->points) server_.send(id, points, true);
-    for (const auto& [camera, picture] : run_->pictures) server_.send(id, picture, true, "picture " + camera);
+    clients_.send(id, run_message(), false);
+    clients_.send(id, text_of({{"is", "log"}, {"text", run_->log}}), false);
+    for (const auto& [kind, message] : run_->newest) clients_.send(id, message, false);
+    for (const Message& points : run_->points) clients_.send(id, points, true);
+    for (const auto& [camera, picture] : run_->pictures) clients_.send(id, picture, true, "picture " + camera);
   }
 
+  /// All of them: the page shows what its user may not start, too, and which role may.
   ordered_json forms_of(Role role) const {
-    std::vector<OfferedCommand> granted;
-    std::ranges::copy_if(options_.offered, std::back_inserter(granted),
-                         [&](const OfferedCommand& command) { return may(role, "run " + command.name); });
-    return forms_json(granted);
+    ordered_json forms = forms_json(options_.offered);
+    for (ordered_json& form : forms) {
+      const std::string act = "run " + form["name"].get<std::string>();
+      form["role"] = name_of(least_role(act));
+      form["granted"] = may(role, act);
+    }
+    return forms;
   }
 
   void left(ClientId id) {
@@ -226,21 +261,21 @@ class Console {
 
   /// Empty, or which role this act needs.
   std::string lacks(ClientId id, const std::string& act) const {
-    if (may(server_.session(id).role(), act)) return {};
+    if (may(clients_.session(id).role(), act)) return {};
     return std::string("this needs the role ") + name_of(least_role(act));
   }
 
   template <class Wish>
   void grant(ClientId id, const Wish& wish, const ordered_json& message) {
     try {
-      server_.send(id, text_of({{"is", "granted"}, {"wish", message["do"]}, {"answer", wish(message)}}), false);
+      clients_.send(id, text_of({{"is", "granted"}, {"wish", message["do"]}, {"answer", wish(message)}}), false);
     } catch (const std::exception& e) {
       refuse(id, e.what());
     }
   }
 
   void refuse(ClientId id, const std::string& why) {
-    server_.send(id, text_of({{"is", "refused"}, {"why", why}}), false);
+    clients_.send(id, text_of({{"is", "refused"}, {"why", why}}), false);
   }
 
   void release(ClientId id) {
@@ -254,8 +289,8 @@ class Console {
   void tell_control() {
     ordered_json message{{"is", "control"}, {"offered", control_.offered()}, {"browsers", browsers_}};
     message["holder"] = control_.holder() ? ordered_json(*control_.holder()) : ordered_json();
-    message["holder_name"] = control_.holder() ? server_.session(*control_.holder()).name() : "";
-    server_.send_to_all(text_of(message), false);
+    message["holder_name"] = control_.holder() ? clients_.session(*control_.holder()).name() : "";
+    clients_.send_to_all(text_of(message), false);
   }
 
   // The run.
@@ -285,7 +320,7 @@ class Console {
     } catch (const InputError& e) {
       return refuse(id, e.what());
     }
-    server_.send_to_all(run_message(), false);
+    clients_.send_to_all(run_message(), false);
     read_terminal(run_);
     read_feed(run_);
     wait_for_end(run_);
@@ -327,13 +362,13 @@ class Console {
     if (run_->interrupted && now - *run_->interrupted < kInterruptAgain) return;
     run_->interrupted = now;
     run_->program.interrupt();
-    if (!std::exchange(run_->stopping, true)) server_.send_to_all(run_message(), false);
+    if (!std::exchange(run_->stopping, true)) clients_.send_to_all(run_message(), false);
   }
 
   void tell_log(const std::string& text) {
     run_->log += text;
     if (run_->log.size() > kKeptLog) run_->log.erase(0, run_->log.size() - kKeptLog / 2);
-    server_.send_to_all(text_of({{"is", "log"}, {"text", text}}), false);
+    clients_.send_to_all(text_of({{"is", "log"}, {"text", text}}), false);
   }
 
   void read_terminal(const std::shared_ptr<Run>& run) {
@@ -361,10 +396,10 @@ class Console {
       if (run_->point_bytes + message.size() > kKeptPoints) return;
       run_->point_bytes += message.size();
       run_->points.push_back(whole);
-      server_.send_to_all(whole, true);
+      clients_.send_to_all(whole, true);
     } else if (const auto camera = pictured_camera(message)) {
       run_->pictures[std::string(*camera)] = whole;
-      server_.send_to_all(whole, true, "picture " + std::string(*camera));
+      clients_.send_to_all(whole, true, "picture " + std::string(*camera));
     }
   }
 
@@ -375,24 +410,43 @@ class Console {
     if (kind == "keys") keys(said.contains("hold_to_run") && said["hold_to_run"] == true);
     if (kind == "scene") run_->points.clear(), run_->point_bytes = 0;  // another session of the same run begins
     said["is"] = "feed";
+    said["utc"] = utc_now();
     const Message message = text_of(said);
-    if (kind != "told") run_->newest[kind] = message;
-    server_.send_to_all(message, false, kind == "state" || kind == "progress" ? kind : "");
+    if (kind != "told") {
+      std::erase_if(run_->newest, [&](const auto& known) { return known.first == kind; });
+      run_->newest.emplace_back(kind, message);
+    }
+    clients_.send_to_all(message, false, kind == "state" || kind == "progress" ? kind : "");
   }
 
   void wait_for_end(const std::shared_ptr<Run>& run) {
     run->end.async_wait(asio::posix::stream_descriptor::wait_read, [this, run](error_code failure) {
       if (failure) return;
       run->exit_code = run->program.exit_code();
-      if (run == run_) server_.send_to_all(run_message(), false);
+      if (run != run_) return;
+      clients_.send_to_all(run_message(), false);
+      if (run->offered.name == options_.calibrates) look_at_rig();
     });
+  }
+
+  void look_at_rig() {
+    try {
+      rig_ = options_.rig();
+      clients_.send_to_all(text_of({{"is", "rig"}, {"rig", rig_}}), false);
+    } catch (const InputError& e) {
+      tell_log(std::string("the rig: ") + e.what() + "\r\n");
+    }
   }
 
   asio::io_context& io_;
   const ConsoleOptions& options_;
+  ordered_json rig_;
   WebServer server_;
+  Connections& clients_ = server_.clients();
+  SessionDownloads downloads_;
   asio::steady_timer tick_;
-  SteadyClock::time_point alive_at_{};
+  SteadyClock::time_point alive_at_{}, disk_at_{};
+  std::map<std::string, Message> known_;  // the last answer to each question that is kept
   Control control_;
   std::shared_ptr<Run> run_;  // the last
   int browsers_ = 0, questions_ = 0;

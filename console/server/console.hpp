@@ -5,6 +5,7 @@
 #include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -14,12 +15,16 @@
 namespace tankrig {
 
 struct ConsoleOptions {
-  std::string program;         ///< its path
-  nlohmann::ordered_json rig;  ///< what the page says of the rig
+  std::string program;  ///< its path
+  /// What the page says of the rig. Asked at the start and after a run of `calibrates`. Errors: InputError; then what was
+  /// known stays.
+  std::function<nlohmann::ordered_json()> rig;
   std::vector<OfferedCommand> offered;
-  std::string make_safe;  ///< of those, what STOP starts where nothing runs
+  std::string make_safe;   ///< of those, what STOP starts where nothing runs
+  std::string calibrates;  ///< of those, what may change the rig's calibration
   std::map<std::string, std::vector<std::string>>
-      questions;  ///< /api/NAME: words after the program's name that print JSON
+      questions;               ///< /api/NAME: words after the program's name that print JSON
+  std::set<std::string> kept;  ///< of those, whose last answer all browsers are told, with its time
   /// What the page may have done without a run, by name: done at once, and answered. Errors: InputError, which the page shows.
   std::map<std::string, std::function<nlohmann::ordered_json(const nlohmann::ordered_json&)>> wishes;
   std::filesystem::path sessions;  ///< their folder

@@ -10,7 +10,7 @@
 namespace tankrig {
 
 /// Calls `done` once, with whether it matches; false if this cannot be found out.
-/// Threads: one, the only one of its process, because a child of it does the work.
+/// Threads: one. A child of the process does the work, so no other thread may use OpenSSL.
 void check_password(boost::asio::io_context& io, const PasswordHash& hash, const std::string& password,
                     std::function<void(bool)> done);
 

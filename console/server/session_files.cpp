@@ -31,20 +31,19 @@ constexpr std::array kKinds{Kind{".html", "text/html; charset=utf-8", true},
                             Kind{".log", "text/plain; charset=utf-8", true},
                             Kind{".ply", "application/octet-stream", false}};
 
-/// Nothing that could end a header's quotes or name another place.
-std::string plain_name(const fs::path& file) {
-  std::string name = file.filename().string();
-  std::ranges::replace_if(
-      name, [](unsigned char c) { return c < 0x20 || c >= 0x7f || c == '"' || c == '\\'; }, '_');
-  return name;
-}
-
 bool leads_below(const fs::path& path) {
   return !path.empty() && path.is_relative() &&
          std::ranges::none_of(path, [](const fs::path& part) { return part == ".." || part == "."; });
 }
 
 }  // namespace
+
+std::string plain_name(const fs::path& file) {
+  std::string name = file.filename().string();
+  std::ranges::replace_if(
+      name, [](unsigned char c) { return c < 0x20 || c >= 0x7f || c == '"' || c == '\\'; }, '_');
+  return name;
+}
 
 WebReply session_file(const fs::path& sessions, const std::string& path) {
   const fs::path below(path);

@@ -27,7 +27,8 @@ namespace {
 
 constexpr std::size_t kSaltBytes = 16, kHashBytes = 32, kLongestName = 32, kMostFileBytes = 1 << 20;
 constexpr std::uint64_t kMostMemory = 256U << 20;
-constexpr char kLine[] = "NAME ROLE scrypt LOG2_N R P SALT HASH";
+constexpr std::size_t kTokenBytes = 20;
+constexpr char kLine[] = "NAME ROLE scrypt LOG2_N R P SALT HASH", kTokenLine[] = "NAME token LABEL ROLE sha256 HASH";
 
 std::string scrypt(const PasswordHash& of, std::string_view password) {
   std::string key(kHashBytes, '\0');
@@ -70,16 +71,43 @@ bool is_name(std::string_view name) {
   });
 }
 
+Role role_of(const std::string& word) {
+  const auto role = std::ranges::find(kNames<Role>, word);
+  if (role == kNames<Role>.end())
+    throw InputError(
+        fmt::format("found the role '{}', expected one of: {}", shown_text(word), fmt::join(kNames<Role>, ", ")));
+  return static_cast<Role>(role - kNames<Role>.begin());
+}
+
+bool is_token(const std::vector<std::string>& words) { return words.size() > 1 && words[1] == "token"; }
+
+/// Errors: InputError without the line's number.
+void add_token(const std::vector<std::string>& words, std::vector<User>& users) {
+  if (words.size() != 6) throw InputError(fmt::format("found {} words, expected {}", words.size(), kTokenLine));
+  const auto user = std::ranges::find(users, words[0], &User::name);
+  if (user == users.end())
+    throw InputError("found a token of " + shown_text(words[0]) + ", expected a line of this user above it");
+  ApiToken token;
+  check_user_name(token.label = words[2]);
+  token.role = role_of(words[3]);
+  const auto hash = bytes_of(words[5]);
+  if (words[4] != "sha256" || !hash || hash->size() != kHashBytes)
+    throw InputError(fmt::format("found '{}' and {} characters, expected sha256 and {} hexadecimal digits",
+                                 shown_text(words[4]), words[5].size(), 2 * kHashBytes));
+  token.sha256 = *hash;
+  if (std::ranges::count(user->tokens, token.label, &ApiToken::label) > 0)
+    throw InputError(fmt::format("found {}'s token {} twice, expected each once", user->name, token.label));
+  if (user->tokens.size() >= kMostTokens)
+    throw InputError(fmt::format("found more tokens of {}, expected at most {}", user->name, kMostTokens));
+  user->tokens.push_back(token);
+}
+
 /// Errors: InputError without the line's number; a password's hash is not shown.
 User user_of(const std::vector<std::string>& words) {
   if (words.size() != 8) throw InputError(fmt::format("found {} words, expected {}", words.size(), kLine));
   User user;
   check_user_name(user.name = words[0]);
-  const auto role = std::ranges::find(kNames<Role>, words[1]);
-  if (role == kNames<Role>.end())
-    throw InputError(
-        fmt::format("found the role '{}', expected one of: {}", shown_text(words[1]), fmt::join(kNames<Role>, ", ")));
-  user.role = static_cast<Role>(role - kNames<Role>.begin());
+  user.role = role_of(words[1]);
   if (words[2] != "scrypt") throw InputError("found '" + shown_text(words[2]) + "', expected scrypt");
   const auto log2_n = number_of(words[3], 10, 17), r = number_of(words[4], 1, 8), p = number_of(words[5], 1, 16);
   if (!log2_n || !r || !p)
@@ -112,6 +140,19 @@ bool matches(const PasswordHash& hash, std::string_view password) {
   return found.size() == hash.hash.size() && CRYPTO_memcmp(found.data(), hash.hash.data(), found.size()) == 0;
 }
 
+std::string new_token() {
+  std::string bytes(kTokenBytes, '\0');
+  if (::getrandom(bytes.data(), kTokenBytes, 0) != static_cast<ssize_t>(kTokenBytes))
+    throw InputError("token: no random numbers from the system, expected some for it");
+  return "tankrig-" + hexadecimal(bytes);
+}
+
+std::string token_hash(std::string_view token) {
+  std::string hash(kHashBytes, '\0');
+  EVP_Digest(token.data(), token.size(), reinterpret_cast<unsigned char*>(hash.data()), nullptr, EVP_sha256(), nullptr);
+  return hash;
+}
+
 const PasswordHash& nobodys_hash() {
   static const PasswordHash hash{.salt = std::string(kSaltBytes, '\0'), .hash = {}};
   return hash;
@@ -138,6 +179,10 @@ std::vector<User> read_users(const fs::path& file) {
     const std::vector<std::string> words{std::istream_iterator<std::string>(in), {}};
     if (words.empty()) continue;
     try {
+      if (is_token(words)) {
+        add_token(words, users);
+        continue;
+      }
       users.push_back(user_of(words));
     } catch (const InputError& e) {
       throw InputError(file, number, e.what());
@@ -149,11 +194,15 @@ std::vector<User> read_users(const fs::path& file) {
 }
 
 void write_users(const fs::path& file, const std::vector<User>& users) {
-  std::string text = fmt::format("# Users of `tankrig serve`: {}\n", kLine);
-  for (const User& user : users)
+  std::string text = fmt::format("# Users of `tankrig serve`: {}; of programs: {}\n", kLine, kTokenLine);
+  for (const User& user : users) {
     text +=
         fmt::format("{} {} scrypt {} {} {} {} {}\n", user.name, name_of(user.role), user.password.log2_n,
                     user.password.r, user.password.p, hexadecimal(user.password.salt), hexadecimal(user.password.hash));
+    for (const ApiToken& token : user.tokens)
+      text += fmt::format("{} token {} {} sha256 {}\n", user.name, token.label, name_of(token.role),
+                          hexadecimal(token.sha256));
+  }
   UnfinishedFile fresh(file);
   if (::fchmod(fresh.descriptor(), S_IRUSR | S_IWUSR) != 0) throw CannotWrite(file, errno);
   std::string_view bytes = text;

@@ -98,6 +98,7 @@ export class Compare {
 
   private say(what = ''): void {
     const legend = { verdict: 'object green, ground black, outliers blue, rejected grey', error: `distance to the surface: ground grey, green 0, yellow ${500 * worst} mm, red ${1000 * worst} mm and more`, sigma: `one sigma along the ray: ground grey, green 0, yellow ${500 * worst} mm, red ${1000 * worst} mm and more`, cloud: 'each cloud its own colour' }
+    this.host.hidden = this.shown.length === 0
     this.says.textContent = what || (this.shown.length === 0 ? 'Choose clouds in Sessions: Show laser, Show stereo.' : legend[this.mode])
   }
 

@@ -3,8 +3,11 @@
 import { Cloud, SceneMessage } from './cloud'
 import { Compare } from './compare'
 import { Corners, ToClick } from './corners'
+import { Judged, judgedCamera, JudgedMessage } from './judged'
 import { ask, byId, make, shown, Terminal } from './page'
+import { PathView } from './path'
 import { showSessions } from './sessions'
+import { Known, RigFacts, State } from './state'
 
 interface Field {
   key: string
@@ -20,7 +23,14 @@ interface Form {
   what: string
   hold: boolean
   moves: boolean
+  role: string // the least that may start it
+  granted: boolean
   fields: Field[]
+}
+interface Rig extends RigFacts {
+  description: string
+  version: string
+  click: ToClick | null
 }
 interface Hello {
   is: 'hello'
@@ -28,7 +38,7 @@ interface Hello {
   you: number
   user: string
   role: 'watch' | 'operate' | 'administer'
-  rig: { name: string; description: string; version: string; calibration: string; warnings: string[]; click: ToClick | null }
+  rig: Rig
   forms: Form[]
 }
 interface Run {
@@ -45,6 +55,7 @@ interface Run {
 interface Feed {
   is: 'feed'
   feed: string
+  utc: string
   [key: string]: unknown
 }
 type Message =
@@ -56,17 +67,24 @@ type Message =
   | { is: 'refused'; why: string }
   | { is: 'granted'; wish: string; answer: { file: string } }
   | { is: 'alive'; utc: string }
+  | { is: 'rig'; rig: Rig }
+  | ({ is: 'known' } & Known)
+  | { is: 'disk'; utc: string; free_bytes?: number; bytes?: number }
 
 const old = 1000 // [ms] without a sign of life
+const stopOnItsWay = 'STOP is on its way; wait for the devices to confirm.'
 const holdEvery = 100 // [ms]; the server lets go after 400
 
 const log = byId<HTMLPreElement>('log')
 const terminal = new Terminal()
 const cloud = new Cloud(byId('cloud'))
+const path = new PathView(byId('path'), () => byId('form').querySelector<HTMLSelectElement>('[name=preset]')?.value ?? '')
+const judged = new Judged()
+const state = new State()
 const pictures = new Map<string, HTMLImageElement>()
 let socket: WebSocket | undefined
 let you = 0
-let watches = false // has no role that may take control
+let role: Hello['role'] = 'watch'
 let forms: Form[] = []
 let toClick: ToClick | null = null
 let corners: Corners | undefined
@@ -155,15 +173,13 @@ function take(message: Message): void {
       checkVersion(message.page)
       you = message.you
       forms = message.forms
-      watches = message.role === 'watch'
+      role = message.role
       byId('leave').hidden = message.user === ''
       byId('leave').title = `${message.user} may ${message.role}`
-      toClick = message.rig.click
-      byId('rig').textContent = message.rig.name
-      byId('rig').title = `${message.rig.description} (tankrig ${message.rig.version})`
-      document.title = `${message.rig.name} - tankrig console`
-      say('calibration', message.rig.calibration, message.rig.warnings.length > 0 ? 'bad' : '')
-      byId('calibration').title = message.rig.warnings.join('; ')
+      state.allow(role !== 'watch')
+      takeRig(message.rig)
+      state.run(false, true)
+      void state.askLast()
       if (byId<HTMLSelectElement>('command').length === 0) chooseForms()
       forget()
       break
@@ -175,9 +191,7 @@ function take(message: Message): void {
       showControl()
       break
     case 'run':
-      if (run?.began_utc !== message.began_utc || run.command !== message.command) forget()
-      run = message
-      showRun()
+      takeRun(message)
       break
     case 'log': {
       const follows = log.scrollTop + log.clientHeight >= log.scrollHeight - 20
@@ -195,8 +209,36 @@ function take(message: Message): void {
       corners?.saved(message.answer.file)
       break
     case 'alive':
+      state.alive(message.utc)
+      break
+    case 'rig':
+      takeRig(message.rig)
+      break
+    case 'known':
+      state.known(message)
+      break
+    case 'disk':
+      state.disk(message)
       break
   }
+}
+
+function takeRun(message: Run): void {
+  const fresh = run?.began_utc !== message.began_utc || run.command !== message.command
+  if (fresh) forget()
+  run = message
+  state.run(runs(), fresh)
+  showRun()
+}
+
+function takeRig(rig: Rig): void {
+  toClick = rig.click
+  byId('rig').textContent = rig.name
+  byId('rig').title = `${rig.description} (tankrig ${rig.version})`
+  document.title = `${rig.name} - tankrig console`
+  say('calibration', rig.calibration, rig.warnings.length > 0 ? 'bad' : '')
+  byId('calibration').title = rig.warnings.join('; ')
+  state.know(rig)
 }
 
 /** A new run has nothing of the last one. */
@@ -206,10 +248,11 @@ function forget(): void {
   terminal.clear()
   log.textContent = ''
   cloud.clear()
+  for (const id of ['cloud-box', 'look']) byId(id).hidden = true
   for (const id of ['stage', 'end', 'cloud-says']) say(id, '')
-  byId('joints').replaceChildren()
   byId('cameras').replaceChildren()
   pictures.clear()
+  judged.clear()
   byId<HTMLProgressElement>('progress').value = 0
   say('laser', '--')
   say('arm', '--')
@@ -218,25 +261,24 @@ function forget(): void {
 }
 
 function fed(message: Feed): void {
+  state.fed(message)
   switch (message.feed) {
     case 'progress':
       byId<HTMLProgressElement>('progress').value = Number(message.fraction)
-      say('stage', `${message.stage}  ${(100 * Number(message.fraction)).toFixed(0)} %  ${message.detail}`)
+      say('stage', [message.stage, `${(100 * Number(message.fraction)).toFixed(0)} %`, message.detail].filter(part => part).join(', '))
       break
     case 'state':
       if (Array.isArray(message.arm)) cloud.setArm(message.arm as number[][])
       if (message.laser) say('laser', String(message.laser), message.laser === 'on' ? 'lit' : '')
       say('arm', String(message.segment))
-      if (typeof message.joints_deg === 'object' && message.joints_deg !== null)
-        byId('joints').replaceChildren(
-          ...Object.entries(message.joints_deg).map(([name, deg]) =>
-            make('tr', {}, make('th', { scope: 'row' }, name), make('td', { className: 'number' }, `${(Math.round(100 * Number(deg)) / 100 + 0).toFixed(2)}°`)),
-          ),
-        )
       break
     case 'scene':
+      byId('cloud-box').hidden = false
       cloud.clear()
       cloud.setScene(message as unknown as SceneMessage)
+      break
+    case 'judged':
+      judged.show(message as unknown as JudgedMessage)
       break
     case 'told':
       if (message.level === 'warning') warn(String(message.text))
@@ -266,7 +308,8 @@ function takeBinary(data: ArrayBuffer): void {
 }
 
 function showPicture(name: string, jpeg: Uint8Array): void {
-  let image = pictures.get(name)
+  const camera = judgedCamera(name)
+  let image = camera === undefined ? pictures.get(name) : judged.picture(camera)
   if (!image) {
     image = make('img', { alt: `What camera ${name} sees, marked` })
     pictures.set(name, image)
@@ -283,10 +326,13 @@ function showControl(): void {
   const yours = holder === you && socket?.readyState === WebSocket.OPEN && !document.body.classList.contains('outdated')
   const button = byId<HTMLButtonElement>('take')
   button.textContent = yours ? (offered ? 'Offered: another browser may take it' : 'Offer control') : 'Take control'
-  button.disabled = document.body.classList.contains('outdated') || watches || (!yours && holder !== null && !offered)
-  button.title = watches ? 'You may look, and press STOP.' : button.disabled ? 'Another browser is in control; it can offer control.' : ''
+  button.disabled = document.body.classList.contains('outdated') || role === 'watch' || (!yours && holder !== null && !offered)
+  button.title = role === 'watch' ? 'You may look, and press STOP.' : button.disabled ? 'Another browser is in control; it can offer control.' : ''
   for (const id of ['begin', 'answer-form'])
-    for (const part of byId(id).querySelectorAll<HTMLButtonElement | HTMLInputElement>('button, input')) part.disabled = !yours || (id === 'begin' ? runs() && !run?.hold : !runs())
+    for (const part of byId(id).querySelectorAll<HTMLButtonElement | HTMLInputElement>('button, input')) part.disabled = !yours || (id === 'begin' ? !chosen()?.granted || (runs() && !run?.hold) : !runs())
+  const form = chosen()
+  for (const input of byId('form').querySelectorAll<HTMLInputElement | HTMLSelectElement>('input, select')) input.disabled = !form?.granted
+  byId('why-not').textContent = form && !form.granted ? `This needs the role ${form.role}; yours is ${role}.` : !yours ? 'Take control to start it.' : ''
 }
 
 function showRun(): void {
@@ -297,13 +343,15 @@ function showRun(): void {
   byId('run-title').textContent = `${run.title}: ${how}`
   byId('run-title').title = `tankrig ${run.words.join(' ')}`
   document.body.classList.toggle('running', !over && !run.hold)
+  byId('look').hidden = !over || run.command !== 'scan'
   if (over) letGo()
+  if (over && byId('end').textContent === stopOnItsWay) say('end', run.moves ? 'It has ended: see what it says. STOP asks laser and arm anew.' : '')
   showControl()
 }
 
 function stop(): void {
   if (!runs() || !run?.stopping) stopPressed = Date.now()
-  say('end', 'STOP is on its way; wait for the devices to confirm.')
+  say('end', stopOnItsWay)
   tell({ do: 'stop' })
   letGo()
 }
@@ -341,14 +389,15 @@ function chooseForms(): void {
 
 /** A wish of another view: its form is filled in and started. */
 function begin(command: string, given: Record<string, string>): void {
-  if (!forms.some(form => form.name === command)) return warn('Your role does not include this.')
+  if (!forms.find(form => form.name === command)?.granted) return warn('Your role does not include this.')
+  if (holder !== you) return warn('Take control first: this starts a command.')
   byId<HTMLSelectElement>('command').value = command
   showForm()
   for (const [key, value] of Object.entries(given)) {
     const input = byId<HTMLFormElement>('form').elements.namedItem(key)
     if (input instanceof HTMLInputElement || input instanceof HTMLSelectElement) input.value = value
   }
-  document.querySelector<HTMLButtonElement>('[data-view=run]')?.click()
+  show('run')
   const form = chosen()
   if (form) start(form)
 }
@@ -371,6 +420,8 @@ function showForm(): void {
   if (!form) return
   byId('what-it-does').textContent = form.what
   byId('form').replaceChildren(...form.fields.map(fieldOf))
+  byId('form').querySelector('[name=preset]')?.addEventListener('change', () => path.forget())
+  path.offer(form.name === 'scan')
   const begin = make('button', { type: 'button', className: 'main', id: 'start' }, form.hold ? `Hold to ${form.title.toLowerCase()}` : `Start: ${form.title}`)
   if (form.hold) {
     begin.addEventListener('pointerdown', () => hold(form))
@@ -396,19 +447,21 @@ function options(form: Form): Record<string, unknown> | undefined {
   return out
 }
 
-function start(form: Form): void {
+/** False: a field is wrong. */
+function start(form: Form): boolean {
   const given = options(form)
-  if (!given) return
+  if (!given) return false
   warn('')
   tell({ do: 'start', command: form.name, options: given })
+  return true
 }
 
 let holding: number | undefined
 
 /** The first press starts the command; it asks, where it must, before a second one moves the arm. */
 function hold(form: Form): void {
-  if (!runs()) start(form)
   letGo()
+  if (!runs() && !start(form)) return
   holding = window.setInterval(() => tell({ do: 'hold' }), holdEvery)
   tell({ do: 'hold' })
 }
@@ -430,7 +483,7 @@ for (const button of byId('answer-form').querySelectorAll<HTMLButtonElement>('[d
 // Views.
 
 function showCloud(session: string, method: string): void {
-  document.querySelector<HTMLButtonElement>('[data-view=compare]')?.click()
+  show('compare')
   void compare?.add(session, method)
 }
 
@@ -467,23 +520,28 @@ async function showRig(): Promise<void> {
   view.replaceChildren(make('div', { className: 'row' }, ...buttons), place)
 }
 
-for (const tab of document.querySelectorAll<HTMLButtonElement>('[data-view]'))
-  tab.addEventListener('click', () => {
-    for (const other of document.querySelectorAll<HTMLButtonElement>('[data-view]')) {
-      const on = other === tab
-      other.setAttribute('aria-selected', String(on))
-      byId(other.dataset.view ?? '').hidden = !on
-    }
-    if (tab.dataset.view === 'sessions') void showSessions(begin, showCloud)
-    if (tab.dataset.view === 'compare') compare ??= new Compare()
-    if (tab.dataset.view === 'corners') showCorners()
-    if (tab.dataset.view === 'rig-view') void showRig()
-  })
+const tabs = document.querySelectorAll<HTMLButtonElement>('[data-view]')
+
+/** `newest`: of the sessions, the newest is opened. */
+function show(view: string, newest = false): void {
+  for (const tab of tabs) {
+    const on = tab.dataset.view === view
+    tab.setAttribute('aria-selected', String(on))
+    byId(tab.dataset.view ?? '').hidden = !on
+  }
+  if (view === 'sessions') void showSessions(begin, showCloud, newest)
+  if (view === 'compare') compare ??= new Compare()
+  if (view === 'corners') showCorners()
+  if (view === 'rig-view') void showRig()
+}
+for (const tab of tabs) tab.addEventListener('click', () => show(tab.dataset.view ?? ''))
+byId('look').addEventListener('click', () => show('sessions', true))
 
 function darken(dark: boolean): void {
   document.body.classList.toggle('dark', dark)
   byId('dark').setAttribute('aria-pressed', String(dark))
   cloud.colour(dark)
+  path.colour(dark)
   compare?.background(dark)
   localStorage.setItem('dark', dark ? 'yes' : '')
 }

@@ -27,6 +27,7 @@ export class Corners {
   private readonly says = make('p')
   private readonly folder: HTMLInputElement
   private readonly saving: HTMLButtonElement
+  private readonly clicking: HTMLElement
   private readonly brightness = make('input', { type: 'range', min: '1', max: '6', step: '0.1', value: '1' })
   private chosen = ''
   private at: Pixel = [0, 0]
@@ -38,7 +39,8 @@ export class Corners {
     goOn: () => void,
   ) {
     this.folder = make('input', { type: 'text', value: folder })
-    this.saving = make('button', { type: 'button', className: 'main' }, 'Save the corners')
+    this.saving = make('button', { type: 'button', className: 'main', disabled: true }, 'Save the corners')
+    this.clicking = make('div', { hidden: true }, this.list, make('div', { className: 'clicking' }, this.canvas, this.lens))
     const load = make('button', { type: 'button' }, 'Show the picture')
     const further = make('button', { type: 'button' }, 'Go on calibrating')
     load.addEventListener('click', () => this.load())
@@ -52,15 +54,20 @@ export class Corners {
     this.picture.addEventListener('load', () => {
       this.canvas.width = this.picture.naturalWidth
       this.canvas.height = this.picture.naturalHeight
+      this.clicking.hidden = false
       this.clicks.clear()
       this.choose(rig.corners.find(corner => corner.seen)?.name ?? rig.corners[0].name)
       this.say(`Click ${fewest} corners or more, all that can be seen. The drawing shows where the rig file has them: it tells them apart, no more.`)
     })
-    this.picture.addEventListener('error', () => this.say('That folder has no object.png yet: calibrate first, its last step asks for the corners.'))
+    this.picture.addEventListener('error', () => {
+      this.clicking.hidden = true
+      this.saving.disabled = true
+      this.say('That folder has no object.png yet: calibrate first, its last step asks for the corners.')
+    })
     byId('corners').replaceChildren(
       make('div', { className: 'box' },
         make('div', { className: 'row' }, make('label', {}, 'Folder ', this.folder), load, this.saving, further, make('label', {}, 'Brighter ', this.brightness)),
-        this.says, this.list, make('div', { className: 'clicking' }, this.canvas, this.lens)),
+        this.says, this.clicking),
     )
     this.load()
   }

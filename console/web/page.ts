@@ -18,6 +18,9 @@ export function byId<T extends HTMLElement = HTMLElement>(id: string): T {
   return found as T
 }
 
+/** Never "-0.00". */
+export const degrees = (value: number) => `${(Math.round(100 * value) / 100 + 0).toFixed(2)}°`
+
 const words = (key: string) => key.replace(/_/g, ' ')
 
 function plain(value: unknown): string {

@@ -50,7 +50,7 @@ const main = byId('main')
 const every = 1500 // [ms] between two looks at what has not ended
 
 const mebibytes = (bytes: number) => `${(bytes / 2 ** 20).toPrecision(3)} MiB`
-const when = (seconds: number) => new Date(1000 * seconds).toISOString().slice(0, 16).replace('T', ' ')
+const when = (seconds: number) => new Date(1000 * seconds).toISOString().slice(0, 16).replace('T', '\u00a0') // stays on one line
 
 function warn(text: string): void {
   byId('warning').hidden = text === ''
@@ -91,6 +91,13 @@ const svg = (tag: string, attributes: Record<string, string | number>, ...childr
   return made
 }
 
+/** Round steps from 0 that end beyond `most`: 1, 2 or 5 of a power of ten. */
+function ticks(most: number): number[] {
+  const power = 10 ** Math.floor(Math.log10(most / 4))
+  const step = [1, 2, 5, 10].map(k => k * power).find(s => 5 * s >= most) ?? most
+  return Array.from({ length: Math.ceil(most / step) + 1 }, (_, k) => k * step)
+}
+
 /** Each submission's figure as a dot on a bar, its 95 % interval. */
 function intervals(column: Column, all: Submission[]): HTMLElement {
   const some = all.filter(s => s.figures && column.value(s.figures) !== null).slice(0, 20)
@@ -99,7 +106,8 @@ function intervals(column: Column, all: Submission[]): HTMLElement {
     const value = column.value(s.figures!)!
     return [value, ...(column.interval(s.figures!) ?? [value, value])].map(v => column.scale * v)
   })
-  const most = Math.max(...spans.flat(), 1e-9) * 1.05
+  const marks = ticks(Math.max(...spans.flat(), 1e-9) * 1.05)
+  const most = marks[marks.length - 1]
   const x = (v: number) => left + ((width - left - 10) * v) / most
   const picture = svg('svg', { viewBox: `0 0 ${width} ${height}`, role: 'img', 'aria-label': `${column.title} of each submission with its 95 % interval` })
   some.forEach((s, i) => {
@@ -113,16 +121,13 @@ function intervals(column: Column, all: Submission[]): HTMLElement {
   })
   const foot = row * some.length + 8
   picture.append(svg('line', { x1: left, x2: width - 10, y1: foot, y2: foot, class: 'axis' }))
-  for (let k = 0; k <= 4; ++k) {
-    const v = (most * k) / 4
-    picture.append(svg('text', { x: x(v), y: foot + 16, 'text-anchor': k === 4 ? 'end' : 'middle', class: 'label' }, v.toPrecision(2)))
-  }
+  for (const v of marks) picture.append(svg('text', { x: x(v), y: foot + 16, 'text-anchor': v === most ? 'end' : 'middle', class: 'label' }, String(Number(v.toPrecision(3)))))
   return make('figure', {}, picture as unknown as HTMLElement, make('figcaption', {}, `${column.title} [${column.unit}], 95 % intervals; ${column.better} is better`))
 }
 
 function state(s: Submission): string {
   if (s.state === 'queued') return s.before === undefined ? 'waiting' : `waiting; ${s.before} before it`
-  return { running: 'is being scored', done: 'scored', failed: 'failed' }[s.state]
+  return { running: 'being scored', done: 'scored', failed: 'failed' }[s.state]
 }
 
 const linked = (s: Submission) => make('a', { href: s.link }, s.name)
@@ -191,7 +196,7 @@ async function front(): Promise<void> {
   const show = async () => {
     const board = (await ask(`datasets/${encodeURIComponent(chosen.name)}`)) as { best: Submission[]; newest: Submission[] }
     const { name, uses, download: address, archive_bytes, ...facts } = chosen
-    about.replaceChildren(shown({ ...facts, pictures_for: uses }))
+    about.replaceChildren(shown({ ...Object.fromEntries(Object.entries(facts).filter(([, value]) => value !== '')), pictures_for: uses }))
     download.href = address
     download.textContent = `Download ${name} (${mebibytes(archive_bytes)})`
     const all = columns(board.best[0]?.figures?.tolerance_m ?? 0.002)
@@ -233,7 +238,8 @@ async function front(): Promise<void> {
 async function one(id: string): Promise<void> {
   const s = (await ask(`submissions/${id}`)) as Submission
   document.title = `${s.name}: tankrig benchmark`
-  const says = make('p', { id: 'state' }, s.message ? `Failed: ${s.message}` : state(s))
+  const going = s.state === 'queued' || s.state === 'running'
+  const says = make('p', { id: 'state' }, s.message ? `failed: ${s.message}` : going ? `${state(s)}; this page will show the score` : state(s))
   says.setAttribute('role', 'status')
   const box = make('div', { className: 'box' }, make('h2', {}, s.name),
     make('p', {}, `${s.kind} on `, make('a', { href: `/?dataset=${encodeURIComponent(s.dataset)}` }, s.dataset), `, ${s.uses}, sent ${when(s.received_s)} UTC`), says)
@@ -246,10 +252,10 @@ async function one(id: string): Promise<void> {
     parts.push(make('div', { className: 'box' }, make('h2', {}, 'Report'), report))
   }
   const files = make('ul', {}, ...(s.files ?? []).map(f => make('li', {}, make('a', { href: f, download: '' }, f.split('/').pop()!))))
-  parts.push(make('div', { className: 'box' }, make('h2', {}, 'Behind the figures'), make('div', { className: 'facts' }, s.score ? shown(s.score.behind) : ''), files,
+  parts.push(make('div', { className: 'box' }, make('h2', {}, s.figures ? 'Behind the figures' : 'Files'), make('div', { className: 'facts' }, s.score ? shown(s.score.behind) : ''), files,
     make('p', {}, 'As JSON: ', make('a', { href: `/api/submissions/${s.id}` }, `/api/submissions/${s.id}`))))
   main.replaceChildren(...parts)
-  if (s.state === 'queued' || s.state === 'running') setTimeout(() => void one(id).catch(lost), every)
+  if (going) setTimeout(() => void one(id).catch(lost), every)
 }
 
 function lost(problem: unknown): void {

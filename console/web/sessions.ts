@@ -1,6 +1,6 @@
 // The list of sessions, and one of them: its report, its frames in time, its files.
 import { csvOf } from './ply'
-import { ask, byId, make } from './page'
+import { ask, byId, degrees, make } from './page'
 
 interface Listed {
   session: string
@@ -24,13 +24,13 @@ function framesOf(csv: string): Frame[] {
   const names = head.split(',')
   const column = (part: string) => names.findIndex(name => name.includes(part))
   const [camera, file, stamp] = [column('camera'), column('file'), column('stamp')]
-  const joints = names.map((name, i) => ({ name, i })).filter(({ name }) => /^q_|_rad$|_deg$/.test(name))
+  const joints = names.flatMap((name, i) => { const joint = /^q_(.*)_rad$/.exec(name)?.[1]; return joint ? [{ name: joint.replace('_', ' '), i }] : [] })
   let begin = 0n
   return lines.map((line, i) => {
     const cells = line.split(',')
     const ns = BigInt(cells[stamp])
     if (i === 0) begin = ns
-    const angles = joints.filter(j => cells[j.i]).map(j => `${j.name} ${Number(cells[j.i]).toFixed(4)}`)
+    const angles = joints.filter(j => cells[j.i]).map(j => `${j.name} ${degrees((Number(cells[j.i]) * 180) / Math.PI)}`)
     return { camera: cells[camera], file: cells[file], time: Number(ns - begin) / 1e9, joints: angles.join(', ') }
   })
 }
@@ -64,6 +64,16 @@ function save(href: string, name: string): void {
   make('a', { href, download: name }).click()
 }
 
+/** The browser keeps what comes as a file; the server's words, where there is none, come into a frame of their own. */
+function download(href: string, says: HTMLElement): void {
+  const frame = make('iframe', { hidden: true, src: href, title: 'Download' })
+  frame.addEventListener('load', () => {
+    const words = frame.contentDocument?.body?.textContent?.trim()
+    if (frame.contentDocument?.location.href !== 'about:blank') says.textContent = words || 'The server refused it.'
+  })
+  says.replaceChildren('Asked for: the browser keeps it as a file. A bag takes a while.', frame)
+}
+
 /** A cloud as a table: every property that the PLY has. */
 async function downloadCsv(folder: string, method: string, place: HTMLElement): Promise<void> {
   const answer = await fetch(at(folder, `clouds/${method}.ply`))
@@ -72,6 +82,10 @@ async function downloadCsv(folder: string, method: string, place: HTMLElement): 
   save(url, `${folder}-${method}.csv`)
   setTimeout(() => URL.revokeObjectURL(url), 60_000)
 }
+
+/** A report may open nothing itself; it asks for a file of its own session. Of the report that is shown. */
+let opens: ((event: MessageEvent) => void) | undefined
+window.addEventListener('message', event => opens?.(event))
 
 /** Starts a command of the forms. */
 type Begin = (command: string, given: Record<string, string>) => void
@@ -94,25 +108,42 @@ async function open(folder: string, place: HTMLElement, begin: Begin, showCloud:
     wishes.append(button)
   }
   const downloads = make('div', { className: 'row' }, 'Download ')
+  const said = make('p', { role: 'status' })
   for (const method of ['laser', 'stereo']) {
-    downloads.append(make('a', { href: at(folder, `clouds/${method}.ply`), download: `${folder}-${method}.ply` }, `${method} as PLY`))
+    downloads.append(make('a', { className: 'button', href: at(folder, `clouds/${method}.ply`), download: `${folder}-${method}.ply` }, `${method} as PLY`))
     const button = make('button', { type: 'button' }, `${method} as CSV`)
     button.addEventListener('click', () => void downloadCsv(folder, method, downloads))
     downloads.append(button)
   }
+  for (const [kind, title] of [['zip', 'all as zip'], ['bag', 'all as ROS bag']]) {
+    const button = make('button', { type: 'button' }, title)
+    button.addEventListener('click', () => download(`/downloads/${encodeURIComponent(folder)}.${kind}`, said))
+    downloads.append(button)
+  }
   const report = make('iframe', { title: `Report of ${folder}`, src: at(folder, 'report.html') })
+  const reported = await fetch(report.src)
+  void reported.body?.cancel()
   report.setAttribute('sandbox', 'allow-scripts')
+  opens = event => {
+    const file = event.source === report.contentWindow ? (event.data as { open?: unknown } | null)?.open : undefined
+    if (typeof file === 'string' && /^(clouds|results)\/[\w.-]+$/.test(file)) make('a', { href: at(folder, file), target: '_blank', rel: 'noopener' }).click()
+  }
   place.replaceChildren(
-    make('div', { className: 'box' }, make('h2', {}, folder), line, wishes, downloads),
+    make('div', { className: 'box' }, make('h2', {}, folder), line, wishes, downloads, said),
+    make('div', { className: 'box' }, make('h2', {}, 'Report'), reported.ok ? report : 'There is none: the scan was not reconstructed. "Reconstruct anew" makes one.'),
     make('div', { className: 'box' }, make('h2', {}, 'Frames'), await timeLine(folder)),
-    make('div', { className: 'box' }, make('h2', {}, 'Report'), report),
   )
   place.scrollIntoView({ block: 'start' })
 }
 
+const shownAs: Record<string, (value: unknown) => string> = {
+  created_utc: value => String(value).replace('T', ' ').replace('Z', ''),
+  lux_before: value => Number(value).toPrecision(3),
+}
 const columns = ['session', 'status', 'created_utc', 'rig', 'lux_before', 'operator', 'frames']
 
-export async function showSessions(begin: Begin, showCloud: ShowCloud): Promise<void> {
+/** `newest`: is opened at once. */
+export async function showSessions(begin: Begin, showCloud: ShowCloud, newest = false): Promise<void> {
   const view = byId('sessions')
   const filter = make('input', { type: 'search', placeholder: 'rig, date, operator, status' })
   const place = make('div')
@@ -134,12 +165,12 @@ export async function showSessions(begin: Begin, showCloud: ShowCloud): Promise<
   }
   const show = () => {
     const wanted = filter.value.toLowerCase().split(/\s+/).filter(w => w)
-    const found = all.filter(s => wanted.every(w => JSON.stringify(s).toLowerCase().includes(w)))
+    const found = all.filter(s => wanted.every(w => JSON.stringify(s).toLowerCase().includes(w))).reverse() // the newest first
     says.textContent = all.length === 0 ? 'There are no sessions yet.' : `${found.length} of ${all.length} sessions`
     body.replaceChildren(
       ...found.map(s => {
         const button = make('button', { type: 'button' }, folderOf(s))
-        const row = make('tr', {}, make('td', {}, button), ...columns.slice(1).map(c => make('td', {}, s[c] === undefined || s[c] === null ? '' : String(s[c]))))
+        const row = make('tr', {}, make('td', {}, button), ...columns.slice(1).map(c => make('td', {}, s[c] === undefined || s[c] === null ? '' : (shownAs[c] ?? String)(s[c]))))
         button.addEventListener('click', () => {
           for (const other of body.rows) other.classList.toggle('chosen', other === row)
           void open(folderOf(s), place, begin, showCloud)
@@ -150,4 +181,5 @@ export async function showSessions(begin: Begin, showCloud: ShowCloud): Promise<
   }
   filter.addEventListener('input', show)
   show()
+  if (newest) body.querySelector('button')?.click()
 }

@@ -80,7 +80,7 @@ const Setting<EncoderTrackSettings> kEncoderRows[] = {
     {"jump_ticks", &EncoderTrackSettings::jump_ticks, ConfigRange(10, 32'000),
      "a reading this near to where the last speed takes the encoder is believed"},
     {"persists_samples", &EncoderTrackSettings::persists_samples, ConfigRange(2, 1000),
-     "a reading that is not believed is, once so many in a row agree with it"},
+     "so many in a row that agree are believed all the same"},
 };
 constexpr SettingsTable<EncoderTrackSettings> kEncoder{kEncoderRows};
 
@@ -107,7 +107,7 @@ const Setting<HomingSettings> kHomingRows[] = {
      "out of it and into it again, whose reading counts; below their dead zone axes stick"},
     {"back_off_ticks", &HomingSettings::back_off_ticks, ConfigRange(10, 10'000), "out of the stop, between the two"},
     {"agreement_ticks", &HomingSettings::agreement_ticks, ConfigRange(1, 1000),
-     "largest distance between the two stops found, and of the new zero from one that still held"},
+     "largest distance between the two stops found, and from a zero that still held"},
     {"stop_current_a", &HomingSettings::stop_current_a, ConfigRange(0.05, 20),
      "of the whole arm: an axis that stands above it is at its stop"},
     {"pause_s", &HomingSettings::pause, ConfigRange(0.05, 60), "between axes"},
@@ -165,8 +165,7 @@ const Setting<ArmKeys> kArmKeyRows[] = {
     {"reply_timeout_ms", &ArmKeys::reply_timeout, ConfigRange(1, 1000), "beyond the wire's own time"},
     {"silence_timeout_ms", &ArmKeys::silence_timeout, ConfigRange(10, 10'000), "without an answer: `arm: silent`"},
     {"watchdog_ms", &ArmKeys::watchdog, ConfigRange(20, 10'000),
-     "without a set-point the driver stops the arm, even if the cycle hangs; must exceed the laser's "
-     "caller_timeout_ms"},
+     "without a set-point the driver stops the arm; must exceed the laser's caller_timeout_ms"},
     {"", &ArmKeys::shaping, kShaping},
     {"speed_limit_raw", &ArmKeys::speed_limit, kRaw12, "sent with every demand"},
     {"current_limit_raw", &ArmKeys::current_limit, kRaw12, "likewise"},

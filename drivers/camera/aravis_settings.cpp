@@ -40,7 +40,7 @@ const Setting<Aravis> kAravisRows[] = {
     {"packet_resend", &Aravis::packet_resend, "lost packets are asked for again"},
     {"socket", &Aravis::socket,
      "packet: needs CAP_NET_RAW, 5 ms later; auto: datagram where the receive buffer may hold two frames, else packet, "
-     "else an error with the `sysctl net.core.rmem_max` to set"},
+     "else an error"},
     {"buffers", &Aravis::buffers, ConfigRange(2, 256), "frames that may wait for their reader"},
     {"stamp_at", &Aravis::stamp_at, "what the device stamps; frame_start: `readout_us` after the end of the exposure"},
     {"chunk_stamps", &Aravis::chunk_stamps, "the stamp is the chunk Timestamp instead of the leader's"},
@@ -51,7 +51,7 @@ const Setting<Aravis> kAravisRows[] = {
     {"clock_interval_s", &Aravis::clock_interval, ConfigRange(0.05, 60), "between readings of the device's clock"},
     {"timestamp_latch", &Aravis::use_latch, "false: never ask the device's clock"},
     {"stall_periods", &Aravis::stall_periods, ConfigRange(2, 10000),
-     "without a frame for so many periods (0.5 s at least) a free-running camera is stalled"},
+     "so many periods (0.5 s at least) without a frame: a free-running camera is stalled"},
 };
 
 void check_aravis(const ConfigNode& node, const Aravis& s) {

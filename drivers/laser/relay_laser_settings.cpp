@@ -46,7 +46,7 @@ const Setting<Relay> kRelayRows[] = {
     {"answer_timeout_ms", &Relay::answer_timeout, ConfigRange(5, 5000), "longest wait for an answer"},
     {"attempts", &Relay::attempts, ConfigRange(1, 10), "so many failed answers in a row: off, until it is set again"},
     {"caller_timeout_ms", &Relay::caller_timeout, ConfigRange(1, 60000),
-     "on, and the executive has not asked for so long: off; must be below the arm's watchdog_ms"},
+     "so long without a request it is switched off; must be below the arm's watchdog_ms"},
     {"opening_timeout_s", &Relay::opening_timeout, ConfigRange(0.05, 60),
      "for a board that restarts when its line is opened"},
 };

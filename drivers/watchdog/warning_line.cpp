@@ -30,8 +30,7 @@ std::optional<std::vector<std::uint8_t>> bytes_of(const std::string& hex) {
 }
 
 const Setting<WarningOutput> kWarningOutputRows[] = {
-    {"kind", &WarningOutput::kind,
-     "a lamp or sounder, on from the warning before a start to the command's end: a control line, or bytes"},
+    {"kind", &WarningOutput::kind, "a lamp or sounder, on from the warning to the command's end"},
     {"device", &WarningOutput::device, "its serial line", Need::kSparse},
     {"baud", &WarningOutput::baud, ConfigRange(50, 4e6), "of `bytes`"},
     {"on_hex", &WarningOutput::on_hex, "what switches it on, 1 to 16 bytes in hexadecimal"},

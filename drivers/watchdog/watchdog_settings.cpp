@@ -10,8 +10,7 @@ constexpr char kNoLine[] = "found gpio without chip and line beside it, expected
 
 const Setting<HeartbeatOutput> kHeartbeatOutputRows[] = {
     {"kind", &HeartbeatOutput::kind,
-     "how a watchdog box is kept awake: a control line or a GPIO line that toggles, or numbered bytes "
-     "(watchdog_box.md)"},
+     "what keeps a watchdog box awake: a line that toggles, or numbered bytes ([watchdog_box.md](watchdog_box.md))"},
     {"device", &HeartbeatOutput::device, "its serial line, /dev/ttyS0, or runtime/NAME for an emulated one",
      Need::kSparse},
     {"chip", &HeartbeatOutput::chip, "of `gpio`: /dev/gpiochip0", Need::kSparse},
@@ -30,8 +29,7 @@ void check_heartbeat(const ConfigNode& node, const HeartbeatOutput& output) {
 
 const Setting<EnableInput> kEnableInputRows[] = {
     {"kind", &EnableInput::kind,
-     "how the box says that it feeds arm and laser: a control line, a GPIO line, or its reply to `bytes`; light and "
-     "motion need it"},
+     "how the box says that it feeds arm and laser: a line, or its reply to `bytes`; light and motion need it"},
     {"device", &EnableInput::device, "its serial line; left out: that of `heartbeat_output`", Need::kSparse},
     {"chip", &EnableInput::chip, "of `gpio`; left out: that of `heartbeat_output`", Need::kSparse},
     {"line", &EnableInput::line, kLine, "of `gpio`: its number on the chip; -1: none"},

@@ -8,6 +8,9 @@
 
 namespace tankrig {
 
+/// Eyes behind flat ports have no single viewpoint. Their images are rectified as the nearest pinholes would see a
+/// plane at kPortDepth, along the rectified axis. Rows then agree there, and nearly at other depths; points come from the
+/// lines of sight through the ports.
 /// Frames: pixels (u, v) are those of the rectified left image; points come back in the left camera's frame c.
 /// Units: disparity = u_left - u_right [px] >= 0, depth = focal_px * baseline / disparity, along the rectified z axis
 /// [m].
@@ -29,8 +32,9 @@ class Rectifier {
   cv::Size size() const { return size_; }
   double baseline() const { return baseline_; }
 
-  double depth(double disparity) const { return focal_px_ * baseline_ / disparity; }
-  double disparity(double depth) const { return focal_px_ * baseline_ / depth; }
+  /// Behind ports, those in the middle of the image.
+  double depth(double disparity) const;
+  double disparity(double depth) const;
   /// The scene point seen at rectified pixel (u, v) with this disparity, frame c.
   Vector3d point(double u, double v, double disparity) const;
   /// Pixel of the rectified left image, and disparity, of a point in c: {u, v, disparity}.
@@ -42,6 +46,17 @@ class Rectifier {
   Vector2d raw_left(int u, int v) const { return {left_x_(v, u), left_y_(v, u)}; }
 
  private:
+  static constexpr double kPortDepth = 1;  ///< [m]
+  /// Where, before the rectified eye, a rectified pixel lies at kPortDepth; an eye's own frame.
+  Vector3d place(const CameraModel& camera, const Rectification& eye, double u, double v) const;
+  /// The line of sight of a rectified pixel.
+  ViewingRay sight(const CameraModel& camera, const Rectification& eye, double u, double v) const;
+  /// Rectified pixel of a point, in the eye's own frame.
+  Vector2d pixel(const CameraModel& camera, const Rectification& eye, const Vector3d& p) const;
+  void map(const CameraModel& camera, const Rectification& eye, cv::Mat1f& x, cv::Mat1f& y) const;
+
+  StereoCalibration calibration_;
+  bool ports_ = false;
   cv::Size size_;
   double focal_px_ = 0, cx_ = 0, cy_ = 0, baseline_ = 0;
   Eigen::Matrix3d rectified_R_c_ = Eigen::Matrix3d::Identity();

@@ -9,6 +9,7 @@
 #include "reconstruction/stripe/image_rows.hpp"
 #include "reconstruction/stripe/profile_fit.hpp"
 #include "reconstruction/stripe/ridge_filter.hpp"
+#include "reconstruction/stripe/vectorised.hpp"
 
 namespace tankrig {
 namespace {
@@ -17,11 +18,9 @@ constexpr int kSampledColumns = 48;
 constexpr double kFilterSigma = 1.6;   ///< [px]
 constexpr double kQuantisation = 0.3;  ///< sd of rounding to whole DN
 
-using Profile = std::array<std::vector<float>, 3>;  ///< one column, per channel
-
 /// A column that the path crosses.
 struct Sample {
-  Profile light;                      ///< less the background
+  std::vector<FourFloats> light;      ///< the channels, less the background's; 0 beyond them
   std::vector<std::uint8_t> clipped;  ///< in any channel
   double row = 0;                     ///< of the path
 };
@@ -32,23 +31,27 @@ std::vector<Sample> sample_columns(const cv::Mat& image, const cv::Mat& backgrou
     if (!std::isnan(look.rows[i])) crossed.emplace_back(static_cast<int>(i) * look.step + look.step / 2, look.rows[i]);
   const std::size_t step = std::max<std::size_t>(1, crossed.size() / kSampledColumns);
   const int channels = image.channels();
+  const auto rows = static_cast<std::size_t>(image.rows);
   std::vector<Sample> samples;
+  std::vector<int> columns;
   for (std::size_t i = step / 2; i < crossed.size(); i += step) {
-    Sample sample;
-    sample.row = crossed[i].second;
-    sample.clipped.assign(image.rows, 0);
-    for (int c = 0; c < channels; ++c) sample.light[c].resize(image.rows);
-    samples.push_back(std::move(sample));
+    columns.push_back(crossed[i].first * channels);
+    samples.push_back({std::vector<FourFloats>(rows), std::vector<std::uint8_t>(rows), crossed[i].second});
   }
   for (int y = 0; y < image.rows; ++y) {
     const std::uint8_t* in = image.ptr<std::uint8_t>(y);
     const std::uint8_t* dark = background.empty() ? nullptr : background.ptr<std::uint8_t>(y);
-    for (std::size_t i = 0; i < samples.size(); ++i)
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+      FourFloats light = {};
+      bool clipped = false;
       for (int c = 0; c < channels; ++c) {
-        const int at = crossed[step / 2 + i * step].first * channels + c;
-        samples[i].light[c][y] = static_cast<float>(in[at]) - (dark ? dark[at] : 0);
-        samples[i].clipped[y] |= in[at] == 255;
+        const int at = columns[i] + c;
+        light[c] = static_cast<float>(dark ? in[at] - dark[at] : in[at]);
+        clipped |= in[at] == 255;
       }
+      samples[i].light[y] = light;
+      samples[i].clipped[y] = clipped;
+    }
   }
   return samples;
 }
@@ -61,11 +64,34 @@ std::vector<float> filter(const std::vector<float>& values, const std::vector<fl
   return out;
 }
 
-std::vector<float> projected(const Profile& profile, const std::array<float, 3>& weights, int channels) {
-  std::vector<float> values(profile[0].size(), 0.0f);
-  for (int c = 0; c < channels; ++c)
-    for (std::size_t y = 0; y < values.size(); ++y) values[y] += weights[c] * profile[c][y];
-  return values;
+/// Those of filter()'s values that lie `step` apart, from the first. `Value`: one float, or those of the channels.
+template <class Value>
+std::vector<Value> filter_every(const std::vector<Value>& values, const std::vector<float>& kernel, std::size_t step) {
+  const int n = static_cast<int>(values.size()), radius = static_cast<int>(kernel.size()) - 1;
+  std::vector<Value> out;
+  out.reserve(values.size() / step + 1);
+  for (int y = 0; y < n; y += static_cast<int>(step)) {
+    Value sum = {};
+    if (y >= radius && y + radius < n) {
+      for (int k = radius; k > 0; --k) sum += kernel[k] * values[y - k];
+      for (int k = 0; k <= radius; ++k) sum += kernel[k] * values[y + k];
+    } else {
+      for (int k = -radius; k <= radius; ++k) sum += kernel[std::abs(k)] * values[std::clamp(y + k, 0, n - 1)];
+    }
+    out.push_back(sum);
+  }
+  return out;
+}
+
+/// Into values [first, last) of as many as the sample has rows; the others are left as they are.
+void project(const Sample& sample, const std::array<float, 3>& weights, int first, int last,
+             std::vector<float>& values) {
+  const FourFloats weight = {weights[0], weights[1], weights[2], 0};
+  values.resize(sample.light.size());
+  for (int y = first; y < last; ++y) {
+    const FourFloats weighted = weight * sample.light[y];
+    values[y] = weighted[0] + weighted[1] + weighted[2];
+  }
 }
 
 /// The two ways to weigh the channels: against the scene, and by the stripe's light alone, which a clipped core needs.
@@ -73,13 +99,14 @@ struct Weights {
   std::array<float, 3> contrast{}, light{};
 };
 
-std::vector<float> values_of(const Sample& sample, const Weights& weights, int channels, double sd) {
+/// Those that suit a stripe of that sd in the sample.
+const std::array<float, 3>& suited(const Weights& weights, const Sample& sample, double sd) {
   const int n = static_cast<int>(sample.clipped.size()), reach = static_cast<int>(std::ceil(2 * sd));
   bool clipped = false;
   for (int y = std::max(0, static_cast<int>(sample.row) - reach);
        y <= std::min(n - 1, static_cast<int>(sample.row) + reach); ++y)
     clipped |= sample.clipped[y] != 0;
-  return projected(sample.light, clipped ? weights.light : weights.contrast, channels);
+  return clipped ? weights.light : weights.contrast;
 }
 
 /// About eighty values of each column are enough for its statistics.
@@ -92,13 +119,13 @@ Eigen::Vector3d measure_colour(const std::vector<Sample>& samples, int channels,
   const int reach = static_cast<int>(std::ceil(2.5 * sd)) + 1;
   for (const Sample& sample : samples) {
     const int middle = static_cast<int>(std::lround(sample.row)), first = middle - reach, last = middle + reach;
-    if (first < 1 || last + 1 >= static_cast<int>(sample.light[0].size())) continue;
+    if (first < 1 || last + 1 >= static_cast<int>(sample.light.size())) continue;
     Eigen::Vector3d light = Eigen::Vector3d::Zero();
     for (int y = first + 1; y < last; ++y) {
       if (sample.clipped[y] && !clipped_too) continue;
       for (int c = 0; c < channels; ++c)
-        light[c] += sample.light[c][y] - 0.25 * (sample.light[c][first - 1] + sample.light[c][first] +
-                                                 sample.light[c][last] + sample.light[c][last + 1]);
+        light[c] += sample.light[y][c] - 0.25 * (sample.light[first - 1][c] + sample.light[first][c] +
+                                                 sample.light[last][c] + sample.light[last + 1][c]);
     }
     for (int c = 0; c < channels; ++c) found[c].push_back(light[c]);
   }
@@ -113,12 +140,11 @@ Eigen::Matrix3d scene_covariance(const std::vector<Sample>& samples, int channel
   const std::vector<float> kernel = ridge_kernel(std::max(kFilterSigma, 1.5 * sd));
   std::array<std::vector<float>, 3> away;
   for (const Sample& sample : samples) {
-    const std::size_t size = sample.light[0].size();
-    for (int c = 0; c < channels; ++c) {
-      const std::vector<float> response = filter(sample.light[c], kernel);
-      for (std::size_t y = 0; y < size; y += sample_step(size))
-        if (std::abs(static_cast<double>(y) - sample.row) > 6 * sd + 4) away[c].push_back(response[y]);
-    }
+    const std::size_t step = sample_step(sample.light.size());
+    const std::vector<FourFloats> response = filter_every(sample.light, kernel, step);
+    for (std::size_t i = 0; i < response.size(); ++i)
+      if (std::abs(static_cast<double>(i * step) - sample.row) > 6 * sd + 4)
+        for (int c = 0; c < channels; ++c) away[c].push_back(response[i][c]);
   }
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
   const std::size_t n = away[0].size();
@@ -133,8 +159,10 @@ Eigen::Matrix3d scene_covariance(const std::vector<Sample>& samples, int channel
   for (std::size_t i = 0; i < n; ++i) {
     Eigen::Vector3d r = Eigen::Vector3d::Zero();
     for (int c = 0; c < channels; ++c) r[c] = std::clamp(away[c][i], -limit[c], limit[c]);
-    sum += r * r.transpose() / static_cast<double>(n);
+    for (int c = 0; c < channels; ++c)
+      for (int d = 0; d <= c; ++d) sum(c, d) += r[c] * r[d] / static_cast<double>(n);
   }
+  sum = sum.selfadjointView<Eigen::Lower>();
   for (int c = 0; c < 3; ++c) sum(c, c) += c < channels ? kQuantisation * kQuantisation : 1.0;
   return sum;
 }
@@ -151,13 +179,15 @@ std::vector<float> smoothed(const std::vector<float>& values, double sd) {
 }
 
 /// Full width at half height around each sample's row, to whose middle the row moves; the median's sd.
-double measure_extent(std::vector<Sample>& samples, const Weights& weights, int channels, double sd) {
+double measure_extent(std::vector<Sample>& samples, const Weights& weights, double sd) {
   constexpr double kFullWidthOfSd = 2.3548, kSmoothing = 0.5;  // no single grain of speckle is the stripe
   std::vector<double> widths;
+  std::vector<float> projected;
   for (Sample& sample : samples) {
-    const std::vector<float> values = smoothed(values_of(sample, weights, channels, sd), kSmoothing * sd);
-    const int n = static_cast<int>(values.size()),
-              middle = std::clamp(static_cast<int>(std::lround(sample.row)), 0, n - 1);
+    const int n = static_cast<int>(sample.light.size());
+    project(sample, suited(weights, sample, sd), 0, n, projected);
+    const std::vector<float> values = smoothed(projected, kSmoothing * sd);
+    const int middle = std::clamp(static_cast<int>(std::lround(sample.row)), 0, n - 1);
     const int near = static_cast<int>(std::ceil(sd)), far = static_cast<int>(std::ceil(8 * sd)) + 10;
     const auto at = [&](int i) { return values.begin() + std::clamp(i, 0, n); };
     int first = static_cast<int>(std::max_element(at(middle - near), at(middle + near + 1)) - values.begin()),
@@ -180,26 +210,30 @@ double measure_extent(std::vector<Sample>& samples, const Weights& weights, int 
 }
 
 /// Robust sd of a pixel's weighted value, as far as a filter across the stripe sees it.
-double measure_noise(const std::vector<Sample>& samples, const std::array<float, 3>& weights, int channels) {
+double measure_noise(const std::vector<Sample>& samples, const std::array<float, 3>& weights) {
   const std::vector<float> kernel = ridge_kernel(kFilterSigma);
-  std::vector<float> values;
+  std::vector<float> values, column;
   for (const Sample& sample : samples) {
-    const std::vector<float> response = filter(projected(sample.light, weights, channels), kernel);
-    for (std::size_t y = 0; y < response.size(); y += sample_step(response.size())) values.push_back(response[y]);
+    project(sample, weights, 0, static_cast<int>(sample.light.size()), column);
+    const std::vector<float> response = filter_every(column, kernel, sample_step(column.size()));
+    values.insert(values.end(), response.begin(), response.end());
   }
   return std::max(robust_sd(values), kQuantisation);
 }
 
 /// The profile's sd: median of fits at the path.
-double measure_width(const std::vector<Sample>& samples, const Weights& weights, int channels, double start,
+double measure_width(const std::vector<Sample>& samples, const Weights& weights, double start,
                      const ValueNoise& noise) {
   double sd = start;
   for (int round = 0; round < 6; ++round) {
     const ProfileFitter fitter(sd, true);
     std::vector<double> ratios;
+    std::vector<float> values;
     for (const Sample& sample : samples) {
-      const std::vector<float> values = values_of(sample, weights, channels, sd);
-      const ProfileFit fit = fitter.fit(values.data(), static_cast<int>(values.size()), sample.row, noise);
+      const int n = static_cast<int>(sample.light.size());
+      const auto [first, last] = fitter.window(n, sample.row);
+      project(sample, suited(weights, sample, sd), first, last + 1, values);
+      const ProfileFit fit = fitter.fit(values.data(), n, sample.row, noise);
       if (fit.ok) ratios.push_back(fit.width_ratio);
     }
     const double ratio = ratios.size() < 3 ? 1.0 : std::clamp(upper_median(ratios), 0.6, 1.6);
@@ -220,7 +254,7 @@ StripeAppearance measure_appearance(const cv::Mat& image, const cv::Mat& backgro
   if (samples.empty()) return appearance;
   Weights weights{look.weights, look.weights};
   for (float& weight : weights.light) weight = std::max(weight, 0.0f);
-  const double sd = measure_extent(samples, weights, channels, look.sd_px);
+  const double sd = measure_extent(samples, weights, look.sd_px);
   const Eigen::Vector3d colour = measure_colour(samples, channels, sd, false);
   const Eigen::Vector3d contrast = scene_covariance(samples, channels, sd).ldlt().solve(colour);
   const Eigen::Vector3d guess(look.weights[0], look.weights[1], look.weights[2]);
@@ -232,9 +266,8 @@ StripeAppearance measure_appearance(const cv::Mat& image, const cv::Mat& backgro
   positive.normalize();
   for (int c = 0; c < 3; ++c) appearance.light[c] = static_cast<float>(positive[c]);
   appearance.profile = background.empty() ? appearance.detection : appearance.light;
-  appearance.noise = measure_noise(samples, appearance.profile, channels);
-  appearance.sd_px =
-      measure_width(samples, {appearance.profile, appearance.light}, channels, sd, {appearance.noise, 0});
+  appearance.noise = measure_noise(samples, appearance.profile);
+  appearance.sd_px = measure_width(samples, {appearance.profile, appearance.light}, sd, {appearance.noise, 0});
   return appearance;
 }
 

@@ -13,6 +13,7 @@ constexpr int kFull = 254, kKnee = 240;
 
 ClippedRuns::ClippedRuns(const cv::Mat& image, const std::array<float, 3>& weights) : runs_(image.cols) {
   const int channels = image.channels();
+  if (std::ranges::none_of(weights, [](float weight) { return weight > 0; })) return;
   const auto value = [&](int y, int x, int c) { return image.ptr<std::uint8_t>(y)[x * channels + c]; };
   for (int y = 0; y < image.rows; ++y) {
     const std::uint8_t* row = image.ptr<std::uint8_t>(y);

@@ -137,8 +137,8 @@ void weigh_pixels(const std::uint8_t* in, const std::uint8_t* dark, int columns,
 TANKRIG_VECTORISED
 void weigh_rows(const float* const* rows, const float* kernel, int radius, int columns, float* __restrict out) {
   constexpr int kLanes = 8, kBlock = 4 * kLanes;  // values that stay in registers
-  int begin = 0;
-  for (; begin + kBlock <= columns; begin += kBlock) {
+  for (int next = 0; columns >= kBlock && next < columns; next += kBlock) {
+    const int begin = std::min(next, columns - kBlock);  // the last block overlaps the one before
     EightFloats sums[4], above, below;
     for (int i = 0; i < 4; ++i) {
       std::memcpy(&above, rows[0] + begin + i * kLanes, sizeof above);
@@ -150,9 +150,9 @@ void weigh_rows(const float* const* rows, const float* kernel, int radius, int c
         std::memcpy(&below, rows[k] + begin + i * kLanes, sizeof below);
         sums[i] += kernel[k] * (above + below);
       }
-    std::memcpy(out + begin, sums, sizeof sums);
+    for (int i = 0; i < 4; ++i) std::memcpy(out + begin + i * kLanes, &sums[i], sizeof sums[i]);
   }
-  for (int x = begin; x < columns; ++x) {
+  for (int x = 0; columns < kBlock && x < columns; ++x) {
     float sum = kernel[0] * rows[0][x];
     for (int k = 1; k <= radius; ++k) sum += kernel[k] * (rows[-k][x] + rows[k][x]);
     out[x] = sum;
@@ -162,17 +162,17 @@ void weigh_rows(const float* const* rows, const float* kernel, int radius, int c
 TANKRIG_VECTORISED
 void weigh_line(const float* values, const float* kernel, int radius, int count, float* __restrict out) {
   constexpr int kLanes = 8, kBlock = 4 * kLanes;
-  int begin = 0;
-  for (; begin + kBlock <= count; begin += kBlock) {
+  for (int next = 0; count >= kBlock && next < count; next += kBlock) {
+    const int begin = std::min(next, count - kBlock);
     EightFloats sums[4] = {}, in;
     for (int k = -radius; k <= radius; ++k)
       for (int i = 0; i < 4; ++i) {
         std::memcpy(&in, values + begin + k + i * kLanes, sizeof in);
         sums[i] += kernel[k < 0 ? -k : k] * in;
       }
-    std::memcpy(out + begin, sums, sizeof sums);
+    for (int i = 0; i < 4; ++i) std::memcpy(out + begin + i * kLanes, &sums[i], sizeof sums[i]);
   }
-  for (int x = begin; x < count; ++x) {
+  for (int x = 0; count < kBlock && x < count; ++x) {
     float sum = 0;
     for (int k = -radius; k <= radius; ++k) sum += kernel[k < 0 ? -k : k] * values[x + k];
     out[x] = sum;
@@ -181,26 +181,32 @@ void weigh_line(const float* values, const float* kernel, int radius, int count,
 
 TANKRIG_VECTORISED
 int find_peaks(const float* above, const float* here, const float* below, int columns, float least, int* peaks) {
-  constexpr int kLanes = 8, kBlock = 4 * kLanes;
-  int found = 0;
-  for (int begin = 0; begin < columns; begin += kBlock) {
-    const int end = std::min(begin + kBlock, columns);
-    if (end - begin == kBlock) {
-      EightInts any = {};
-      for (int i = begin; i < end; i += kLanes) {
-        EightFloats a, h, b;
-        std::memcpy(&a, above + i, sizeof a);
-        std::memcpy(&h, here + i, sizeof h);
-        std::memcpy(&b, below + i, sizeof b);
-        any |= (h >= least) & (h >= a) & (h > b);
-      }
-      std::uint64_t halves[4];
-      std::memcpy(halves, &any, sizeof any);
-      if ((halves[0] | halves[1] | halves[2] | halves[3]) == 0) continue;
+  constexpr int kLanes = 8, kVectors = 4, kBlock = kVectors * kLanes;
+  int found = 0, begin = 0;
+  const auto none = [](const EightInts& peak) {
+    std::uint64_t parts[4];
+    std::memcpy(parts, &peak, sizeof peak);
+    return (parts[0] | parts[1] | parts[2] | parts[3]) == 0;
+  };
+  for (; begin + kBlock <= columns; begin += kBlock) {
+    EightInts peak[kVectors], any = {};
+    for (int i = 0; i < kVectors; ++i) {
+      EightFloats a, h, b;
+      std::memcpy(&a, above + begin + i * kLanes, sizeof a);
+      std::memcpy(&h, here + begin + i * kLanes, sizeof h);
+      std::memcpy(&b, below + begin + i * kLanes, sizeof b);
+      peak[i] = (h >= least) & (h >= a) & (h > b);
+      any |= peak[i];
     }
-    for (int x = begin; x < end; ++x)
-      if (here[x] >= least && here[x] >= above[x] && here[x] > below[x]) peaks[found++] = x;
+    if (none(any)) continue;
+    for (int i = 0; i < kVectors; ++i) {
+      if (none(peak[i])) continue;
+      for (int lane = 0; lane < kLanes; ++lane)
+        if (peak[i][lane]) peaks[found++] = begin + i * kLanes + lane;
+    }
   }
+  for (int x = begin; x < columns; ++x)
+    if (here[x] >= least && here[x] >= above[x] && here[x] > below[x]) peaks[found++] = x;
   return found;
 }
 

@@ -31,7 +31,10 @@ struct ProfileFitter::LinearFit {
 };
 
 ProfileFitter::ProfileFitter(double sd, bool sloped)
-    : sd_(sd), sloped_(sloped), half_window_(std::max(3, static_cast<int>(std::ceil(3 * sd)) + 1)) {
+    : sd_(sd),
+      decay_(std::exp(-(1 / sd) * (1 / sd))),
+      sloped_(sloped),
+      half_window_(std::max(3, static_cast<int>(std::ceil(3 * sd)) + 1)) {
   constexpr int kSteps = 400;
   const double reach = half_window_ / sd, step = 2 * reach / kSteps;
   Eigen::Matrix2d even = Eigen::Matrix2d::Zero(), odd = Eigen::Matrix2d::Zero();
@@ -64,38 +67,43 @@ ProfileFitter::ProfileFitter(double sd, bool sloped)
 
 namespace {
 
-/// exp(-t^2 / 2) at equally spaced t, by recurrence.
+/// exp(-t^2 / 2) at equally spaced t, by recurrence. `decay`: exp(-step^2).
 class GaussWalk {
  public:
-  GaussWalk(double t, double step)
+  GaussWalk(double t, double step, double decay)
       : t_(t),
         step_(step),
         g_(std::exp(-0.5 * t * t)),
         ratio_(std::exp(-t * step - 0.5 * step * step)),
-        ratio_step_(std::exp(-step * step)) {}
+        decay_(decay) {}
   double t() const { return t_; }
   double g() const { return g_; }
   void advance() {
     t_ += step_;
     g_ *= ratio_;
-    ratio_ *= ratio_step_;
+    ratio_ *= decay_;
   }
 
  private:
-  double t_, step_, g_, ratio_, ratio_step_;
+  double t_, step_, g_, ratio_, decay_;
 };
 
 }  // namespace
+
+std::pair<int, int> ProfileFitter::window(int count, double start) const {
+  const int middle = static_cast<int>(std::lround(start));
+  return {std::max(0, middle - half_window_), std::min(count - 1, middle + half_window_)};
+}
 
 ProfileFitter::LinearFit ProfileFitter::solve(const Window& window, double centre, double contrast) const {
   const auto [values, first, last, reflectance] = window;
   const double contrast2 = contrast * contrast;
   double n = 0, gg = 0, gt = 0, g1 = 0, gs = 0, tt = 0, t1 = 0, t2 = 0, s1 = 0, s2 = 0;
   double yg = 0, yq = 0, y1 = 0, yt = 0;
-  GaussWalk walk((first - centre) / sd_, 1 / sd_);
+  GaussWalk walk((first - centre) / sd_, 1 / sd_, decay_);
   for (int i = first; i <= last; ++i, walk.advance()) {
     const double t = walk.t(), g = walk.g() * window.share(i), s = window.ramp(i, t), y = values[i];
-    const double w = 1 / (1 + contrast2 * g * g), wg = w * g, wq = wg * t;
+    const double w = contrast2 > 0 ? 1 / (1 + contrast2 * g * g) : 1, wg = w * g, wq = wg * t;
     n += w;
     gg += wg * g;
     gt += wg * g * t;
@@ -145,32 +153,30 @@ double ProfileFitter::centre_from(const Window& window, double start, LinearFit&
 ProfileFit ProfileFitter::fit(const float* values, int count, double start, const ValueNoise& noise,
                               const float* reflectance) const {
   ProfileFit result;
-  const int middle = static_cast<int>(std::lround(start));
-  const Window window{values, std::max(0, middle - half_window_), std::min(count - 1, middle + half_window_),
-                      reflectance};
+  const auto [first, last] = window(count, start);
+  if (last - first < 5) return result;
+  const Window seen{values, first, last, reflectance};
   LinearFit linear;
-  if (window.last - window.first < 5) return result;
-  const double centre = centre_from(window, start, linear);
+  const double centre = centre_from(seen, start, linear);
   if (std::isnan(centre)) return result;
   result.ok = true;
   result.position = centre;
   result.amplitude = linear.value[0];
   result.amplitude_sigma = noise.additive * std::sqrt(linear.normal.inverse()(0, 0));
-  refine(window, noise, result);
+  refine(seen, noise, result);
   return result;
 }
 
 ProfileFit ProfileFitter::fit(const float* values, int count, double start, const ValueNoise& noise) const {
   ProfileFit result;
-  const int middle = static_cast<int>(std::lround(start));
-  const int first = std::max(0, middle - half_window_), last = std::min(count - 1, middle + half_window_);
+  const auto [first, last] = window(count, start);
   if (last - first < 5) return result;
-  const Window window{values, first, last};
+  const Window seen{values, first, last};
   LinearFit linear;
-  const double centre = centre_from(window, start, linear);
+  const double centre = centre_from(seen, start, linear);
   if (std::isnan(centre)) return result;
   double squares = 0, width = 0, skew = 0;
-  GaussWalk walk((first - centre) / sd_, 1 / sd_);
+  GaussWalk walk((first - centre) / sd_, 1 / sd_, decay_);
   for (int i = first; i <= last; ++i, walk.advance()) {
     const double t = walk.t(), g = walk.g();
     const double residual = values[i] - linear.value[0] * g - linear.value[2] - linear.value[3] * t;
@@ -190,7 +196,7 @@ ProfileFit ProfileFitter::fit(const float* values, int count, double start, cons
   result.width_sigma = value_noise / std::sqrt(width_power_) / amplitude;
   result.skewness = 6 * skew / skew_power_ / amplitude;
   result.skewness_sigma = 6 * value_noise / std::sqrt(skew_power_) / amplitude;
-  refine(window, noise, result);
+  refine(seen, noise, result);
   return result;
 }
 
@@ -210,7 +216,7 @@ void ProfileFitter::refine(const Window& window, const ValueNoise& noise, Profil
   }
   if (!linear.ok) linear = solve(window, centre, 0);
   double squares = 0;
-  GaussWalk walk((window.first - centre) / sd_, 1 / sd_);
+  GaussWalk walk((window.first - centre) / sd_, 1 / sd_, decay_);
   for (int i = window.first; i <= window.last; ++i, walk.advance()) {
     const double g = walk.g() * window.share(i);
     const double residual =

@@ -1,6 +1,8 @@
 // A Gaussian profile on a straight background, fitted across the stripe.
 #pragma once
 
+#include <utility>
+
 namespace tankrig {
 
 /// What scatters a value about the profile: variance additive^2 + (contrast * light of the stripe)^2.
@@ -36,6 +38,9 @@ class ProfileFitter {
   /// Half of the window, in whole pixels.
   int half_window() const { return half_window_; }
 
+  /// First and last of the values that a fit of values[0, count) from `start` on looks at.
+  std::pair<int, int> window(int count, double start) const;
+
   /// Fits values[0, count) from `start` on; `noise` is balanced against the residuals.
   ProfileFit fit(const float* values, int count, double start, const ValueNoise& noise) const;
 
@@ -52,7 +57,7 @@ class ProfileFitter {
   double centre_from(const Window& window, double start, LinearFit& linear) const;
   void refine(const Window& window, const ValueNoise& noise, ProfileFit& result) const;
 
-  double sd_;
+  double sd_, decay_;  ///< the Gauss's ratio from one pixel to the next falls by this
   bool sloped_;
   int half_window_;
   double width_on_core_, width_on_constant_, width_power_;  ///< second-order shape, made orthogonal to the model

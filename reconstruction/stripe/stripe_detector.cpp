@@ -317,13 +317,13 @@ class ColumnDetector {
   void fill_values(int column, int first, int last, const std::array<float, 3>& weights) {
     const int channels = image_.channels();
     const auto at = static_cast<std::ptrdiff_t>(column) * channels;
+    const bool dark = !background_.empty();
     values_.clear();
     for (int y = first; y <= last; ++y) {
+      const std::uint8_t* const pixel = image_.ptr<std::uint8_t>(y) + at;
+      const std::uint8_t* const unlit = dark ? background_.ptr<std::uint8_t>(y) + at : nullptr;
       float value = 0;
-      for (int c = 0; c < channels; ++c) {
-        const int dark = background_.empty() ? 0 : background_.ptr<std::uint8_t>(y)[at + c];
-        value += weights[c] * static_cast<float>(image_.ptr<std::uint8_t>(y)[at + c] - dark);
-      }
+      for (int c = 0; c < channels; ++c) value += weights[c] * static_cast<float>(pixel[c] - (unlit ? unlit[c] : 0));
       values_.push_back(value);
     }
   }
@@ -334,10 +334,10 @@ class ColumnDetector {
     const int centre = static_cast<int>(std::lround(point.peak.position));
     const int first = centre - reach, last = centre + reach;
     if (channels < 3 || first < 1 || last + 1 >= image_.rows) return;
+    const bool dark = !background_.empty();
     const auto light = [&](int y, int c) {
       const auto at = static_cast<std::ptrdiff_t>(point.peak.column) * channels + c;
-      return static_cast<double>(image_.ptr<std::uint8_t>(y)[at]) -
-             (background_.empty() ? 0 : background_.ptr<std::uint8_t>(y)[at]);
+      return static_cast<double>(image_.ptr<std::uint8_t>(y)[at] - (dark ? background_.ptr<std::uint8_t>(y)[at] : 0));
     };
     Eigen::Vector3d base;
     for (int c = 0; c < 3; ++c)
@@ -375,25 +375,36 @@ class ColumnDetector {
   bool measure_reflectance(int column, int first_row) {
     const int channels = image_.channels(), n = static_cast<int>(values_.size());
     const auto at = static_cast<std::ptrdiff_t>(column) * channels;
-    const cv::Mat& scene = background_.empty() ? image_ : background_;
-    if (background_.empty() && channels < 3) return false;
+    const bool dark = !background_.empty();
+    const cv::Mat& scene = dark ? background_ : image_;
+    if (!dark && channels < 3) return false;
     std::array<float, 3> weights = appearance_.light;
-    if (background_.empty()) {
+    if (!dark) {
       const float along = weights[0] + weights[1] + weights[2];
       for (float& weight : weights) weight = 1 - along * weight;
     }
-    reflectance_.assign(n, 0);
-    for (int i = 0; i < n; ++i)
-      for (int k = -1; k <= 1; ++k) {
-        const std::uint8_t* pixel = scene.ptr<std::uint8_t>(std::clamp(first_row + i + k, 0, image_.rows - 1)) + at;
-        for (int c = 0; c < channels; ++c)
-          reflectance_[i] += (k ? 0.25f : 0.5f) * weights[c] * static_cast<float>(pixel[c]);
-      }
+    const auto light_at = [&](int y) {
+      const std::uint8_t* pixel = scene.ptr<std::uint8_t>(std::clamp(y, 0, scene.rows - 1)) + at;
+      std::array<float, 3> light{};
+      for (int c = 0; c < channels; ++c) light[c] = weights[c] * static_cast<float>(pixel[c]);
+      return light;
+    };
+    reflectance_.resize(n);
+    std::array<float, 3> above = light_at(first_row - 1), here = light_at(first_row);
+    for (int i = 0; i < n; ++i) {
+      const std::array<float, 3> below = light_at(first_row + i + 1);
+      float sum = 0;
+      for (const float light : above) sum += 0.25f * light;
+      for (const float light : here) sum += 0.5f * light;
+      for (const float light : below) sum += 0.25f * light;
+      reflectance_[i] = sum;
+      above = here, here = below;
+    }
     const int third = n / 3;
-    const float above = std::accumulate(reflectance_.begin(), reflectance_.begin() + third, 0.0f) / third;
-    const float below = std::accumulate(reflectance_.end() - third, reflectance_.end(), 0.0f) / third;
-    const float top = std::max(above, below);
-    if (std::abs(above - below) < kEdge * top || top < 6 * appearance_.noise) return false;
+    const float first = std::accumulate(reflectance_.begin(), reflectance_.begin() + third, 0.0f) / third;
+    const float last = std::accumulate(reflectance_.end() - third, reflectance_.end(), 0.0f) / third;
+    const float top = std::max(first, last);
+    if (std::abs(first - last) < kEdge * top || top < 6 * appearance_.noise) return false;
     for (float& share : reflectance_) share = std::max(share / top, kDarkest);
     return true;
   }

@@ -11,7 +11,8 @@
 //  plateau: both of its flanks at once, what is clipped being a lower bound
 //  6. points that are wide, lopsided, beside a jump, in the blur beyond an edge, alone, of another colour or doubled by
 //  a reflection are rejected and counted
-//  7. sigma from noise and residuals, then calibrated by how the points scatter along the stripe
+//  7. sigma from noise and residuals, then calibrated by how the points scatter along the stripe, near and over 40
+//  columns: what neighbours share is an error, too
 //  8. a local line along the stripe that stops at bends
 // Sources: Steger 1998 (filter), Naidu & Fisher 1991 (sub-pixel), Viterbi 1967 (path).
 #pragma once

@@ -19,7 +19,7 @@ constexpr double kQuantisation = 0.3;
 constexpr int kMinRun = 6;
 constexpr double kSigmas[] = {1.0, 2.0, 4.0, 8.0};  ///< of the filters [reduced px]
 
-/// The image less its background, reduced; and what share of each reduced pixel is clipped in a channel.
+/// The image less its background, reduced; and what share of each reduced pixel is clipped in a channel, empty where none is.
 struct Reduced {
   std::vector<cv::Mat1f> light, clipped;
   int factor = 1;
@@ -34,7 +34,7 @@ Reduced reduce(const cv::Mat& image, const cv::Mat& background) {
   const cv::Size size(image.cols / f, image.rows / f);
   for (int c = 0; c < channels; ++c) {
     out.light.emplace_back(size, 0.0f);
-    out.clipped.emplace_back(size, 0.0f);
+    out.clipped.emplace_back();
   }
   const float share = 1.0f / static_cast<float>(f * f);
   std::vector<std::int16_t> values(static_cast<std::size_t>(size.width * f * channels));
@@ -46,6 +46,8 @@ Reduced reduce(const cv::Mat& image, const cv::Mat& background) {
     for (int c = 0; c < channels; ++c) add_groups(plane(c), size.width, f, share, out.light[c][y / f]);
     if (!reaches(in, size.width * f * channels, kClipped)) continue;
     mark_channels(in, kClipped, size.width * f, channels, values.data());
+    if (out.clipped[0].empty())
+      for (cv::Mat1f& clipped : out.clipped) clipped = cv::Mat1f(size, 0.0f);
     for (int c = 0; c < channels; ++c) add_groups(plane(c), size.width, f, share, out.clipped[c][y / f]);
   }
   return out;
@@ -55,7 +57,7 @@ Reduced transposed(const Reduced& in) {
   Reduced out;
   out.factor = in.factor;
   for (const cv::Mat1f& m : in.light) out.light.emplace_back(m.t());
-  for (const cv::Mat1f& m : in.clipped) out.clipped.emplace_back(m.t());
+  for (const cv::Mat1f& m : in.clipped) out.clipped.push_back(m.empty() ? m : cv::Mat1f(m.t()));
   return out;
 }
 
@@ -63,11 +65,12 @@ Reduced transposed(const Reduced& in) {
 cv::Mat1f signal_of(const Reduced& image, const std::array<float, 3>& weights) {
   constexpr float kClipped = 0.2f;
   const int channels = static_cast<int>(image.light.size());
-  cv::Mat1f signal(image.light[0].size(), 0.0f), clipped(signal.size(), 0.0f);
-  for (int c = 0; c < channels; ++c) {
-    signal += weights[c] * image.light[c];
+  cv::Mat1f signal(image.light[0].size(), 0.0f);
+  for (int c = 0; c < channels; ++c) signal += weights[c] * image.light[c];
+  if (image.clipped[0].empty()) return signal;
+  cv::Mat1f clipped(signal.size(), 0.0f);
+  for (int c = 0; c < channels; ++c)
     if (weights[c] > 0) clipped = cv::max(clipped, image.clipped[c]);
-  }
   for (int x = 0; x < signal.cols; ++x)
     for (int y = 0; y < signal.rows; ++y) {
       if (clipped(y, x) < kClipped) continue;

@@ -90,6 +90,37 @@ void scale_locally(const std::vector<double>& residuals, FittedRun& run) {
   }
 }
 
+/// Mean of squares over what sigma lets expect; no gross one counts for more than a few.
+double capped_mean(const std::vector<double>& squares) {
+  constexpr double kPrior = 4, kMost = 100;
+  double sum = kPrior, weight = kPrior;
+  for (const double square : squares)
+    if (!std::isnan(square)) sum += std::min(square, kMost), weight += 1;
+  return sum / weight;
+}
+
+/// Squared distances of some points of [begin, end) from the parabola through 40 columns, over what sigma lets expect:
+/// what a line of few columns follows is an error all the same where neighbours share it.
+void add_long_residuals(const FittedRun& run, std::size_t begin, std::size_t end, double correlation,
+                        std::vector<double>& residuals) {
+  constexpr int kReach = 20;
+  constexpr double kLeastLeft = 0.5;  // of the variance, beside a parabola
+  constexpr std::size_t kStep = 5, kLeast = 24;
+  std::size_t first = begin, last = begin;
+  for (std::size_t i = begin; i < end; i += kStep) {
+    const double column = run[i].peak.column, own = std::pow(run[i].peak.sigma_px, 2);
+    while (first < i && column - run[first].peak.column > kReach) ++first;
+    while (last < end && run[last].peak.column - column <= kReach) ++last;
+    if (last - first < kLeast) continue;
+    const RunLine line = fit_line(run.begin() + static_cast<std::ptrdiff_t>(first),
+                                  run.begin() + static_cast<std::ptrdiff_t>(last), column);
+    if (!line.ok) continue;
+    const double value = line.value + line.bend_at * line.bend;
+    const double variance = correlation * (line.variance + line.bend_at * line.bend_at * line.bend_variance);
+    residuals.push_back(std::pow(run[i].peak.position - value, 2) / std::max(own - variance, kLeastLeft * own));
+  }
+}
+
 }  // namespace
 
 std::vector<double> calibrate_sigmas(std::vector<FittedRun>& runs) {
@@ -132,8 +163,15 @@ void smooth_run(FittedRun& run, int half_window, double correlation) {
   const int widest = half_window > 0 ? half_window : kUsual;
   const std::vector<std::size_t> breaks = breaks_of(raw, widest, correlation);
   std::vector<double> residuals(raw.size(), NAN);  // squared, over what sigma lets expect
-  auto next_break = breaks.begin();
+  std::vector<double> long_residuals;
   std::size_t begin = 0;
+  for (const std::size_t end : breaks) {
+    add_long_residuals(raw, begin, end, correlation, long_residuals);
+    begin = end;
+  }
+  add_long_residuals(raw, begin, raw.size(), correlation, long_residuals);
+  begin = 0;
+  auto next_break = breaks.begin();
   for (std::size_t i = 0; i < raw.size(); ++i) {
     while (next_break != breaks.end() && *next_break <= i) begin = *next_break++;
     const std::size_t end = next_break == breaks.end() ? raw.size() : *next_break;
@@ -164,6 +202,9 @@ void smooth_run(FittedRun& run, int half_window, double correlation) {
       break;
     }
   }
+  const auto shared =
+      static_cast<float>(std::sqrt(std::max(1.0, capped_mean(long_residuals) / capped_mean(residuals))));
+  for (RunPoint& point : run) point.peak.sigma_px *= shared;
   scale_locally(residuals, run);
 }
 

@@ -12,7 +12,9 @@
 
 namespace tankrig {
 
-/// In one register of AVX2, in two of an older processor: GCC's and clang's own.
+/// GCC's and clang's own.
+using FourFloats = float __attribute__((vector_size(16)));
+/// In one register of AVX2, in two of an older processor.
 using EightFloats = float __attribute__((vector_size(32)));
 using EightInts = int __attribute__((vector_size(32)));  ///< what a comparison of them gives
 

@@ -10,7 +10,7 @@ namespace {
 
 const Setting<TriggerSettings> kTriggerRows[] = {
     {"trigger", &TriggerSettings::mode,
-     "free: at its own rate; software: at equal times; position: at equal angles of the elbow while it sweeps "
+     "free: at its own rate; software: at equal times; position: at equal angles of the sweep "
      "([triggers.md](triggers.md))",
      Need::kSparse},
     {"spacing_rad",

@@ -37,9 +37,6 @@ void write_name(YAML::Emitter& out, const std::string& name) {
   out << YAML::Key << "name" << YAML::Value << YAML::DoubleQuoted << name;
 }
 
-/// One body a line; none: [].
-void begin_list(YAML::Emitter& out, bool empty) { out << (empty ? YAML::Flow : YAML::Block) << YAML::BeginSeq; }
-
 void read_tank(const ConfigNode& node, const char* key, Obstacles& o) { o.tank_size = read_size(node, key); }
 void write_tank(YAML::Emitter& out, const Obstacles& o) { emit_list(out, o.tank_size); }
 
@@ -50,49 +47,46 @@ void write_base(YAML::Emitter& out, const Obstacles& o) {
   out << YAML::EndMap;
 }
 
-void read_carried(const ConfigNode& node, const char* key, Obstacles& o) {
-  o.carried.clear();
-  for (const ConfigNode& body : node.items(key))
-    o.carried.push_back({body.has("name") ? read_name(body) : "projector", read_capsule(body, 'e')});
-}
-void write_carried(YAML::Emitter& out, const Obstacles& o) {
-  begin_list(out, o.carried.empty());
-  for (const auto& [name, capsule] : o.carried) {
-    out << YAML::Flow << YAML::BeginMap;
-    write_name(out, name);
-    write_keys(out, capsule, 'e');
-    out << YAML::EndMap;
-  }
-  out << YAML::EndSeq;
-}
+using Shapes = std::vector<Named<Shape>>;
 
-void read_fixed(const ConfigNode& node, const char* key, Obstacles& o) {
-  o.fixed.clear();
+/// `frame`: the letter of the frame they are in; `nameless`: what one without a name is called; empty: each has one.
+Shapes read_shapes(const ConfigNode& node, const char* key, char frame, const std::string& nameless = "") {
+  Shapes shapes;
   for (const ConfigNode& body : node.items(key)) {
-    const std::string name = read_name(body);
+    const std::string name = nameless.empty() || body.has("name") ? read_name(body) : nameless;
     if (body.has("size_m"))
-      o.fixed.push_back({name, Box{body.transform("bMbox"), read_size(body, "size_m")}});
+      shapes.push_back({name, Box{body.transform(frame + std::string("Mbox")), read_size(body, "size_m")}});
     else
-      o.fixed.push_back({name, read_capsule(body, 'b')});
+      shapes.push_back({name, read_capsule(body, frame)});
   }
+  return shapes;
 }
-void write_fixed(YAML::Emitter& out, const Obstacles& o) {
-  begin_list(out, o.fixed.empty());
-  for (const auto& [name, shape] : o.fixed) {
+/// One body a line; none: [].
+void write_shapes(YAML::Emitter& out, const Shapes& shapes, char frame) {
+  out << (shapes.empty() ? YAML::Flow : YAML::Block) << YAML::BeginSeq;
+  for (const auto& [name, shape] : shapes) {
     out << YAML::Flow << YAML::BeginMap;
     write_name(out, name);
     if (const Box* const box = std::get_if<Box>(&shape)) {
-      out << YAML::Key << "bMbox" << YAML::Value;
+      out << YAML::Key << frame + std::string("Mbox") << YAML::Value;
       emit(out, box->xMbox);
       out << YAML::Key << "size_m" << YAML::Value;
       emit_list(out, box->size);
     } else {
-      write_keys(out, std::get<Capsule>(shape), 'b');
+      write_keys(out, std::get<Capsule>(shape), frame);
     }
     out << YAML::EndMap;
   }
   out << YAML::EndSeq;
 }
+
+void read_carried(const ConfigNode& node, const char* key, Obstacles& o) {
+  o.carried = read_shapes(node, key, 'e', "projector");
+}
+void write_carried(YAML::Emitter& out, const Obstacles& o) { write_shapes(out, o.carried, 'e'); }
+
+void read_fixed(const ConfigNode& node, const char* key, Obstacles& o) { o.fixed = read_shapes(node, key, 'b'); }
+void write_fixed(YAML::Emitter& out, const Obstacles& o) { write_shapes(out, o.fixed, 'b'); }
 
 const Setting<Obstacles> kObstacleRows[] = {
     {"tank_size_m", {read_tank, write_tank, "three lengths"}, "inside, along w's x and y, and height", Need::kRequired},
@@ -104,8 +98,9 @@ const Setting<Obstacles> kObstacleRows[] = {
      {read_base, write_base, "`from_b_m`, `to_b_m`, `radius_m`"},
      "the arm's foot, a capsule; the forearm and what it carries keep away from it"},
     {"carried",
-     {read_carried, write_carried, "list of `name` (or projector), `from_e_m`, `to_e_m`, `radius_m`"},
-     "capsules rigid with the end effector"},
+     {read_carried, write_carried,
+      "list of `name` (or projector) and `from_e_m`, `to_e_m`, `radius_m` or `eMbox`, `size_m`"},
+     "capsules and boxes rigid with the end effector"},
     {"fixed",
      {read_fixed, write_fixed, "list of `name` and `from_b_m`, `to_b_m`, `radius_m` or `bMbox`, `size_m`"},
      "capsules and boxes rigid with the base: the frame, mounts, lamps"},

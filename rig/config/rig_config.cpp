@@ -61,7 +61,7 @@ constexpr SettingsTable<RigLaser> kSheet{kSheetRows, check_sheet};
 const Setting<CaptureSettings> kLampRows[] = {
     {"warm_up_s", &CaptureSettings::laser_warm_up, ConfigRange(0, 600), "from supply to light", Need::kRequired},
     {"switches_per_frame", &CaptureSettings::laser_switches_per_frame,
-     "the laser can be switched between two frames; false for a relay"},
+     "it can be switched between two frames; false for a relay"},
 };
 constexpr SettingsTable<CaptureSettings> kLamp{kLampRows};
 const Setting<ScanSettings> kLampOfScan[] = {{"", &ScanSettings::capture, kLamp}};
@@ -92,7 +92,7 @@ const Setting<RigConfig> kRigRows[] = {
     {"description", &RigConfig::description, "for people"},
     {"backend",
      {read_backend, [](YAML::Emitter& out, const RigConfig& rig) { out << rig.backend; }, "mock, devices"},
-     "mock: simulated in this process under a virtual clock; devices: drivers, in real time",
+     "mock: simulated, in virtual time; devices: drivers, in real time",
      Need::kRequired},
     {"scene", &RigConfig::scene, "what is simulated or emulated ([scene.md](scene.md)); required by backend mock",
      Need::kSparse},
@@ -218,8 +218,8 @@ RigConfig read_rig(const ConfigNode& file, const std::string& preset, const std:
 RigConfig load_drawn_rig(const std::filesystem::path& file) { return read_rig(rig_file(file), "", "", false); }
 
 std::string rig_key_rows() {
-  return "| `base` | none | a file | a rig file, which may have a base itself; its keys hold where this one has none, "
-         "mapping by mapping; lists are not merged |\n" +
+  return "| `base` | none | a file | a rig file whose keys hold where this one has none, mapping by mapping; lists are "
+         "not merged |\n" +
          settings_rows("", kRig, RigConfig(ConfigNode::parse("{}", ""))) +
          "| `presets.NAME` | none | any part of `scan` | what `--preset NAME` changes |\n";
 }

@@ -37,7 +37,7 @@ const Setting<CaptureSettings> kCaptureRows[] = {
      "laser on in every second frame of the sweep only; needs `laser: switches_per_frame`"},
     {"read_lux", &CaptureSettings::read_lux, "ask the lux meter before and after the sweep"},
     {"lux_accuracy", &CaptureSettings::lux_accuracy, ConfigRange(0, 1),
-     "the lux meter's limit of error by its data sheet, as a share of the reading; 0: not known", Need::kSparse},
+     "the meter's limit of error, a share of the reading; 0: not known", Need::kSparse},
 };
 constexpr SettingsTable<CaptureSettings> kCapture{kCaptureRows};
 
@@ -51,7 +51,7 @@ const Setting<SweepSettings> kSweepRows[] = {
     {"lead_in_s", &SweepSettings::lead_in, kTime,
      "constant velocity before the first recorded frame: backlash is taken up"},
     {"passes", &SweepSettings::passes, ConfigRange(1, 100),
-     "sweeps; the lines of pass k lie k / passes of a line spacing beside pass 0"},
+     "sweeps; pass k lies k / passes of a line spacing beside pass 0"},
     {"there_and_back", &SweepSettings::there_and_back, "odd passes sweep backwards; false: the elbow returns first"},
 };
 constexpr SettingsTable<SweepSettings> kSweep{kSweepRows};
@@ -111,8 +111,7 @@ const Setting<RealTimeSettings> kOverrunsRows[] = {
 constexpr SettingsTable<RealTimeSettings> kOverruns{kOverrunsRows};
 
 const Setting<RealTimeSettings> kRealTimeRows[] = {
-    {"required", &RealTimeSettings::required,
-     "false: what the system does not grant is told, and the scan goes on without it"},
+    {"required", &RealTimeSettings::required, "false: a scan goes on without what the system does not grant"},
     {"priority", &RealTimeSettings::priority, ConfigRange(1, 98), "of SCHED_FIFO"},
     {"cpu", {read_cpu, write_cpu, "none, or a processor's number"}, "the only processor the cycle runs on"},
     {"lock_memory", &RealTimeSettings::lock_memory, "the process's memory stays where it is"},
@@ -124,7 +123,7 @@ constexpr SettingsTable<RealTimeSettings> kRealTime{kRealTimeRows};
 const Setting<BeamSettings> kBeamRows[] = {
     {"verify", &BeamSettings::verify, "compares what cameras see with what the laser's device says"},
     {"frames", &BeamSettings::frames, ConfigRange(2, 100),
-     "so many frames of one camera in a row against the laser's word are a fault"},
+     "so many of one camera in a row against the laser's word are a fault"},
     {"dark_frames", &BeamSettings::dark_frames, ConfigRange(1, 100),
      "of a camera, before the first light; at most the scan's own"},
     {"waived", &BeamSettings::waived, "names of cameras that do not testify"},
@@ -135,9 +134,9 @@ const Setting<SafetySettings> kSafetyRows[] = {
     {"indicator_delay_s", &SafetySettings::indicator_delay, ConfigRange(1, 60),
      "from arming to the first light, at least"},
     {"maximum_on_s", &SafetySettings::maximum_on, ConfigRange(1, 3600),
-     "longest stretch of light; it ends when it has been dark for indicator_delay_s"},
+     "longest stretch of light, until it is dark for indicator_delay_s"},
     {"hold_limit_s", &SafetySettings::hold_limit, ConfigRange(1, 3600),
-     "longest light with the arm at rest that an operator asks for once; at most maximum_on_s"},
+     "longest light with the arm at rest; at most maximum_on_s"},
     {"laser_off_allowance_s", &SafetySettings::laser_off_allowance, ConfigRange(0.01, 5),
      "longest the laser may stay powered or lit when it is not commanded"},
     {"laser_on_margin_s", &SafetySettings::laser_on_margin, ConfigRange(0.01, 5),
@@ -149,18 +148,15 @@ const Setting<SafetySettings> kSafetyRows[] = {
     {"camera_timeout_s", &SafetySettings::camera_timeout, ConfigRange(0.1, 60),
      "longest silence of a camera that has begun to deliver"},
     {"guardian_timeout_s", &SafetySettings::guardian_timeout, ConfigRange(0.02, 5),
-     "longest time between two safety steps; then the guardian switches the laser off and stops the arm; at least "
-     "three "
-     "cycles"},
+     "longest time between two safety steps before the guardian acts; at least three cycles"},
     {"beam", &SafetySettings::beam, kBeam},
     {"heartbeat_output", &SafetySettings::heartbeat_output, kHeartbeatOutputKeys},
     {"enable_input", &SafetySettings::enable_input, kEnableInputKeys},
     {"start_warning_s", &SafetySettings::start_warning, ConfigRange(0, 60),
-     "between the operator's word and the first motion or light; left out: 3 with devices, 0 simulated"},
+     "from the operator's yes to the first motion or light; left out: 3 with devices, 0 simulated"},
     {"warning_output", &SafetySettings::warning_output, kWarningOutputKeys},
     {"commissioned_within_h", &SafetySettings::commissioned_within_h, ConfigRange(1, 168),
-     "motion and light need a passed `tankrig doctor --commission` that is no older; left out: 24 with devices, none "
-     "simulated"},
+     "longest age of the start-up test ([safety.md](safety.md)); left out: 24 with devices, none simulated"},
 };
 void check_hold_limit(const ConfigNode& node, const SafetySettings& s) {
   if (s.hold_limit > s.maximum_on)
@@ -172,7 +168,7 @@ constexpr SettingsTable<SafetySettings> kSafety{kSafetyRows, check_hold_limit};
 
 const Setting<SyncGate> kSyncRows[] = {
     {"max_residual_ms", &SyncGate::max_residual, kMilli,
-     "a frame whose joints are known less well in time, two sigma of its stamp included, is refused"},
+     "a frame whose joints are known less well is refused, two sigma of its stamp included"},
     {"max_residual_mm", &SyncGate::max_residual_on_target, kMilli,
      "the same as what the laser plane moves by at the object"},
 };

@@ -42,6 +42,7 @@ void Cycle::timed_step() noexcept {
   if (real_time_.pace == CyclePace::kDevice)
     if (const Stamp sample = executive_.newest_joints(); sample.ns != 0) grid_.shift(phase_.steer(began - sample));
   times_->wake_up.add(began - point);
+  wake_ups_.add(began - point);
   times_->execution.add(ended - began);
   if (began_) times_->period.add(began - *began_);
   began_ = began;

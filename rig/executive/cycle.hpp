@@ -11,6 +11,7 @@
 #include "core/cycle_times.hpp"
 #include "core/locked_memory.hpp"
 #include "core/stall_detector.hpp"
+#include "core/wake_up_counts.hpp"
 #include "rig/executive/cycle_grid.hpp"
 #include "rig/executive/executive.hpp"
 #include "rig/platform/real_time.hpp"
@@ -60,6 +61,11 @@ class Cycle {
   std::uint64_t overruns() const noexcept { return overruns_.load(std::memory_order_relaxed); }
   std::uint64_t missed_cycles() const noexcept { return missed_.load(std::memory_order_relaxed); }
 
+  /// So far; nothing under a virtual clock.
+  std::optional<WakeUpCounts::Seen> wake_ups() const noexcept {
+    return clock_.real_time() ? std::optional(wake_ups_.seen()) : std::nullopt;
+  }
+
   /// Empty under a virtual clock.
   /// Threads: after end().
   const std::optional<CycleTimes>& times() const noexcept { return times_; }
@@ -92,6 +98,7 @@ class Cycle {
 
   std::atomic<std::uint64_t> steps_{0}, overruns_{0}, missed_{0};
   std::atomic<bool> ending_{false}, ended_{false};
+  WakeUpCounts wake_ups_;
 
   // The caller's.
   StallDetector silence_;

@@ -197,7 +197,7 @@ class Guardian {
     deeds_.acknowledged = acknowledged_;
     deeds_.devices_ended = out_of_reach();
     deeds_.ended = true;
-    report_.reset();
+    report_->tell();
     return !state_.taken_over ? 0 : confirmed ? 3 : 1;
   }
 
@@ -207,14 +207,14 @@ class Guardian {
   socklen_t size_ = sizeof program_;
   GuardianMemory memory_;
   MonotonicClock clock_;
+  GuardianDeeds deeds_;
+  std::optional<GuardianReport> report_;  // outlives the lines: its lock says that they are taken
   RelayOff laser_;
   SerialArmLink* arm_line_ = nullptr;
   std::optional<ArmRest> arm_;
   bool has_laser_ = false, has_arm_ = false, gone_ = false, acknowledged_ = false, told_ = false;
   GuardianState state_;
   Stamp ask_at_{};
-  GuardianDeeds deeds_;
-  std::optional<GuardianReport> report_;
 };
 
 /// Signals are asked for; but those of a crash end it.

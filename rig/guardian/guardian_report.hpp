@@ -22,8 +22,8 @@ struct GuardianDeeds {
 };
 
 /// Tells of the deeds from a thread of its own, which may be held up by the terminal or the disk: when the guardian
-/// takes over, when something is confirmed, and every kAgain while something is not. The file is locked as long as the
-/// guardian lives. Allocates nothing once constructed.
+/// takes over, when something is confirmed, and every kAgain while something is not. The file is locked until its
+/// destruction. Allocates nothing once constructed.
 /// Threads: one constructs and destroys it; tell() any.
 class GuardianReport {
  public:

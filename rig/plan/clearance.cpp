@@ -8,6 +8,9 @@
 #include <limits>
 #include <optional>
 
+#include "core/input_error.hpp"
+#include "rig/plan/nearest_points.hpp"
+
 namespace tankrig {
 namespace {
 
@@ -31,23 +34,27 @@ std::unique_ptr<Triangles> axis_of(const Capsule& c) {
   return triangles_of({c.a, c.b, c.b + kAxisWidth * aside}, {{0, 1, 2}});
 }
 
-std::unique_ptr<Triangles> skin_of(const Box& box) {
+std::vector<Vector3d> corners_of(const Box& box) {
   std::vector<Vector3d> corners;
   for (const double x : {-0.5, 0.5})
     for (const double y : {-0.5, 0.5})
       for (const double z : {-0.5, 0.5}) corners.push_back(box.xMbox * box.size.cwiseProduct(Vector3d(x, y, z)));
-  return triangles_of(corners, {{0, 1, 2},
-                                {1, 3, 2},
-                                {4, 6, 5},
-                                {5, 6, 7},
-                                {0, 4, 1},
-                                {1, 4, 5},
-                                {2, 3, 6},
-                                {3, 7, 6},
-                                {0, 2, 4},
-                                {2, 6, 4},
-                                {1, 5, 3},
-                                {3, 5, 7}});
+  return corners;
+}
+
+std::unique_ptr<Triangles> skin_of(const Box& box) {
+  return triangles_of(corners_of(box), {{0, 1, 2},
+                                        {1, 3, 2},
+                                        {4, 6, 5},
+                                        {5, 6, 7},
+                                        {0, 4, 1},
+                                        {1, 4, 5},
+                                        {2, 3, 6},
+                                        {3, 7, 6},
+                                        {0, 2, 4},
+                                        {2, 6, 4},
+                                        {1, 5, 3},
+                                        {3, 5, 7}});
 }
 
 bool is_inside(const Vector3d& p, const Box& box) {
@@ -58,11 +65,17 @@ bool is_inside(const Vector3d& p, const Box& box) {
 struct Body {
   std::string name;
   int link = 0;
-  Capsule axis{};
   std::unique_ptr<Triangles> triangles{};
+  std::vector<Vector3d> corners{};  // of a solid box, or the ends of a capsule's axis
+  double radius = 0;
   std::optional<Box> solid{};
   std::optional<Plane> plane{};             // the arm is on its normal's side
-  JointVector reach = JointVector::Zero();  // farthest of its axis from each joint's axis, whatever the posture [m]
+  JointVector reach = JointVector::Zero();  // farthest of its corners from each joint's axis, whatever the posture [m]
+
+  /// Whether a body lies in this solid box, once their skins do not meet. `xMother`: it in this one's frame.
+  bool holds(const Body& other, const Transform& xMother) const {
+    return solid && !other.corners.empty() && is_inside(xMother * other.corners.front(), *solid);
+  }
 };
 
 /// Of link `number`, 1 to 4, at joint angle 0.
@@ -71,10 +84,10 @@ Transform link_transform(const ArmModel& arm, int number) {
   return Eigen::Translation3d(link.a, 0, link.d) * Eigen::AngleAxisd(link.alpha, Vector3d::UnitX());
 }
 
-JointVector reach_of(const ArmModel& arm, int link, const Capsule& axis) {
+JointVector reach_of(const ArmModel& arm, int link, const std::vector<Vector3d>& corners) {
   JointVector reach = JointVector::Zero();
-  for (const Vector3d& end : {axis.a, axis.b}) {
-    const Vector3d p = link_transform(arm, link) * end;
+  for (const Vector3d& corner : corners) {
+    const Vector3d p = link_transform(arm, link) * corner;
     reach[link - 1] = std::max(reach[link - 1], std::hypot(p.x(), p.y()));
     double beyond = p.norm();
     for (int j = link - 2; j >= 0; --j) {
@@ -85,16 +98,18 @@ JointVector reach_of(const ArmModel& arm, int link, const Capsule& axis) {
   return reach;
 }
 
-Body fixed_capsule(const std::string& name, const Capsule& c) {
-  return {.name = name, .axis = c, .triangles = axis_of(c)};
+Body body_of(const std::string& name, const Shape& shape) {
+  if (const Box* const box = std::get_if<Box>(&shape))
+    return {.name = name, .triangles = skin_of(*box), .corners = corners_of(*box), .solid = *box};
+  const auto& capsule = std::get<Capsule>(shape);
+  return {.name = name, .triangles = axis_of(capsule), .corners = {capsule.a, capsule.b}, .radius = capsule.radius};
 }
 
-Body fixed_box(const std::string& name, const Box& box) {
-  return {.name = name, .triangles = skin_of(box), .solid = box};
-}
-
-Body moved_capsule(const ArmModel& arm, const std::string& name, int link, const Capsule& c) {
-  return {.name = name, .link = link, .axis = c, .triangles = axis_of(c), .reach = reach_of(arm, link, c)};
+Body moved_body(const ArmModel& arm, const std::string& name, int link, const Shape& shape) {
+  Body body = body_of(name, shape);
+  body.link = link;
+  body.reach = reach_of(arm, link, body.corners);
+  return body;
 }
 
 std::vector<Body> walls(const Obstacles& o) {
@@ -112,11 +127,14 @@ std::vector<Body> walls(const Obstacles& o) {
 
 }  // namespace
 
-struct Clearance::Model {
+/// Of Clearance, and of whoever asks where two bodies are nearest.
+struct ClearanceModel {
   struct Pair {
     PairKind kind;
     std::size_t obstacle, body;  // the body is moved by every joint that moves the obstacle
   };
+
+  ClearanceModel(const ArmModel& arm, const Obstacles& obstacles);
 
   ArmModel arm;
   std::vector<Body> bodies{};
@@ -128,24 +146,25 @@ struct Clearance::Model {
   }
   std::size_t add_link(const char* name, int link, const Obstacles& o, const Vector3d& end = Vector3d::Zero()) {
     const Vector3d begin = link_transform(arm, link).inverse().translation();
-    return add(moved_capsule(arm, name, link, {begin, end, o.link_radius}));
+    return add(moved_body(arm, name, link, Capsule{begin, end, o.link_radius}));
   }
+  std::string name(const Pair& p) const { return bodies[p.obstacle].name + ": " + bodies[p.body].name; }
   /// The forearm without what is near the elbow.
   Body forearm_beyond_elbow(const Body& forearm) const {
-    const double near = kElbowRadii * forearm.axis.radius, aside = link_transform(arm, 3).translation().norm();
-    const Vector3d way = forearm.axis.b - forearm.axis.a;
+    const double near = Clearance::kElbowRadii * forearm.radius, aside = link_transform(arm, 3).translation().norm();
+    const Vector3d &elbow = forearm.corners[0], &end = forearm.corners[1], way = end - elbow;
     const double left_out = std::min(std::sqrt(std::max(0.0, near * near - aside * aside)), way.norm());
-    return moved_capsule(arm, forearm.name, forearm.link,
-                         {forearm.axis.a + left_out * way.normalized(), forearm.axis.b, forearm.axis.radius});
+    return moved_body(arm, forearm.name, forearm.link,
+                      Capsule{elbow + left_out * way.normalized(), end, forearm.radius});
   }
 };
 
-Clearance::Clearance(const ArmModel& arm, const Obstacles& o) : model_(new Model{arm}) {
-  Model& m = *model_;
+ClearanceModel::ClearanceModel(const ArmModel& of, const Obstacles& o) : arm(of) {
+  ClearanceModel& m = *this;
   const std::size_t slew_link = m.add_link("slew link", 1, o), upper_arm = m.add_link("upper arm", 2, o),
                     elbow = m.add_link("elbow", 3, o),
                     forearm = m.add_link("forearm", 4, o, o.tool_length * Vector3d::UnitZ());
-  for (const auto& [name, shape] : o.carried) m.add(moved_capsule(arm, name, 4, shape));
+  for (const auto& [name, shape] : o.carried) m.add(moved_body(arm, name, 4, shape));
   const std::size_t moved = m.bodies.size();
 
   const auto against_all = [&](PairKind kind, Body body) {
@@ -160,15 +179,13 @@ Clearance::Clearance(const ArmModel& arm, const Obstacles& o) : model_(new Model
     against_all(PairKind::kObject, {.name = "object", .triangles = triangles_of(o.object.vertices, triangles)});
   }
   for (Body& wall : walls(o)) against_all(PairKind::kTank, std::move(wall));
-  for (const auto& [name, box] : o.cameras) against_all(PairKind::kCamera, fixed_box("camera " + name, box));
-  for (const auto& [name, shape] : o.fixed)
-    against_all(PairKind::kFrame, std::holds_alternative<Box>(shape) ? fixed_box(name, std::get<Box>(shape))
-                                                                     : fixed_capsule(name, std::get<Capsule>(shape)));
+  for (const auto& [name, box] : o.cameras) against_all(PairKind::kCamera, body_of("camera " + name, box));
+  for (const auto& [name, shape] : o.fixed) against_all(PairKind::kFrame, body_of(name, shape));
 
   const auto against_itself = [&](std::size_t nearer, std::size_t body) {
     m.pairs.push_back({PairKind::kArm, nearer, body});
   };
-  const std::size_t base = m.add(fixed_capsule("base", o.base));
+  const std::size_t base = m.add(body_of("base", o.base));
   for (std::size_t body = elbow; body < moved; ++body) {
     against_itself(base, body);
     against_itself(slew_link, body);
@@ -180,16 +197,19 @@ Clearance::Clearance(const ArmModel& arm, const Obstacles& o) : model_(new Model
   }
 }
 
+struct Clearance::Model : ClearanceModel {
+  using ClearanceModel::ClearanceModel;
+};
+
+Clearance::Clearance(const ArmModel& arm, const Obstacles& o) : model_(std::make_unique<Model>(arm, o)) {}
+
 Clearance::~Clearance() = default;
 
 std::size_t Clearance::pairs() const noexcept { return model_->pairs.size(); }
 
 PairKind Clearance::kind(std::size_t pair) const { return model_->pairs[pair].kind; }
 
-std::string Clearance::name(std::size_t pair) const {
-  const Model::Pair& p = model_->pairs[pair];
-  return model_->bodies[p.obstacle].name + ": " + model_->bodies[p.body].name;
-}
+std::string Clearance::name(std::size_t pair) const { return model_->name(model_->pairs[pair]); }
 
 double Clearance::at(std::size_t pair, const JointVector& q) const {
   const Model::Pair& p = model_->pairs[pair];
@@ -198,14 +218,17 @@ double Clearance::at(std::size_t pair, const JointVector& q) const {
   const auto bMlink = [&](int link) {
     return link == 0 ? Transform::Identity() : frames[static_cast<std::size_t>(link - 1)];
   };
-  const Transform bMbody = bMlink(body.link);
-  const Vector3d begin = bMbody * body.axis.a;
-  if (obstacle.plane)
-    return std::min(obstacle.plane->distance(begin), obstacle.plane->distance(bMbody * body.axis.b)) - body.axis.radius;
-  const double radii = obstacle.axis.radius + body.axis.radius;
-  if (obstacle.solid && is_inside(begin, *obstacle.solid)) return -radii;
+  const Transform bMbody = bMlink(body.link), bMobstacle = bMlink(obstacle.link);
+  if (obstacle.plane) {
+    double nearest = HUGE_VAL;
+    for (const Vector3d& corner : body.corners) nearest = std::min(nearest, obstacle.plane->distance(bMbody * corner));
+    return nearest - body.radius;
+  }
+  const double radii = obstacle.radius + body.radius;
+  const Transform obstacleMbody = bMobstacle.inverse() * bMbody;
+  if (obstacle.holds(body, obstacleMbody) || body.holds(obstacle, obstacleMbody.inverse())) return -radii;
   fcl::DistanceResultd result;
-  const double distance = fcl::distance(obstacle.triangles.get(), bMlink(obstacle.link), body.triangles.get(), bMbody,
+  const double distance = fcl::distance(obstacle.triangles.get(), bMobstacle, body.triangles.get(), bMbody,
                                         fcl::DistanceRequestd(), result);
   return std::max(0.0, distance) - radii;
 }
@@ -216,6 +239,32 @@ double Clearance::closing_speed(std::size_t pair, const JointVector& velocity) c
   double speed = 0;
   for (int j = model_->bodies[p.obstacle].link; j < body.link; ++j) speed += body.reach[j] * std::abs(velocity[j]);
   return speed;
+}
+
+NearestPoints nearest_points(const ArmModel& arm, const Obstacles& obstacles, const std::string& pair,
+                             const JointVector& q) {
+  const ClearanceModel model(arm, obstacles);
+  const auto found = std::ranges::find_if(model.pairs, [&](const auto& p) { return model.name(p) == pair; });
+  if (found == model.pairs.end()) throw InputError("clearance: found no pair '" + pair + "'");
+  const Body &obstacle = model.bodies[found->obstacle], &body = model.bodies[found->body];
+  const auto frames = arm.link_frames(q);
+  const auto bMlink = [&](int link) {
+    return link == 0 ? Transform::Identity() : frames[static_cast<std::size_t>(link - 1)];
+  };
+  const Transform bMbody = bMlink(body.link);
+  if (obstacle.plane) {
+    const auto distance = [&](const Vector3d& corner) { return obstacle.plane->distance(bMbody * corner); };
+    const Vector3d nearest = bMbody * *std::ranges::min_element(body.corners, {}, distance);
+    const Vector3d& away = obstacle.plane->normal;
+    return {nearest - obstacle.plane->distance(nearest) * away, nearest - body.radius * away};
+  }
+  fcl::DistanceRequestd request;
+  request.enable_nearest_points = true;
+  fcl::DistanceResultd result;
+  fcl::distance(obstacle.triangles.get(), bMlink(obstacle.link), body.triangles.get(), bMbody, request, result);
+  const Vector3d &there = result.nearest_points[0], &here = result.nearest_points[1];
+  const Vector3d way = (here - there).normalized();
+  return {there + obstacle.radius * way, here - body.radius * way};
 }
 
 }  // namespace tankrig

@@ -15,7 +15,7 @@ enum class PairKind { kObject, kTank, kCamera, kFrame, kArm };
 inline constexpr std::array<const char*, 5> kPairKindNames{"object", "floor and walls", "cameras", "frame",
                                                            "arm itself"};
 
-/// The arm is a chain of capsules: slew link, upper arm, elbow and forearm along the DH links, and what it carries.
+/// The arm is a chain of capsules: slew link, upper arm, elbow and forearm along the DH links; and what it carries.
 /// Each is paired with every obstacle, with the arm's base and with the others. Left out are pairs that always touch:
 /// bodies with a common joint, base and upper arm, and the upper arm with the part of the forearm within kElbowRadii
 /// link radii of the elbow.

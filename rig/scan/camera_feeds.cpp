@@ -166,6 +166,13 @@ void CameraFeeds::keep_account(Feed& feed, const Frame& frame) {
   feed.last->sequence = frame.sequence;
 }
 
+std::vector<CameraProgress> CameraFeeds::progress() const {
+  std::vector<CameraProgress> out;
+  for (const Feed& feed : feeds_)
+    out.push_back({feed.camera->info().name, feed.taken, feed.camera->counters().left_out() - feed.before.left_out()});
+  return out;
+}
+
 std::map<std::string, std::uint64_t> CameraFeeds::close_account(std::map<std::string, std::uint64_t>& counts) const {
   std::map<std::string, std::uint64_t> expected;
   for (const auto& [reason, count] : triggers_.counts()) counts[reason] += count;

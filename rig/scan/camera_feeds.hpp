@@ -26,6 +26,13 @@ struct ScanCamera {
   Duration time_offset = {};  ///< t_camera - t_joints
 };
 
+/// A camera's frames so far.
+struct CameraProgress {
+  std::string name;
+  std::uint64_t taken = 0;     ///< arrived here
+  std::uint64_t left_out = 0;  ///< by its driver
+};
+
 /// What the feeds report to the scan.
 struct CameraFeedEvents {
   std::function<void()> asks;        ///< a driver call that may take its time is next
@@ -54,6 +61,8 @@ class CameraFeeds {
   /// Reports a camera that delivers nothing though its driver finds nothing wrong; a triggered one only if it is
   /// triggered.
   void check_silence();
+
+  std::vector<CameraProgress> progress() const;
 
   void begin_round() { held_up_.clear(); }
   /// The last wait of this round that was too long: "camera mono: held the supervisor up for 412 ms"; empty: none.

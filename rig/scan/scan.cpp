@@ -118,8 +118,7 @@ class ScanRun {
                                   seconds(job_.box->enable_wait())));
       if (job_.clock.now() < tell) continue;
       tell = tell + kProgressPeriod;
-      if (job_.progress)
-        job_.progress({0, Phase::kMove, "waiting for the watchdog box: press its button", newest_q_, newest_laser_});
+      if (job_.progress) job_.progress(progress(0, Phase::kMove, "waiting for the watchdog box: press its button"));
     }
   }
 
@@ -177,7 +176,7 @@ class ScanRun {
 
   /// An open interlock ends a scan even where it opens before the executive is armed; a plan without light goes on.
   void read_interlock() {
-    const bool closed = job_.interlock_closed && job_.interlock_closed();
+    const bool closed = interlock_closed_ = job_.interlock_closed && job_.interlock_closed();
     executive_.set_interlock(closed);
     if (!closed && plan_.uses_laser() && !ended()) device_failed(kInterlockOpen);
   }
@@ -218,6 +217,7 @@ class ScanRun {
   void consume(const CycleRecord& record) {
     look_at_the_end(record);
     if (record.has_joints) take_joints(record.joints);
+    if (record.laser && record.laser->emitting) lit_ += record.stamp - last_.stamp;
     if (record.laser) newest_laser_ = record.laser;
     laser_.add(record);
     beam_.add(record);
@@ -234,6 +234,7 @@ class ScanRun {
     }
     joints_.push(state);
     newest_q_ = state.q;
+    newest_current_a_ = state.current_a;
     job_.sink.joints(state);
   }
 
@@ -280,8 +281,25 @@ class ScanRun {
     if (!job_.progress || !plan_zero_ || ended() || last_.stamp < next_progress_) return;
     next_progress_ = last_.stamp + kProgressPeriod;
     const Segment& segment = plan_.segments()[last_.segment];
-    job_.progress({std::clamp(last_.plan_time / plan_.duration(), 0.0, 1.0), segment.phase, segment.name, newest_q_,
-                   newest_laser_});
+    job_.progress(progress(std::clamp(last_.plan_time / plan_.duration(), 0.0, 1.0), segment.phase, segment.name));
+  }
+
+  ScanProgress progress(double fraction, Phase phase, std::string segment) const {
+    ScanProgress p;
+    p.fraction = fraction;
+    p.phase = phase;
+    p.segment = std::move(segment);
+    p.q = newest_q_;
+    p.laser = newest_laser_;
+    p.current_a = newest_current_a_;
+    p.armed = last_.armed;
+    p.interlock_closed = interlock_closed_;
+    if (job_.box && job_.box->reads_enable()) p.box_enabled = job_.box->enabled(job_.clock.now());
+    p.lit_s = seconds(lit_);
+    p.cameras = feeds_.progress();
+    p.wake_ups = cycle_.wake_ups();
+    p.overruns = cycle_.overruns();
+    return p;
   }
 
   std::string status() const {
@@ -348,6 +366,9 @@ class ScanRun {
   CycleRecord last_;
   std::optional<JointVector> newest_q_;
   std::optional<LaserState> newest_laser_;
+  double newest_current_a_ = 0;
+  Duration lit_{};
+  bool interlock_closed_ = false;
   std::optional<Stamp> plan_zero_;
   Stamp round_began_{}, well_at_{};
   std::string failure_;             // why the supervisor wants an end

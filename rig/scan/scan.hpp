@@ -11,6 +11,7 @@
 #include "core/arm_model.hpp"
 #include "core/clock.hpp"
 #include "core/cycle_times.hpp"
+#include "core/wake_up_counts.hpp"
 #include "drivers/arm/arm.hpp"
 #include "drivers/laser/laser.hpp"
 #include "drivers/watchdog/watchdog_box.hpp"
@@ -31,6 +32,14 @@ struct ScanProgress {
   std::string segment;              ///< its name
   std::optional<JointVector> q;     ///< the newest joints; none before the arm has said them
   std::optional<LaserState> laser;  ///< the newest that it said
+  double current_a = 0;             ///< of the arm's supply, with `q`
+  bool armed = false;               ///< the safety step's
+  bool interlock_closed = false;    ///< as the backend reads it
+  std::optional<bool> box_enabled;  ///< the watchdog box's enable input; none: there is none
+  double lit_s = 0;                 ///< how long the laser has emitted so far
+  std::vector<CameraProgress> cameras;
+  std::optional<WakeUpCounts::Seen> wake_ups;  ///< in real time only
+  std::uint64_t overruns = 0;                  ///< of the cycle
 };
 
 struct ScanResult {

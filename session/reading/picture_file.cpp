@@ -9,6 +9,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "core/jpeg_errors.hpp"
+#include "core/picture_codecs.hpp"
 #include "session/recording/png_file.hpp"
 
 namespace tankrig {
@@ -288,10 +289,7 @@ cv::Mat decode_picture(std::string_view bytes, const std::filesystem::path& file
   check_whole(bytes, file);
   cv::Mat image = decode_plain_png(bytes);
   if (fits(image, flags)) return image;
-  try {
-    image = cv::imdecode(cv::Mat(1, static_cast<int>(bytes.size()), CV_8UC1, const_cast<char*>(bytes.data())), flags);
-  } catch (const cv::Exception&) {
-  }
+  image = decode_by_opencv(bytes, flags);
   if (image.size() != *size) throw DamagedPicture(file, "cannot be decoded, expected an image that is whole");
   return image;
 }

@@ -7,8 +7,8 @@
 #include <cerrno>
 #include <chrono>
 #include <cstring>
-#include <thread>
 
+#include "core/clock.hpp"
 #include "core/input_error.hpp"
 
 namespace tankrig {
@@ -19,10 +19,11 @@ SessionLock::SessionLock(const std::filesystem::path& session, SessionUse use, D
     throw InputError(session, "is not a folder, expected a session");
   if (descriptor_ < 0) throw InputError(session, std::string("cannot be opened: ") + std::strerror(errno));
   const int kind = use == SessionUse::kWrite ? LOCK_EX : LOCK_SH;
-  for (const auto end = std::chrono::steady_clock::now() + patience;;) {
+  MonotonicClock clock;
+  for (const Stamp end = clock.now() + patience;;) {
     if (::flock(descriptor_, kind | LOCK_NB) == 0 || errno != EWOULDBLOCK) return;  // or no locks on this file system
-    if (std::chrono::steady_clock::now() >= end) break;
-    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    if (clock.now() >= end) break;
+    clock.sleep_until(clock.now() + std::chrono::milliseconds(20));
   }
   ::close(descriptor_);
   throw InputError(session, std::string("is being written ") + (use == SessionUse::kWrite ? "or read " : "") +

@@ -24,7 +24,7 @@ struct EmulatedArmKeys : EmulatedArm {
   bool homed = false;
 };
 const Setting<EmulatedArmKeys> kEmulatedArmRows[] = {
-    {"homed", &EmulatedArmKeys::homed, "zero file and proof of an orderly end are there, as after `tankrig arm home`"},
+    {"homed", &EmulatedArmKeys::homed, "as after `tankrig arm home`"},
     {"can_interface", &EmulatedArmKeys::can_interface, "the emulator's end of a kernel's bus"},
     {"", &EmulatedArmKeys::parameters, kArmEmulatorKeys},
 };

@@ -10,7 +10,9 @@
 #include <vector>
 
 #include "core/input_error.hpp"
+#include "core/picture_codecs.hpp"
 #include "core/settings_table.hpp"
+#include "core/text_files.hpp"
 #include "sim_backends/wire/v4l2_output.hpp"
 
 namespace tankrig::sim {
@@ -41,8 +43,7 @@ const Setting<V4l2OutputSettings> kV4l2OutputRows[] = {
     {"readout_s", &V4l2OutputSettings::readout, ConfigRange(0, 10),
      "from the end of the exposure to the picture's end"},
     {"stamped", &V4l2OutputSettings::stamped,
-     "the stamp is the end of the read-out however late it was written, and pictures are not counted; false: the "
-     "kernel stamps and counts when it is written"},
+     "stamped at the end of the read-out, not counted; false: the kernel stamps and counts when it is written"},
 };
 void check_output(const ConfigNode& node, const V4l2OutputSettings& s) {
   if (s.format == PixelFormat::kYuyv && s.width % 2 != 0)
@@ -63,8 +64,8 @@ PictureSource pictures_of_folder(const fs::path& folder, int width, int height, 
   std::sort(files.begin(), files.end());
   auto pictures = std::make_shared<std::vector<cv::Mat>>();
   for (const fs::path& file : files) {
-    cv::Mat picture =
-        file.extension() == ".png" ? cv::imread(file.string(), cv::IMREAD_UNCHANGED) : raw_picture(file, width, height);
+    cv::Mat picture = file.extension() == ".png" ? decode_by_opencv(read_whole_file(file), cv::IMREAD_UNCHANGED)
+                                                 : raw_picture(file, width, height);
     if (picture.cols != width || picture.rows != height || picture.depth() != CV_8U ||
         (picture.channels() != 1 && picture.channels() != 3))
       throw InputError(file, fmt::format("expected {}x{}, 8-bit grey or BGR", width, height));

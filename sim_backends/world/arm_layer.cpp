@@ -33,7 +33,7 @@ ArmLayer::ArmLayer(const std::vector<Capsule>& bodies, const CameraView& view) :
       if (p.z() < -radius || beyond(p.x() - high.x() * p.z(), high.x()) || beyond(low.x() * p.z() - p.x(), low.x()) ||
           beyond(p.y() - high.y() * p.z(), high.y()) || beyond(low.y() * p.z() - p.y(), low.y()))
         continue;
-      if (p.z() < 1.5f * radius) {
+      if (p.z() < 1.5f * radius || view.spec().model.port) {  // behind a port a window has no simple shape
         window = {-kInfinity, -kInfinity, kInfinity, kInfinity};
         break;
       }
@@ -65,11 +65,11 @@ void ArmLayer::cover(int first, int count, float* rows, const Radiometry& radiom
       std::optional<BodyHit> seen;
       Vector3f p = Vector3f::Zero();
       const auto covers = [&](float du, float dv) {
-        const Vector3f ray = view_->direction(static_cast<float>(u) + du, static_cast<float>(v) + dv);
+        const CameraView::Sight ray = view_->sight(static_cast<float>(u) + du, static_cast<float>(v) + dv);
         const float free = boards.in_view() ? std::min(view_->range(u, v), boards.range(ray)) : view_->range(u, v);
-        const auto hit = intersect(near, view_->centre(), ray, 0.005f, free);
+        const auto hit = intersect(near, ray.origin, ray.direction, 0.005f, free);
         if (!hit) return 0;
-        if (!seen) seen = hit, p = view_->centre() + hit->distance * ray;
+        if (!seen) seen = hit, p = ray.origin + hit->distance * ray.direction;
         return 1;
       };
       int covered = covers(-0.25f, -0.25f) + covers(0.25f, 0.25f);

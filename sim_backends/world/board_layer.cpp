@@ -42,17 +42,17 @@ BoardLayer::BoardLayer(const std::vector<PlacedBoard>& boards, const CameraView&
     for (int i = 0; i <= kOutline; ++i)
       for (int j = 0; j <= kOutline; ++j) {
         const Vector3d p = cMw * placed.wMt * at(i / double{kOutline}, j / double{kOutline});
-        if (p.z() < 0.05)
+        const auto pixel = model.project(p);
+        if (p.z() < 0.05 || !pixel)
           behind = true;
         else if (const Vector2d n(p.x() / p.z(), p.y() / p.z()); n.norm() < 1.2)  // the distortion folds beyond
-          seen.extend(*model.project(p));
+          seen.extend(*pixel);
       }
     if (seen.isEmpty()) continue;
     Board board;
     board.print = placed.print;
     board.tMw = placed.wMt.inverse().cast<float>();
-    board.eye = board.tMw * view.centre();
-    board.front = board.eye.z() < 0;
+    board.front = (board.tMw * view.centre()).z() < 0;
     const double margin = behind ? 1e4 : reach + 2;
     board.left = std::clamp(static_cast<int>(seen.min().x() - margin), 0, view.width());
     board.right = std::clamp(static_cast<int>(seen.max().x() + margin) + 1, 0, view.width());
@@ -78,16 +78,16 @@ BoardLayer::BoardLayer(const std::vector<PlacedBoard>& boards, const CameraView&
   }
 }
 
-float BoardLayer::Board::range(const Vector3f& direction_t) const {
-  const float t = -eye.z() / direction_t.z();
+float BoardLayer::Board::range(const CameraView::Sight& ray_t) const {
+  const float t = -ray_t.origin.z() / ray_t.direction.z();
   if (!(t > 0 && t < kNoBoard)) return kNoBoard;
-  const Vector3f p = eye + t * direction_t;
+  const Vector3f p = ray_t.origin + t * ray_t.direction;
   return print->covers(p.x(), p.y()) ? t : kNoBoard;
 }
 
-float BoardLayer::range(const Vector3f& unit_direction) const {
+float BoardLayer::range(const CameraView::Sight& ray) const {
   float nearest = kNoBoard;
-  for (const Board& board : boards_) nearest = std::min(nearest, board.range(board.tMw.linear() * unit_direction));
+  for (const Board& board : boards_) nearest = std::min(nearest, board.range(board.on_board(ray)));
   return nearest;
 }
 
@@ -101,10 +101,10 @@ void BoardLayer::sample_row(const Board& board, int y, const PixelFilter& filter
   for (int x = from; x < to; ++x) {
     const float u = (static_cast<float>(x) + 0.5f) / kPerPixel - 0.5f;
     const int column = std::clamp((x < 0 ? 0 : x) / kPerPixel, 0, view_->width() - 1);
-    const Vector3f ray = board.tMw.linear() * view_->direction(u, v);
+    const CameraView::Sight ray = board.on_board(view_->sight(u, v));
     const float t = board.range(ray);
     if (t >= view_->range(column, row)) continue;
-    const Vector3f p = board.eye + t * ray;
+    const Vector3f p = ray.origin + t * ray.direction;
     const float albedo = board.front ? board.print->albedo(p.x(), p.y()) : kBackAlbedo;
     const float px = (p.x() - static_cast<float>(origin.x())) / static_cast<float>(size.x()),
                 py = (p.y() - static_cast<float>(origin.y())) / static_cast<float>(size.y());

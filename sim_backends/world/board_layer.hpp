@@ -21,8 +21,8 @@ class BoardLayer {
   BoardLayer(const std::vector<PlacedBoard>& boards, const CameraView& view, const Radiometry& radiometry);
 
   bool in_view() const { return !boards_.empty(); }
-  /// Distance along the ray to the nearest board [m]; large where there is none.
-  float range(const Vector3f& unit_direction) const;
+  /// Distance along the line of sight to the nearest board [m]; large where there is none.
+  float range(const CameraView::Sight& ray) const;
 
   /// Covers rows [first, first + count) of the image, `rows` starting at row `first`.
   void cover(int first, int count, float* rows, float light) const;
@@ -32,14 +32,17 @@ class BoardLayer {
   struct Board {
     std::shared_ptr<const BoardPrint> print;
     Eigen::Isometry3f tMw;
-    Vector3f eye;                                  ///< the camera, in the board's frame
     bool front;                                    ///< the camera sees what is printed
     int left, right, top, bottom;                  ///< pixels of the image that it may touch; right and bottom excluded
     std::array<Rgb, kNodes * kNodes> light, veil;  ///< on the board, after the water to the camera; the water's own
     std::vector<Eigen::Array4f>
         pixels;  ///< of [left, right) x [top, bottom): radiance at light 1, and the share it covers
 
-    float range(const Vector3f& direction_t) const;
+    /// Of a line of sight in the board's frame.
+    float range(const CameraView::Sight& ray_t) const;
+    CameraView::Sight on_board(const CameraView::Sight& ray) const {
+      return {tMw * ray.origin, tMw.linear() * ray.direction};
+    }
   };
   /// Light of a board in the fine samples [left, right) of row y, then in pixels.
   void sample_row(const Board& board, int y, const PixelFilter& filter, std::vector<Eigen::Array4f>& fine,

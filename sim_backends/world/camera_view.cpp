@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "sim_backends/world/ambient_grid.hpp"
+#include "sim_backends/world/port_rays.hpp"
 
 namespace tankrig::sim {
 namespace {
@@ -56,7 +57,7 @@ CameraView::CameraView(const CameraSpec& spec, const RenderGeometry& geometry, c
   shade(geometry, radiometry, quarters);
 }
 
-Vector3f CameraView::direction(float u, float v) const {
+CameraView::Sight CameraView::sight(float u, float v) const {
   const float x = std::clamp(u + 0.5f, 0.0f, static_cast<float>(width())),
               y = std::clamp(v + 0.5f, 0.0f, static_cast<float>(height()));
   const int i = std::min(static_cast<int>(x), width() - 1), j = std::min(static_cast<int>(y), height() - 1);
@@ -65,7 +66,10 @@ Vector3f CameraView::direction(float u, float v) const {
   const Eigen::Vector2f top = c[0] + fx * (c[1] - c[0]);
   const Eigen::Vector2f bottom = c[width() + 1] + fx * (c[width() + 2] - c[width() + 1]);
   const Eigen::Vector2f p = top + fy * (bottom - top);
-  return wRc_ * Vector3f(p.x(), p.y(), 1).normalized();
+  const Vector3f direction = Vector3f(p.x(), p.y(), 1).normalized();
+  if (!spec_.model.port) return {centre_, wRc_ * direction};
+  const PortRay ray = through_port(*spec_.model.port, direction.cast<double>().normalized());
+  return {centre_ + wRc_ * ray.origin.cast<float>(), wRc_ * ray.direction.cast<float>()};
 }
 
 std::array<float, 3> CameraView::response(const Rgb& colour) const {
@@ -83,7 +87,8 @@ void CameraView::trace(const RenderGeometry& geometry, const Radiometry& radiome
     for (int y = cell_y * kCellSub; y < end; ++y)
       for (int x = 0; x < quarters.columns; ++x) {
         const float u = (static_cast<float>(x) + 0.5f) / kSub - 0.5f, v = (static_cast<float>(y) + 0.5f) / kSub - 0.5f;
-        const auto hit = geometry.intersect(centre_, direction(u, v));
+        const Sight ray = sight(u, v);
+        const auto hit = geometry.intersect(ray.origin, ray.direction);
         float& range = ranges_[static_cast<std::size_t>(y / kSub) * width() + x / kSub];
         if (x % kSub == 0 && y % kSub == 0) range = hit ? hit->distance : kNowhere;
         if (!hit) continue;
@@ -149,13 +154,13 @@ void CameraView::shade_row(const RenderGeometry& geometry, const Radiometry& rad
       const int fine_x = x * kPer + k % kPer, fine_y = k / kPer;
       const float u = (static_cast<float>(fine_x) + 0.5f) / kFine - 0.5f;
       const float v = (static_cast<float>(y * kPer + fine_y) + 0.5f) / kFine - 0.5f;
-      const Vector3f ray = direction(u, v);
+      const Sight ray = sight(u, v);
       SurfaceHit hit = centre_hit;
       bool found = true;
       if (flat) {
-        hit.distance = hit.normal.dot(hit.p - centre_) / hit.normal.dot(ray);
-        hit.p = centre_ + hit.distance * ray;
-      } else if (const auto traced = geometry.intersect(centre_, ray)) {
+        hit.distance = hit.normal.dot(hit.p - ray.origin) / hit.normal.dot(ray.direction);
+        hit.p = ray.origin + hit.distance * ray.direction;
+      } else if (const auto traced = geometry.intersect(ray.origin, ray.direction)) {
         hit = *traced;
       } else {
         found = false;

@@ -55,11 +55,15 @@ class CameraView {
   }
 
   const Vector3f& centre() const { return centre_; }
-  /// Distance along the ray to the surface at the middle of pixel (u, v) [m]; large where there is none.
+  /// Distance along the line of sight to the surface at the middle of pixel (u, v) [m]; large where there is none.
   float range(int u, int v) const { return ranges_[static_cast<std::size_t>(v) * width() + u]; }
-  /// Unit direction of the ray through pixel coordinates within the image, w.
-  Vector3f direction(float u, float v) const;
-  /// Undistorted coordinates (x / z, y / z) of the corner (u - 0.5, v - 0.5), c.
+  /// A line of sight, w; unit direction. Behind a port it begins where light enters the water.
+  struct Sight {
+    Vector3f origin, direction;
+  };
+  /// Through pixel coordinates within the image.
+  Sight sight(float u, float v) const;
+  /// Undistorted coordinates (x / z, y / z) of the corner (u - 0.5, v - 0.5), c; behind a port, those in air.
   const Eigen::Vector2f& corner(int u, int v) const {
     return corners_[static_cast<std::size_t>(v) * (width() + 1) + u];
   }

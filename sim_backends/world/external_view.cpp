@@ -6,13 +6,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <opencv2/imgproc.hpp>
 
 #include "sim_backends/world/laser_sheet.hpp"
 
 namespace tankrig::sim {
 namespace {
 
-constexpr int kSamples = 3;  ///< along a pixel's side
+constexpr int kSamples = 3;     ///< along a pixel's side
+constexpr float kEdge = 0.01f;  ///< difference of neighbouring pixels [linear, of white] from which all are drawn
 constexpr int kSkyRays = 12;
 constexpr float kFar = 100.0f;
 constexpr float kOpen = 0.35f;  ///< free distance around a point that counts as open [m]
@@ -253,28 +255,53 @@ cv::Mat external_view(const Scene& scene, const RenderGeometry& geometry, const 
   const float aspect = static_cast<float>(width) / static_cast<float>(height);
   const float half_width = 0.44f * std::max(1.0f, aspect / 1.25f), half_height = half_width / aspect;
 
-  cv::Mat image(height, width, CV_8UC3);
-  tbb::parallel_for(0, height, [&](int v) {
-    const auto row_direction = [&](int row) -> Vector3f {
-      return forward + (2 * static_cast<float>(row) / static_cast<float>(height) - 1) * half_height * down;
-    };
+  const auto row_direction = [&](int row) -> Vector3f {
+    return forward + (2 * static_cast<float>(row) / static_cast<float>(height) - 1) * half_height * down;
+  };
+  const auto draw_row = [&](int v, const auto& drawn) {
     const auto bodies = drawing.bodies_between(eye, row_direction(v).cross(right).normalized(),
                                                right.cross(row_direction(v + 1)).normalized());
     for (int u = 0; u < width; ++u) {
-      Rgb sum = Rgb::Zero();
       Drawing::Nearby nearby;
-      for (int k = 0; k < kSamples * kSamples; ++k) {
-        const float su =
-            (static_cast<float>(u) + (static_cast<float>(k % kSamples) + 0.5f) / kSamples) / static_cast<float>(width);
-        const float sv =
-            (static_cast<float>(v) + (static_cast<float>(k / kSamples) + 0.5f) / kSamples) / static_cast<float>(height);
+      drawn(u, [&](int sample) -> Rgb {
+        const float su = (static_cast<float>(u) + (static_cast<float>(sample % kSamples) + 0.5f) / kSamples) /
+                         static_cast<float>(width);
+        const float sv = (static_cast<float>(v) + (static_cast<float>(sample / kSamples) + 0.5f) / kSamples) /
+                         static_cast<float>(height);
         const Vector3f ray =
             (forward + (2 * su - 1) * half_width * right + (2 * sv - 1) * half_height * down).normalized();
-        sum += drawing.colour(eye, ray, 1 - sv, bodies, nearby).min(1.2f);
-      }
-      sum /= kSamples * kSamples;
-      image.at<cv::Vec3b>(v, u) = {encode(sum[2]), encode(sum[1]), encode(sum[0])};
+        return drawing.colour(eye, ray, 1 - sv, bodies, nearby).min(1.2f);
+      });
     }
+  };
+
+  // The middle of each pixel first: where it differs from a neighbour's, there is an edge, and all samples are drawn.
+  constexpr int kMiddle = kSamples * kSamples / 2;
+  cv::Mat3f middle(height, width);
+  tbb::parallel_for(0, height, [&](int v) {
+    draw_row(v, [&](int u, const auto& sample) {
+      const Rgb c = sample(kMiddle);
+      middle(v, u) = {c[2], c[1], c[0]};
+    });
+  });
+  cv::Mat least, most;
+  cv::erode(middle, least, cv::Mat());
+  cv::dilate(middle, most, cv::Mat());
+  cv::Mat image(height, width, CV_8UC3);
+  tbb::parallel_for(0, height, [&](int v) {
+    draw_row(v, [&](int u, const auto& sample) {
+      cv::Vec3f sum = middle(v, u);
+      const cv::Vec3f contrast = most.at<cv::Vec3f>(v, u) - least.at<cv::Vec3f>(v, u);
+      if (*std::max_element(contrast.val, contrast.val + 3) > kEdge) {
+        for (int k = 0; k < kSamples * kSamples; ++k)
+          if (k != kMiddle) {
+            const Rgb c = sample(k);
+            sum += cv::Vec3f(c[2], c[1], c[0]);
+          }
+        sum /= kSamples * kSamples;
+      }
+      image.at<cv::Vec3b>(v, u) = {encode(sum[0]), encode(sum[1]), encode(sum[2])};
+    });
   });
   return image;
 }

@@ -187,16 +187,15 @@ void LaserLayer::make_glow(const LaserSheet& sheet, const ExposedSheet& exposed,
   const SheetPose& pose = exposed.pose[ExposedSheet::kSamples / 2];
   const int columns = tiles_x_ + 1, rows = tiles_y_ + 1;
   std::vector<float> glow(static_cast<std::size_t>(columns) * rows);
-  const float camera_side = pose.distance(view_->centre());
   const float factor = std::numbers::pi_v<float> * scattering * exposed.total_power() * view_->scale();
   tbb::parallel_for(0, rows, [&](int j) {
     for (int i = 0; i < columns; ++i) {
       const int u = std::min(i * kTile, view_->width() - 1), v = std::min(j * kTile, view_->height() - 1);
-      const Vector3f ray = view_->direction(static_cast<float>(u), static_cast<float>(v));
-      const float approach = -pose.normal.dot(ray);
-      const float t = camera_side / (std::abs(approach) > 1e-6f ? approach : 1e-6f);
+      const CameraView::Sight ray = view_->sight(static_cast<float>(u), static_cast<float>(v));
+      const float approach = -pose.normal.dot(ray.direction);
+      const float t = pose.distance(ray.origin) / (std::abs(approach) > 1e-6f ? approach : 1e-6f);
       if (!(t > 0) || t >= view_->range(u, v)) continue;
-      const Vector3f p = view_->centre() + t * ray, way = p - pose.exit;
+      const Vector3f p = ray.origin + t * ray.direction, way = p - pose.exit;
       const float range = way.norm(), forward = pose.forward.dot(way);
       if (forward <= kExitClearance) continue;
       const float density = sheet.line_density(range, pose.across.dot(way) / forward);

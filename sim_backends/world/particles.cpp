@@ -72,7 +72,9 @@ ParticleLayer::ParticleLayer(const ParticleField& field, Stamp when, const Camer
     const auto u = static_cast<float>(pixel->x()), v = static_cast<float>(pixel->y());
     const float range = c.norm();
     if (range > view.range(static_cast<int>(u + 0.5f), static_cast<int>(v + 0.5f))) continue;
-    if (view.direction(u, v).dot(p - view.centre()) < 0.9999f * range) continue;  // beyond the lens model's reach
+    const CameraView::Sight ray = view.sight(u, v);
+    const Vector3f seen = p - ray.origin;
+    if (ray.direction.dot(seen) < 0.9999f * seen.norm()) continue;  // beyond the lens model's reach
 
     const float size_px = field.particle(i).radius * focal / c.z();
     const float defocus_px = 0.5f * kAperture * focal * std::abs(1 / c.z() - 1 / kFocus);

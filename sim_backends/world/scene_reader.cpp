@@ -121,6 +121,18 @@ Sensor read_sensor(const XmlElement& element, Sensor sensor) {
   return sensor;
 }
 
+FlatPort read_port(const XmlElement& element) {
+  element.expect({"distance", "thickness", "normal", "indexAir", "indexGlass", "indexWater"});
+  FlatPort port;
+  port.distance = element.number("distance", {0, 1});
+  port.thickness = element.number("thickness", {0, 0.2});
+  port.normal = element.has("normal") ? read_direction(element, "normal") : port.normal;
+  port.air = element.number_or("indexAir", port.air, {1, 1.1});
+  port.glass = element.number_or("indexGlass", port.glass, {1.2, 2.5});
+  port.water = element.number_or("indexWater", port.water, {1.2, 1.5});
+  return port;
+}
+
 CameraModel read_model(const XmlElement& element) {
   CameraModel model;
   model.width = element.has("resw") ? element.integer("resw", {8, 8192}) : 160;
@@ -146,6 +158,12 @@ CameraModel read_model(const XmlElement& element) {
     model.p2 = distortion->number_or("p2", 0, {-1, 1});
     model.k3 = distortion->number_or("k3", 0, {-10, 10});
   }
+  if (const auto port = element.optional("port")) {
+    model.port = read_port(*port);
+    if (!model.looks_through_port())
+      port->fail(
+          "<port>: found pixels that do not look through it, expected a normal along the view, towards the water");
+  }
   return model;
 }
 
@@ -167,7 +185,7 @@ Transform read_camera_pose(const XmlElement& element, const Scene& scene) {
 
 CameraSpec read_camera(const XmlElement& element, const Scene& scene) {
   element.expect({"name", "relativeTo", "resw", "resh", "position", "orientation", "quaternion", "baseline", "fovy",
-                  "parameters", "grayscale", "std", "distortion", "rate", "exposure", "psf", "sensor"},
+                  "parameters", "grayscale", "std", "distortion", "port", "rate", "exposure", "psf", "sensor"},
                  {}, {"frameId", "showpath"});
   CameraSpec camera;
   camera.name = element.text("name");

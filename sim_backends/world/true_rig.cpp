@@ -24,6 +24,8 @@ const Setting<TrueRig> kTrueRigRows[] = {
     {"k2", &TrueRig::k2, ConfigRange(0, 1), "likewise"},
     {"p1", &TrueRig::p1, ConfigRange(0, 0.1), "likewise"},
     {"p2", &TrueRig::p2, ConfigRange(0, 0.1), "likewise"},
+    {"port_distance_mm", &TrueRig::port_distance, ConfigRange(0, 50), "added to that of every port"},
+    {"port_turned_deg", &TrueRig::port_turned, ConfigRange(0, 10), "every port's normal"},
     {"joint_zero_deg", &TrueRig::joint_zero, ConfigRange(0, 10), "of slew, shoulder, elbow and jaw rotation"},
     {"laser_moved_mm", &TrueRig::laser_moved, ConfigRange(0, 50), "the projector on the end effector"},
     {"laser_turned_deg", &TrueRig::laser_turned, ConfigRange(0, 10), "likewise"},
@@ -78,6 +80,9 @@ Scene as_built(Scene scene, const TrueRig& truth) {
     m.cx += draw.within(truth.centre), m.cy += draw.within(truth.centre);
     m.k1 += draw.within(truth.k1), m.k2 += draw.within(truth.k2);
     m.p1 += draw.within(truth.p1), m.p2 += draw.within(truth.p2);
+    if (!m.port) continue;
+    m.port->distance = std::max(0.0, m.port->distance + draw.within(truth.port_distance));
+    m.port->normal = draw.move(0, truth.port_turned).linear() * m.port->normal;
   }
   Draw zeros(truth.seed, "joint zeros");
   for (DhLink& link : scene.arm.model.dh) link.theta0 -= zeros.within(truth.joint_zero);

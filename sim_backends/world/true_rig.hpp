@@ -22,6 +22,7 @@ struct TrueRig {
   double focal = 0;                            ///< share of the focal lengths, both alike
   double centre = 0;                           ///< of the principal point [px]
   double k1 = 0, k2 = 0, p1 = 0, p2 = 0;       ///< added to the distortion
+  double port_distance = 0, port_turned = 0;   ///< every camera's port, where it has one
   double joint_zero = 0;                     ///< of slew, shoulder, elbow and jaw rotation: encoder reads more by this
   double laser_moved = 0, laser_turned = 0;  ///< the projector on the end effector
   double object_moved = 0, object_turned = 0;  ///< the target, on the floor

@@ -165,6 +165,7 @@ TEST(BenchmarkFile, RefusesWhatItDoesNotKnowWithItsLine) {
       {"nested.xml", "<iterations>3</iterations>", "<iterations>2.5</iterations>", "2.5", "whole number"},
       {"nested.xml", "<iterations>3</iterations>", "<iterations>9999</iterations>", "<sceneUpdater>",
        "configurations, expected at most 1000000"},
+      {"bag.xml", "<imageDepth>2", "<imageDepth>far", "<imageDepth>", "found 'far', expected a number"},
       {"arm.xml", "<joint>0</joint>", "", "<armPosition>", "found 4 <joint>, expected 5"},
       {"older.xml", "<initialFog>0</initialFog>", "<initialFog>0</initialFog><initialValue>0</initialValue>",
        "<initialFog>", "found <initialFog> beside <initialValue>"},

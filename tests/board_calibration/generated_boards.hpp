@@ -1,6 +1,7 @@
 // Targets held before a known camera: their corners, with noise, and their pictures.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <opencv2/core.hpp>
@@ -43,6 +44,25 @@ inline std::vector<Transform> many_places(const CameraModel& camera, const Board
   return places;
 }
 
+/// All over the image, 0.4 to 1.2 m off: only the change with distance tells a port from a lens.
+inline std::vector<Transform> near_and_far(const CameraModel& camera, const BoardTarget& target, int count,
+                                           std::mt19937_64& random) {
+  std::uniform_real_distribution<double> share(-1, 1);
+  std::vector<Transform> places;
+  while (static_cast<int>(places.size()) < count) {
+    const double distance = 0.4 * std::pow(3, 0.5 + 0.5 * share(random));
+    const Vector3d place(0.35 * distance * share(random), 0.28 * distance * share(random), distance);
+    const Transform cMt = held(target, place, {0.6 * share(random), 0.6 * share(random), 0.5 * share(random)});
+    const std::vector<Vector3d> points = target.points();
+    if (std::all_of(points.begin(), points.end(), [&](const Vector3d& p) {
+          const auto pixel = camera.project(cMt * p);
+          return pixel && camera.contains(*pixel);
+        }))
+      places.push_back(cMt);
+  }
+  return places;
+}
+
 inline FoundBoard corners_of(const CameraModel& camera, const BoardTarget& target, const Transform& cMt,
                              double noise_px, std::mt19937_64& random) {
   std::normal_distribution<double> noise(0, noise_px);
@@ -78,22 +98,29 @@ inline Print dots_print(const BoardTarget& target) {
   };
 }
 
+/// A pixel's line of sight, in c.
+using Sight = std::function<ViewingRay(double u, double v)>;
+
 /// Sampled nine times in every pixel.
-inline cv::Mat picture_of(const CameraModel& camera, const Transform& cMt, const Print& print) {
+inline cv::Mat picture_of(cv::Size size, const Sight& sight, const Transform& cMt, const Print& print) {
   const Transform tMc = cMt.inverse();
-  cv::Mat picture(camera.height, camera.width, CV_8UC1);
-  for (int v = 0; v < camera.height; ++v)
-    for (int u = 0; u < camera.width; ++u) {
+  cv::Mat picture(size, CV_8UC1);
+  for (int v = 0; v < size.height; ++v)
+    for (int u = 0; u < size.width; ++u) {
       double sum = 0;
       for (const double dv : {-1 / 3.0, 0.0, 1 / 3.0})
         for (const double du : {-1 / 3.0, 0.0, 1 / 3.0}) {
-          const Vector3d ray = tMc.linear() * camera.ray(u + du, v + dv), from = tMc.translation();
-          const Vector3d at = from - from.z() / ray.z() * ray;
+          const ViewingRay ray = tMc * sight(u + du, v + dv);
+          const Vector3d at = ray.at(-ray.origin.z() / ray.direction.z());
           sum += print(at.x(), at.y());
         }
       picture.at<uchar>(v, u) = static_cast<uchar>(std::lround(sum / 9));
     }
   return picture;
+}
+inline cv::Mat picture_of(const CameraModel& camera, const Transform& cMt, const Print& print) {
+  return picture_of(
+      {camera.width, camera.height}, [&](double u, double v) { return camera.sight(u, v); }, cMt, print);
 }
 
 }  // namespace tankrig

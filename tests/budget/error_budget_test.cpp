@@ -6,6 +6,7 @@
 
 #include <random>
 
+#include "calibration/intrinsics/board_bundle.hpp"
 #include "core/input_error.hpp"
 
 namespace tankrig {
@@ -73,6 +74,50 @@ TEST(ErrorBudget, AMilliradianOfTheLaserCostsAMillimetre) {
   EXPECT_EQ(budget.laser_targets, some_targets().size());
 }
 
+MeasuringRig rig_behind_ports() {
+  MeasuringRig rig = some_rig();
+  rig.mono.model.port = rig.left->model.port = FlatPort{0.03, 0.01, Vector3d(0.02, -0.01, 1).normalized()};
+  return rig;
+}
+
+TEST(ErrorBudget, HasARowForEachPortAndNoneForACameraWithout) {
+  const MeasuringRig rig = rig_behind_ports();
+  Calibration calibration;
+  CalibratedLens& lens = calibration.camera("mono").lens.emplace();
+  lens.sigma = {0, 0, 0, 0, 0, 0, 0, 0, 0, 1e-4, 4e-4, 2e-4};
+  const Budget budget =
+      error_budget(rig, some_sweep(), some_targets(), uncertainties_of(rig, &calibration, some_sweep(), {}));
+  const BudgetLine &mono = line_of(budget, "mono: flat port"), &left = line_of(budget, "left: flat port");
+  EXPECT_TRUE(mono.measured);
+  EXPECT_EQ(mono.sigma, "0.1 mm, 0.4 mrad");
+  EXPECT_FALSE(mono.stereo) << "the eyes have ports of their own";
+  EXPECT_FALSE(left.measured);
+  EXPECT_EQ(left.sigma, "5 mm, 18 mrad");
+  EXPECT_FALSE(left.laser);
+  EXPECT_THROW(line_of(budget, "right: flat port"), std::runtime_error);
+}
+
+/// Measures through a port that is off by a sigma, everything seen as it is.
+TEST(ErrorBudget, APortCostsWhatPlacesSeenThroughAnotherOneAreOff) {
+  const MeasuringRig rig = rig_behind_ports();
+  const auto off = [&](const PortParameters& by) {
+    MeasuringRig believed = rig;
+    PortParameters numbers = parameters_of(*rig.mono.model.port);
+    for (std::size_t i = 0; i < numbers.size(); ++i) numbers[i] += by[i];
+    believed.mono.model.port = port_of(*rig.mono.model.port, numbers);
+    return misplacement(rig, believed, Transform::Identity(), some_sweep(), some_targets()).laser.rms;
+  };
+  constexpr PortParameters kSigma{1e-4, 4e-4, 2e-4};
+  Calibration calibration;
+  CalibratedLens& lens = calibration.camera("mono").lens.emplace();
+  lens.sigma = {0, 0, 0, 0, 0, 0, 0, 0, 0, kSigma[0], kSigma[1], kSigma[2]};
+  const Budget budget =
+      error_budget(rig, some_sweep(), some_targets(), uncertainties_of(rig, &calibration, some_sweep(), {}));
+  const double expected = std::hypot(off({kSigma[0], 0, 0}), off({0, kSigma[1], 0}), off({0, 0, kSigma[2]}));
+  EXPECT_GT(expected, 1e-6);
+  EXPECT_NEAR(*line_of(budget, "mono: flat port").laser, expected, 0.01 * expected);
+}
+
 TEST(ErrorBudget, ATimeOffsetIsAnAngleOfTheElbow) {
   const MeasuringRig rig = some_rig();
   const Budget budget =
@@ -94,6 +139,31 @@ TEST(ErrorBudget, BringsTheCostliestFirstAndAddsSquares) {
   }
   EXPECT_NEAR(budget.laser, std::sqrt(laser), 1e-12);
   EXPECT_NEAR(budget.stereo, std::sqrt(stereo), 1e-12);
+}
+
+TEST(ErrorBudget, ACalibrationsSigmasOfTheRightEyeAreAlongTheLeftOnesAxes) {
+  const MeasuringRig rig = some_rig();
+  Calibration calibration;
+  calibration.stereo.emplace();
+  calibration.stereo->sigma_m = {1e-4, 2e-4, 3e-4};
+  calibration.stereo->sigma_rad = {4e-4, 5e-4, 6e-4};
+  const Vector3d centre = rig.right->bMc.translation();
+  for (const Uncertainty& uncertainty : uncertainties_of(rig, &calibration, some_sweep(), {})) {
+    if (!uncertainty.name.starts_with("right in left")) continue;
+    const bool turned = uncertainty.name.ends_with("direction");
+    ASSERT_EQ(uncertainty.freedoms.size(), 3u);
+    for (int k = 0; k < 3; ++k) {
+      const Freedom& freedom = uncertainty.freedoms[k];
+      MeasuringRig changed = rig;
+      JointVector q = some_sweep().posture;
+      freedom.change(changed, q, freedom.sigma);
+      const Eigen::AngleAxisd turn(changed.right->bMc.linear() * rig.right->bMc.linear().transpose());
+      const Vector3d change =
+          turned ? Vector3d(turn.angle() * turn.axis()) : Vector3d(changed.right->bMc.translation() - centre);
+      const Vector3d along = (k + (turned ? 4 : 1)) * 1e-4 * rig.left->bMc.linear().col(k);
+      EXPECT_LT((change - along).norm(), 1e-9) << uncertainty.name << " " << k;
+    }
+  }
 }
 
 /// Draws every freedom at random, small, and measures as the rig would that believes it.
@@ -152,6 +222,16 @@ TEST(ErrorBudget, NamesThePartThatNominalValuesHaveWrong) {
   EXPECT_EQ(stereo.lines.front().name, "left: direction");
   EXPECT_FALSE(stereo.lines.front().laser);
   EXPECT_LT(line_of(stereo, "right in left: position").stereo.value_or(0), 1e-9) << "both eyes moved together";
+}
+
+TEST(ErrorBudget, NamesThePortThatNominalValuesHaveWrong) {
+  const MeasuringRig measured = rig_behind_ports();
+  MeasuringRig nominal = measured;
+  nominal.mono.model.port->distance += 0.005;
+  const Budget budget =
+      error_budget(measured, some_sweep(), some_targets(), differences_of(measured, nominal, 0, some_sweep()));
+  EXPECT_EQ(budget.lines.front().name, "mono: lens");
+  EXPECT_GT(*budget.lines.front().laser, 1e-4);
 }
 
 TEST(Misplacement, IsNoneOfTheTruthAndTheShiftOfARigThatIsTakenForAnother) {

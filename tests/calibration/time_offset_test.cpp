@@ -8,6 +8,7 @@
 
 #include "core/input_error.hpp"
 #include "tests/calibration/generated_sweep.hpp"
+#include "tests/support/seeds.hpp"
 
 namespace tankrig {
 namespace {
@@ -59,15 +60,15 @@ TEST(TimeOffset, HasASigmaThatIsWhatTheSolutionsScatterBy) {
     sum += error;
     squares += error * error;
     sigmas += s.sigma;
-    worst = std::max(worst, std::abs(error) / s.sigma);
+    worst = std::max(worst, std::abs(error));
   }
   const double mean = sum / kSeeds, scatter = std::sqrt((squares - kSeeds * mean * mean) / (kSeeds - 1));
-  std::printf("seeds 1..%d: bias %.4f ms, scatter %.4f ms, mean sigma %.4f ms, worst error %.1f sigma\n", kSeeds,
-              1e3 * mean, 1e3 * scatter, 1e3 * sigmas / kSeeds, worst);
+  std::printf("seeds 1..%d: bias %.4f ms, scatter %.4f ms, mean sigma %.4f ms, worst error %.4f ms\n", kSeeds,
+              1e3 * mean, 1e3 * scatter, 1e3 * sigmas / kSeeds, 1e3 * worst);
   EXPECT_LT(std::abs(mean), 3 * scatter / std::sqrt(kSeeds) + 2e-5);
   EXPECT_LT(sigmas / kSeeds, 2 * scatter);
   EXPECT_GT(sigmas / kSeeds, 0.5 * scatter);
-  EXPECT_LT(worst, 5);
+  EXPECT_LT(worst, 4 * scatter);  // a sigma of two waves is itself uncertain: what one is worth, Interval shows
 }
 
 struct Conditions {
@@ -80,10 +81,10 @@ class Interval : public testing::TestWithParam<Conditions> {};
 
 /// Frames and joint samples fall anywhere on the sweep and on the encoders' ticks, other ones with every seed.
 TEST_P(Interval, HoldsTheTruthAsOftenAsItSays) {
-  constexpr int kSeeds = 100;
+  const int seeds = testing_support::seeds(100);
   int held = 0;
   double squares = 0, variances = 0;
-  for (unsigned seed = 1; seed <= kSeeds; ++seed) {
+  for (unsigned seed = 1; seed <= seeds; ++seed) {
     GeneratedSweep sweep;
     sweep.offset = 0.017;
     sweep.noise_px = GetParam().noise_px;
@@ -94,13 +95,12 @@ TEST_P(Interval, HoldsTheTruthAsOftenAsItSays) {
     const TimeOffsetSolution s = solve(sweep.problem());
     const double error = s.offset - sweep.offset;
     held += std::abs(error) <= s.half_width;
-    squares += error * error / kSeeds;
-    variances += s.sigma * s.sigma / kSeeds;
+    squares += error * error / seeds;
+    variances += s.sigma * s.sigma / seeds;
   }
-  std::printf("%s: seeds 1..%d: error %.4f ms, sigma %.4f ms (both rms), %d intervals hold the truth\n",
-              GetParam().name, kSeeds, 1e3 * std::sqrt(squares), 1e3 * std::sqrt(variances), held);
-  EXPECT_GE(held, 90 * kSeeds / 100);
-  EXPECT_LE(held, 99 * kSeeds / 100);
+  std::printf("%s: seeds 1..%d: error %.4f ms, sigma %.4f ms (both rms); ", GetParam().name, seeds,
+              1e3 * std::sqrt(squares), 1e3 * std::sqrt(variances));
+  testing_support::expect_honest(held, seeds);
 }
 
 INSTANTIATE_TEST_SUITE_P(TimeOffset, Interval,

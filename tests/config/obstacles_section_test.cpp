@@ -44,14 +44,17 @@ TEST(ObstaclesSection, ReadsBoxesAndCapsulesAndReadsBackWhatItWrites) {
       "carried:\n"
       "  - {from_e_m: [-0.1, 0, -0.3], to_e_m: [-0.1, 0, -0.2], radius_m: 0.03}\n"
       "  - {name: \"lamp: green\", from_e_m: [0, 0.1, 0], to_e_m: [0, 0.1, 0], radius_m: 0.02}\n"
+      "  - {name: plate, eMbox: {translation_m: [0, 0, 0.1], quaternion_xyzw: [0, 0, 0, 1]}, size_m: [0.1, 0.2, "
+      "0.01]}\n"
       "fixed:\n"
       "  - {name: post, from_b_m: [0.6, 0.3, -0.4], to_b_m: [0.6, 0.3, 0.5], radius_m: 0.02}\n"
       "  - {name: beam, bMbox: {translation_m: [0, 0, -0.3], quaternion_xyzw: [0, 0, 0.6, 0.8]}, size_m: [0.1, 2, "
       "0.1]}\n");
   EXPECT_EQ(o.base.b, Vector3d(0, 0.01, 0));
-  ASSERT_EQ(o.carried.size(), 2u);
+  ASSERT_EQ(o.carried.size(), 3u);
   EXPECT_EQ(o.carried[0].name, "projector") << "unless it is said";
   EXPECT_EQ(o.carried[1].name, "lamp: green");
+  EXPECT_EQ(std::get<Box>(o.carried[2].shape).size, Vector3d(0.1, 0.2, 0.01));
   ASSERT_EQ(o.fixed.size(), 2u);
   EXPECT_EQ(std::get<Capsule>(o.fixed[0].shape).radius, 0.02);
   EXPECT_EQ(std::get<Box>(o.fixed[1].shape).size, Vector3d(0.1, 2, 0.1));

@@ -38,6 +38,18 @@ TEST(CalibrationFile, ReadsBackWhatItWrote) {
   EXPECT_FALSE(again.gripper);
 }
 
+TEST(CalibrationFile, KeepsWhatIsKnownOfAPort) {
+  Calibration written = parse_calibration(full_file(), "a.yaml");
+  std::vector<double>& sigma = written.cameras[0].lens->sigma;
+  sigma.insert(sigma.end(), {1e-4, 2e-4, 3e-4});
+  EXPECT_THAT(message_of<InputError>([&] { parse_calibration(calibration_text(written), "b.yaml"); }),
+              HasSubstr("sigma: found 12 numbers, expected 9"));
+  written.cameras[0].lens->model.port = FlatPort{0.045, 0.01};
+  const Calibration read = parse_calibration(calibration_text(written), "b.yaml");
+  EXPECT_EQ(read.cameras[0].lens->model.port->distance, 0.045);
+  EXPECT_EQ(read.cameras[0].lens->sigma, sigma);
+}
+
 TEST(CalibrationFile, IsRefusedWithLineAndKey) {
   const std::string good = full_file();
   const struct {

@@ -4,19 +4,20 @@
 #include <gtest/gtest.h>
 
 #include "console/server/control.hpp"
+#include "tests/support/temporary_folder.hpp"
 
 namespace tankrig {
 namespace {
 
 struct AccessTest : ::testing::Test {
   /// What stands in the way; empty: nothing does.
-  static std::string refused(const Access& access, const RequestHeaders& request) {
+  static std::string refused(Access& access, const RequestHeaders& request) {
     const std::string why = access.refused(request);
     return !why.empty() ? why : access.session(request) ? "" : "not let in";
   }
-  std::string refused(const RequestHeaders& request) const { return refused(access, request); }
+  std::string refused(const RequestHeaders& request) { return refused(access, request); }
 
-  const Access access{{}, 8080};
+  Access access{{}, 8080};
   const std::string cookie = "tankrig_8080=" + access.key();
 };
 
@@ -60,7 +61,7 @@ TEST_F(AccessTest, IsAskedUnderItsNamesOrTheAddressThatWasReached) {
 }
 
 TEST_F(AccessTest, GivesAnIpV6AddressItsBrackets) {
-  const Access there({.address = "::1"}, 8080);
+  Access there({.address = "::1"}, 8080);
   const std::string key = "tankrig_8080=" + there.key();
   EXPECT_EQ(there.address(), "http://[::1]:8080/?key=" + there.key());
   EXPECT_EQ(refused(there, {"[::1]:8080", "http://[::1]:8080", key, true, "", "::1"}), "");
@@ -100,6 +101,53 @@ TEST_F(UsersTest, PushOutOnlyTheirOwnOldestSession) {
   EXPECT_FALSE(users.session({"", "", first}));
   EXPECT_TRUE(session->over());
   EXPECT_TRUE(users.session({"", "", others}));
+}
+
+struct TokensTest : AccessTest {
+  void write(Role role, const std::vector<ApiToken>& tokens) const {
+    write_users(file, {{"anna", role, {.salt = std::string(16, 's'), .hash = std::string(32, 'h')}, tokens}});
+  }
+  std::shared_ptr<BrowserSession> asks(const std::string& token, bool upgrade = false) {
+    return users.session({"", "", "", upgrade, token});
+  }
+  TemporaryFolder folder;
+  const std::filesystem::path file = folder.path() / "users";
+  const std::string token = new_token();
+  Access users{{.users = file}, 8080};
+};
+
+TEST_F(TokensTest, LetInAProgramOfTheirUserAtMostAsTheUser) {
+  write(Role::kOperate, {{"laptop", Role::kOperate, token_hash(token)}});
+  const auto session = asks("Bearer " + token);
+  ASSERT_TRUE(session);
+  EXPECT_EQ(session->name(), "anna");
+  EXPECT_EQ(session->role(), Role::kOperate);
+  write(Role::kAdminister, {{"laptop", Role::kWatch, token_hash(token)}});
+  EXPECT_EQ(asks("Bearer " + token)->role(), Role::kWatch);
+  write(Role::kWatch, {{"laptop", Role::kAdminister, token_hash(token)}});
+  EXPECT_EQ(asks("Bearer " + token)->role(), Role::kWatch);
+}
+
+TEST_F(TokensTest, AreUnknownOnceTheyAreRevoked) {
+  write(Role::kOperate, {{"laptop", Role::kOperate, token_hash(token)}, {"lab", Role::kOperate, token_hash("other")}});
+  EXPECT_TRUE(asks("Bearer " + token));
+  write(Role::kOperate, {{"lab", Role::kOperate, token_hash("other")}});
+  EXPECT_FALSE(asks("Bearer " + token));
+  EXPECT_TRUE(asks("Bearer other"));
+  std::filesystem::remove(file);
+  EXPECT_FALSE(asks("Bearer other"));
+}
+
+TEST_F(TokensTest, AreNoCookiesAndOpenNoWebSocket) {
+  write(Role::kOperate, {{"laptop", Role::kOperate, token_hash(token)}});
+  EXPECT_FALSE(asks("Bearer " + token, true));
+  EXPECT_FALSE(users.session({"", "", "tankrig_8080=" + token}));
+  const std::string cookie = users.let_in("anna", Role::kOperate), login = cookie.substr(0, cookie.find(';'));
+  EXPECT_TRUE(users.session({"", "", login}));
+  EXPECT_FALSE(asks("Bearer " + login.substr(login.find('=') + 1)));
+  for (const std::string& wrong : {std::string(), std::string("Bearer "), "Bearer " + token + "0", "bearer " + token,
+                                   "Bearer " + token_hash(token), token})
+    EXPECT_FALSE(asks(wrong)) << wrong;
 }
 
 TEST(AccessKey, IsAnotherEachTime) { EXPECT_NE(Access({}, 1).key(), Access({}, 1).key()); }

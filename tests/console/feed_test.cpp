@@ -99,7 +99,19 @@ TEST(Feed, OfAScanTellsTheSceneTheSweepAndTheEnd) {
     swept = swept || state.at("phase") == "sweep";
     EXPECT_TRUE(state.at("joints_deg").contains("elbow"));
     EXPECT_EQ(state.at("arm").size(), 5U);
+    EXPECT_EQ(state.at("interlock_closed"), true);
+    EXPECT_EQ(state.at("lost"), (json{{"left", 0}, {"mono", 0}, {"right", 0}}));
+    EXPECT_FALSE(state.contains("wake_ups"));  // nothing is late under a virtual clock
   }
+  EXPECT_GT(heard.of("state").back().at("lit_s").get<double>(), 1);
+  ASSERT_EQ(heard.of("lux").size(), 1U);
+  EXPECT_EQ(heard.of("lux")[0].at("source"), "meter");
+  ASSERT_FALSE(heard.of("cameras").empty());
+  const json mono = heard.of("cameras").back().at("cameras").at(1);
+  EXPECT_EQ(mono.at("name"), "mono");
+  EXPECT_GT(mono.at("focus").get<double>(), 0);
+  EXPECT_LT(mono.at("clipped_share").get<double>(), 0.5);
+  EXPECT_NEAR(mono.at("rate_hz").get<double>(), 25, 0.5);  // as the rig file has it
   EXPECT_TRUE(lit && swept);
   ASSERT_EQ(heard.of("end").size(), 1U);
   EXPECT_EQ(heard.of("end")[0].at("laser_dark"), true);
@@ -123,6 +135,39 @@ TEST(Feed, OfAScanThatIsInterruptedEndsWithWhatWasConfirmed) {
     warned = warned ||
              (told.at("level") == "warning" && told.at("text").get<std::string>().find("stopped") != std::string::npos);
   EXPECT_TRUE(warned);
+}
+
+TEST(Feed, OfTheGuidedCalibrationShowsTheBoardsAsTheyCome) {
+  const std::filesystem::path folder = scratch_folder();
+  const Heard heard = run_on_terminal({"calibrate", "all", "--rig", "tank-sim", "--data", folder / "calibration"},
+                                      [](const json& text, TerminalProgram& program) {
+                                        if (text.at("feed") == "judged" && text.at("picture") == 3) program.interrupt();
+                                      });
+  const std::vector<json> boards = heard.of("judged");
+  ASSERT_GE(boards.size(), 3U) << heard.screen;
+  std::size_t counted = 0;
+  for (const json& board : boards) {
+    ASSERT_EQ(board.at("cameras").size(), 3U);
+    EXPECT_EQ(board.at("target"), "board");
+    EXPECT_EQ(board.at("enough"), 10);
+    for (const json& camera : board.at("cameras")) {
+      const bool counts = camera.at("counts");
+      EXPECT_EQ(counts, camera.at("why_not").get<std::string>().empty());
+      EXPECT_TRUE(!counts || std::stoi(camera.at("found").get<std::string>()) > 8) << camera;
+      counted += counts;
+    }
+  }
+  std::size_t said = 0;
+  for (const json& camera : boards.back().at("cameras")) {
+    said += camera.at("pictures").get<std::size_t>();
+    const cv::Mat picture = heard.pictures.at(kJudgedPicture + camera.at("name").get<std::string>());
+    EXPECT_EQ(picture.channels(), 3);
+  }
+  EXPECT_EQ(said, counted);
+  EXPECT_GT(counted, 0U);
+  EXPECT_THAT(
+      boards.front().at("missing").get<std::string>(),
+      testing::ContainsRegex("^(0 pictures|1 picture) of the board by camera [a-z]+ counts?, expected 10: hold it"));
 }
 
 TEST(Feed, IsNotMissedWhereNobodyListens) {

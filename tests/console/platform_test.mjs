@@ -1,6 +1,5 @@
 // The benchmark platform as its submitters meet it: good, bad and hostile uploads, a killed server, many at a time.
-// Arguments: rig, program, folder with node_modules, browser. TANKRIG_PICTURES=FOLDER keeps pictures of the pages;
-// TANKRIG_LOAD_S=60 makes the load's 5 s longer.
+// Arguments: rig, program, folder with node_modules, browser. TANKRIG_LOAD_S=60 makes the load's 5 s longer.
 import assert from 'node:assert/strict'
 import { execFileSync, spawn, spawnSync } from 'node:child_process'
 import { chmodSync, cpSync, existsSync, mkdirSync, mkdtempSync, readdirSync, readFileSync, rmSync, symlinkSync, writeFileSync } from 'node:fs'
@@ -11,27 +10,29 @@ import { tmpdir } from 'node:os'
 import { join } from 'node:path'
 import { after, before, test } from 'node:test'
 
+import { keep, pictures } from './pictures.mjs'
+import { smallRig, until as within, wholeRig } from './small_rig.mjs'
+
 const [rig, program, web, executablePath] = process.argv.slice(2)
 const { chromium } = createRequire(join(web, 'package.json'))('playwright-core')
-const pictures = process.env.TANKRIG_PICTURES
+const makeRig = pictures ? wholeRig : smallRig
 const loadSeconds = Number(process.env.TANKRIG_LOAD_S ?? 5)
 const patience = 240_000 // [ms] for what is scored
 
 let folder, sessions, scratch, good, platform
 
-const until = async (what, condition, milliseconds = patience) => {
-  const begin = Date.now()
-  while (!(await condition())) {
-    assert.ok(Date.now() - begin < milliseconds, `${what}: not within ${milliseconds} ms`)
-    await new Promise(done => setTimeout(done, 50))
-  }
-}
+const until = (what, condition, milliseconds = patience) => within(what, condition, milliseconds)
+
+const pause = milliseconds => new Promise(done => setTimeout(done, Math.max(0, milliseconds)))
 
 /** `tankrig serve --platform`, and how to ask it. */
 class Server {
   constructor(store, ...options) {
+    this.begin(store, program, ['serve', '--platform', '--datasets', sessions, '--store', store, '--port', '0', ...options])
+  }
+  begin(store, command, words) {
     this.store = store
-    this.child = spawn(program, ['serve', '--platform', '--datasets', sessions, '--store', store, '--port', '0', ...options], { cwd: folder, stdio: ['ignore', 'pipe', 'pipe'], env: { ...process.env, TMPDIR: scratch } })
+    this.child = spawn(command, words, { cwd: folder, stdio: ['ignore', 'pipe', 'pipe'], env: { ...process.env, TMPDIR: scratch } })
     this.said = ''
     for (const stream of [this.child.stdout, this.child.stderr]) stream.on('data', data => { this.said += data })
     this.over = new Promise(done => this.child.on('exit', done))
@@ -80,6 +81,8 @@ class Server {
     await until('a score', async () => ['done', 'failed'].includes((now = await this.json(score)).state))
     return now
   }
+  /** Of the processors' time so far [s]. */
+  processor() { return readFileSync(`/proc/${this.child.pid}/stat`, 'utf8').split(') ').pop().split(' ').slice(11, 13).reduce((sum, ticks) => sum + Number(ticks) / 100, 0) }
   memory() { return Number(/VmRSS:\s+(\d+)/.exec(readFileSync(`/proc/${this.child.pid}/status`, 'utf8'))[1]) / 1024 }
 }
 
@@ -103,14 +106,8 @@ before(async () => {
   chmodSync(folder, 0o755)
   sessions = join(folder, 'sessions')
   mkdirSync(scratch = join(folder, 'scratch'))
-  // A simulated scan with small stereo pictures.
-  execFileSync(program, ['init', join(folder, 'rig'), '--from', rig], { stdio: 'ignore' })
-  const file = join(folder, 'rig', 'rig.yaml'), scene = join(folder, 'rig', 'tank.xml')
-  writeFileSync(file, readFileSync(file, 'utf8').replaceAll('width_px: 640, height_px: 480, fx_px: 765.4, fy_px: 762.9, cx_px: 315.7, cy_px: 236.8',
-    'width_px: 160, height_px: 120, fx_px: 191.35, fy_px: 190.725, cx_px: 78.55, cy_px: 58.825'))
-  writeFileSync(scene, readFileSync(scene, 'utf8').replaceAll('<resw>640</resw><resh>480</resh>', '<resw>160</resw><resh>120</resh>')
-    .replaceAll('<fx>765.4</fx><fy>762.9</fy><x0>315.7</x0><y0>236.8</y0>', '<fx>191.35</fx><fy>190.725</fy><x0>78.55</x0><y0>58.825</y0>'))
-  execFileSync(program, ['scan', '--rig', join(folder, 'rig')], { cwd: folder, stdio: 'ignore' })
+  makeRig(program, rig, join(folder, 'rig'))
+  execFileSync(program, ['scan', ...(pictures ? [] : ['--preset', 'short']), '--rig', join(folder, 'rig')], { cwd: folder, stdio: 'ignore' })
   cpSync(join(sessions, readdirSync(sessions)[0]), join(sessions, 'tank'), { recursive: true })
   rmSync(join(sessions, readdirSync(sessions).find(name => name !== 'tank')), { recursive: true })
   good = readFileSync(join(sessions, 'tank', 'clouds', 'laser.ply'))
@@ -272,6 +269,70 @@ test('nobody takes more than a share', async () => {
   }
 })
 
+test('so many uploads are on their way at a time, the next is told to wait', async () => {
+  const most = 128
+  const many = await new Server(join(folder, 'many'), '--uploads-per-hour', '1000', '--waiting', '1000').ready()
+  const onTheirWay = () => readdirSync(many.store).filter(name => name.endsWith('.tmp')).length
+  try {
+    const sockets = Array.from({ length: most }, (_, i) => {
+      const socket = net.connect(many.port, '127.0.0.1')
+      socket.on('error', () => {}) // it is cut off below
+      socket.write(`POST /api/clouds?dataset=tank&name=${i} HTTP/1.1\r\nHost: 127.0.0.1:${many.port}\r\nAuthorization: Bearer ${many.key}\r\nContent-Length: ${good.length}\r\n\r\n`)
+      socket.write(good.subarray(0, 100))
+      return socket
+    })
+    await until('all are on their way', () => onTheirWay() === most)
+    const refused = await many.post('clouds', good)
+    assert.equal(refused.status, 503)
+    assert.match(refused.text, /Too many uploads at a time/)
+    assert.ok(Number(refused.headers['retry-after']) > 0)
+    const first = new Promise(done => sockets[0].once('data', data => done(data.toString())))
+    sockets[0].write(good.subarray(100))
+    assert.match(await first, /^HTTP\/1.1 202 /)
+    await until('room for one', () => onTheirWay() === most - 1)
+    assert.equal((await many.post('clouds', good)).status, 202)
+    for (const socket of sockets) socket.destroy()
+    await until('the others are forgotten', () => onTheirWay() === 0)
+    assert.equal((await many.json('/api/datasets/tank')).newest.length, 2)
+  } finally {
+    await many.end()
+  }
+})
+
+test('a disk that is nearly full takes nothing more, and says so', async t => {
+  const place = join(folder, 'small-disk')
+  mkdirSync(place)
+  const own = process.geteuid() === 0 ? '-m' : '-rm'
+  if (spawnSync('unshare', [own, 'mount', '-t', 'tmpfs', 'small', place]).status !== 0) return t.skip('skipped: this machine permits no mount of one\'s own')
+  const full = Object.create(Server.prototype)
+  full.begin(place, 'unshare', [own, 'sh', '-c', 'mount -t tmpfs -o size=2000m small "$1" && shift && exec "$@"', 'sh', place, program, 'serve', '--platform', '--datasets', sessions, '--store', place, '--port', '0'])
+  await full.ready()
+  try {
+    const refused = await full.post('clouds', good)
+    assert.equal(refused.status, 507)
+    assert.match(refused.text, /disk is full/)
+    assert.equal((await full.json('/api/datasets/tank')).newest.length, 0)
+  } finally {
+    await full.end()
+  }
+})
+
+test('what scores an upload has limits of its own, and gives way to the server', async () => {
+  const limited = () => readdirSync('/proc').filter(name => /^\d+$/.test(name)).some(name => {
+    try {
+      if (!readFileSync(`/proc/${name}/cmdline`, 'utf8').includes(`serve\0score\0${join(sessions, 'tank')}\0`)) return false
+      const nice = Number(readFileSync(`/proc/${name}/stat`, 'utf8').split(') ').pop().split(' ')[16])
+      return /Max address space +8589934592 +8589934592/.test(readFileSync(`/proc/${name}/limits`, 'utf8')) && nice === 10
+    } catch {
+      return false // it has just ended
+    }
+  })
+  const replies = await Promise.all([1, 2, 3, 4].map(i => platform.post('clouds', good, { name: `limits ${i}` })))
+  for (const reply of replies) assert.equal(reply.status, 202, reply.text)
+  await until('the limits', limited)
+  for (const reply of replies) await until('its score', async () => (await platform.json(JSON.parse(reply.text).score)).state === 'done')
+})
+
 test('a server that is killed with a queue goes on with it', async () => {
   const store = join(folder, 'killed')
   let server = await new Server(store).ready()
@@ -293,44 +354,76 @@ test('a server that is killed with a queue goes on with it', async () => {
 })
 
 test('twenty uploads a second beside a hundred watchers: none is lost, and memory stays flat', async t => {
-  const server = await new Server(join(folder, 'load'), '--uploads-per-hour', '100000', '--waiting', '100000').ready()
+  const store = join(folder, 'load')
+  const options = ['--uploads-per-hour', '100000', '--waiting', '100000']
+  let server = await new Server(store, ...options).ready()
   try {
     const points = Array.from({ length: 300 }, (_, i) => `${0.001 * i} 0 0.5`).join('\n')
-    const small = `ply\nformat ascii 1.0\nelement vertex 300\nproperty float x\nproperty float y\nproperty float z\nend_header\n${points}\n`
-    let over = false, looks = 0
-    const watchers = Array.from({ length: 100 }, async () => {
+    const small = i => `ply\nformat ascii 1.0\ncomment number ${i}\nelement vertex 300\nproperty float x\nproperty float y\nproperty float z\nend_header\n${points}\n`
+    let over = false
+    const looks = [], memory = [], replies = [] // looks, and answers to uploads, by how long they took [ms]
+    const watchers = Array.from({ length: 100 }, async (_, i) => {
+      await pause(20 * i)
       while (!over) {
-        assert.equal((await server.get('/api/datasets/tank')).status, 200)
-        ++looks
-        await new Promise(done => setTimeout(done, 2000))
+        const begin = Date.now()
+        const { status } = await server.get('/api/datasets/tank').catch(error => ({ status: String(error) }))
+        looks.push({ status, took: Date.now() - begin })
+        await pause(2000)
       }
     })
-    const replies = [], memory = []
-    const begin = Date.now()
+    const begin = Date.now(), used = server.processor()
     for (let i = 0; i < 20 * loadSeconds; ++i) {
-      const wait = begin + 50 * i - Date.now()
-      if (wait > 0) await new Promise(done => setTimeout(done, wait))
-      replies.push(server.post('clouds', small, { name: `load ${i}` }))
+      await pause(begin + 50 * i - Date.now())
+      const sent = Date.now()
+      const answer = server.post('clouds', small(i), { name: `load ${i}` }).catch(error => ({ status: 0, text: String(error) }))
+      replies.push(answer.then(reply => ({ ...reply, took: Date.now() - sent })))
       if (i % 20 === 19) memory.push(server.memory())
     }
+    const sending = (Date.now() - begin) / 1000, busy = (server.processor() - used) / sending
     const all = await Promise.all(replies)
-    const took = (Date.now() - begin) / 1000
     over = true
     await Promise.all(watchers)
-    const refused = all.filter(r => r.status !== 202)
-    assert.equal(refused.length, 0, refused[0]?.text)
-    const ids = new Set(all.map(r => JSON.parse(r.text).id))
-    assert.equal(ids.size, all.length)
-    for (const id of ids) assert.equal((await server.get(`/api/submissions/${id}`)).status, 200)
-    const begun = memory[Math.floor(memory.length / 4)], end = memory.at(-1)
-    t.diagnostic(`${all.length} uploads in ${took.toFixed(1)} s, ${looks} looks; memory ${memory[0].toFixed(1)}, then ${begun.toFixed(1)}, at the end ${end.toFixed(1)} MiB`)
-    assert.ok(end < begun + 8, `memory grew from ${begun} to ${end} MiB`)
+    const longest = list => Math.max(...list.map(one => one.took))
+    const [first, quarter, end] = [memory[0], memory[Math.floor(memory.length / 4)], memory.at(-1)]
+    t.diagnostic(`${all.length} uploads in ${sending.toFixed(1)} s, the slowest answered after ${longest(all)} ms; ${looks.length} looks, the slowest after ${longest(looks)} ms; ${(100 * busy).toFixed(0)} % of a processor; memory ${first.toFixed(1)}, after a quarter ${quarter.toFixed(1)}, at the end ${end.toFixed(1)} MiB`)
+    const lost = all.filter(reply => reply.status !== 202)
+    assert.equal(lost.length, 0, `${lost.length} of ${all.length}: ${lost[0]?.status} ${lost[0]?.text}`)
+    assert.deepEqual(looks.filter(look => look.status !== 200), [])
+    assert.ok(looks.length >= 100 * Math.floor(loadSeconds / 3), `${looks.length} looks`)
+    assert.ok(sending < 1.1 * loadSeconds + 1, `the uploads were ${sending} s on their way: this is no load of 20 a second`)
+    assert.ok(end < quarter + 8, `memory grew from ${quarter} to ${end} MiB`)
+
+    await server.end('SIGKILL') // what has been answered is on the disk, byte by byte
+    server = await new Server(store, ...options).ready()
+    const ids = all.map(reply => JSON.parse(reply.text).id)
+    assert.equal(new Set(ids).size, ids.length)
+    for (const [i, id] of ids.entries()) {
+      await pause(6) // one address may ask 200 times a second
+      assert.equal((await server.json(`/api/submissions/${id}`)).name, `load ${i}`)
+      assert.equal(readFileSync(join(store, 'submissions', id, 'cloud.ply'), 'utf8'), small(i))
+    }
   } finally {
     await server.end()
   }
 })
 
+/** Another's cloud: every `step`th point, moved by up to `wrong` metres along z. */
+function worse(cloud, step, wrong) {
+  const text = cloud.toString('latin1')
+  const begin = text.indexOf('end_header\n') + 11
+  const points = Number(/element vertex (\d+)/.exec(text)[1]), size = (cloud.length - begin) / points
+  const kept = []
+  for (let i = 0; i < points; i += step) {
+    const point = Buffer.from(cloud.subarray(begin + i * size, begin + (i + 1) * size))
+    point.writeFloatLE(point.readFloatLE(8) + wrong * Math.sin(i), 8)
+    kept.push(point)
+  }
+  return Buffer.concat([Buffer.from(text.slice(0, begin).replace(/element vertex \d+/, `element vertex ${kept.length}`), 'latin1'), ...kept])
+}
+
 test('the page sends, shows, ranks, and takes text for text', async () => {
+  for (const [name, step, wrong] of [['every second point', 2, 0], ['an early try', 1, 0.004], ['sparse and quick', 20, 0.001]])
+    assert.equal((await platform.scored('clouds', worse(good, step, wrong), { name })).state, 'done')
   const browser = await chromium.launch({ executablePath, args: ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'] })
   try {
     const page = await (await browser.newContext({ viewport: { width: 1280, height: 900 } })).newPage()
@@ -344,27 +437,22 @@ test('the page sends, shows, ranks, and takes text for text', async () => {
     await page.getByLabel('File').setInputFiles({ name: 'mine.ply', mimeType: 'application/octet-stream', buffer: good })
     await page.getByRole('button', { name: 'Send' }).click()
     await page.waitForURL(/\/submissions\//)
+    await page.locator('#state').waitFor()
+    await keep(page, 'platform_waiting')
     await page.locator('#figures').waitFor({ timeout: patience })
     assert.equal(await page.locator('h2').first().textContent(), name)
     await page.frameLocator('iframe').locator('#cloud-view canvas').waitFor()
-    await page.waitForTimeout(1500)
-    const keep = async file => {
-      if (!pictures) return
-      for (const width of [1280, 800]) {
-        await page.setViewportSize({ width, height: 900 })
-        await page.evaluate(() => window.scrollTo(0, 0))
-        await page.waitForTimeout(500)
-        await page.screenshot({ path: join(pictures, `${file}_${width}.png`), fullPage: true })
-      }
-    }
-    await keep('platform_submission')
+    if (pictures) await page.waitForTimeout(1500) // its 3D view is drawn
+    await keep(page, 'platform_submission')
     const link = page.url()
     await page.goto(`${platform.address.split('/?')[0]}/`)
     await page.locator('#leaderboard').waitFor()
     await page.getByRole('button', { name: 'Mean error' }).click()
     await page.locator('th[aria-sort] button', { hasText: 'Mean error' }).waitFor()
     assert.ok(await page.getByRole('link', { name, exact: true }).first().isVisible())
-    await keep('platform')
+    const ranks = await page.locator('#leaderboard tbody tr a').allTextContents()
+    assert.ok(ranks.indexOf('every second point') < ranks.indexOf('an early try'), ranks.join())
+    await keep(page, 'platform')
     await page.setViewportSize({ width: 800, height: 900 })
     const wide = await page.evaluate(() => document.documentElement.scrollWidth)
     assert.ok(wide <= 800, `the page is ${wide} pixels wide`)

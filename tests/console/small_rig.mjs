@@ -14,27 +14,41 @@ export const until = async (what, condition, milliseconds) => {
   return Date.now() - begin
 }
 
-/** Where only the way matters: a simulated rig with small stereo pictures; one on wires that is patient with a busy machine. */
-export function smallRig(program, rig, place) {
-  const wires = rig !== 'tank-sim'
-  execFileSync(program, ['init', place, '--from', rig], { stdio: 'ignore' })
-  const edit = (file, ...pairs) => {
-    let text = readFileSync(join(place, file), 'utf8')
-    for (const [from, to] of pairs) {
-      assert.ok(text.includes(from), `${file} has no ${from}`)
-      text = text.replaceAll(from, to)
-    }
-    writeFileSync(join(place, file), text)
+/** Edits a file: each text is there, and is replaced. */
+export function edit(file, ...pairs) {
+  let text = readFileSync(file, 'utf8')
+  for (const [from, to] of pairs) {
+    assert.ok(text.includes(from), `${file} has no ${from}`)
+    text = text.replaceAll(from, to)
   }
-  if (wires)
-    edit('rig.yaml', ['\nscan:\n', '\nscan:\n  control: {feedback_timeout_s: 1, heartbeat_timeout_s: 1}\n'], ['limit: 100,', 'limit: 0,'],
+  writeFileSync(file, text)
+}
+
+/** As users have it. */
+export function wholeRig(program, rig, place) {
+  execFileSync(program, ['init', place, '--from', rig], { stdio: 'ignore' })
+}
+
+/** Where only the way matters: a simulated rig with small pictures and presets; one on wires that is patient with a busy machine. Of the
+ *  presets, `short` is for a scan that is waited for: half the sweep; `long` for one that is stopped: it sweeps soon, and for long.
+ *  `eyes`: how many times smaller the stereo pictures are; those of the mono camera are half as wide. */
+export function smallRig(program, rig, place, eyes = 4) {
+  wholeRig(program, rig, place)
+  const [rigFile, tankFile] = [join(place, 'rig.yaml'), join(place, 'tank.xml')]
+  if (rig !== 'tank-sim') {
+    edit(rigFile, ['\nscan:\n', '\nscan:\n  control: {feedback_timeout_s: 1, heartbeat_timeout_s: 1}\n'], ['limit: 100,', 'limit: 0,'],
       ['heartbeat_output: {kind: bytes, device: runtime/box}', 'heartbeat_output: {kind: none}'], ['enable_input: {kind: reply, wait_s: 60}', 'enable_input: {kind: none}'],
       ['reply_timeout_ms: 5 ', 'silence_timeout_ms: 1000\n    reply_timeout_ms: 100 '])
-  else {
-    edit('rig.yaml', ['width_px: 640, height_px: 480, fx_px: 765.4, fy_px: 762.9, cx_px: 315.7, cy_px: 236.8',
-      'width_px: 160, height_px: 120, fx_px: 191.35, fy_px: 190.725, cx_px: 78.55, cy_px: 58.825'])
-    edit('tank.xml', ['<resw>640</resw><resh>480</resh>', '<resw>160</resw><resh>120</resh>'],
-      ['<fx>765.4</fx><fy>762.9</fy><x0>315.7</x0><y0>236.8</y0>', '<fx>191.35</fx><fy>190.725</fy><x0>78.55</x0><y0>58.825</y0>'])
+    return
   }
-  return place
+  for (const [width, height, fx, fy, cx, cy, by] of [[640, 480, 765.4, 762.9, 315.7, 236.8, eyes], [720, 576, 626.08, 682.78, 368.93, 284.83, 2]]) {
+    const whole = [width, height, fx, fy, cx, cy]
+    const less = [width / by, height / by, fx / by, fy / by, (cx + 0.5) / by - 0.5, (cy + 0.5) / by - 0.5].map(value => Number(value.toFixed(4)))
+    const model = of => `width_px: ${of[0]}, height_px: ${of[1]}, fx_px: ${of[2]}, fy_px: ${of[3]}, cx_px: ${of[4]}, cy_px: ${of[5]}`
+    const size = of => `<resw>${of[0]}</resw><resh>${of[1]}</resh>`
+    const lens = of => `<fx>${of[2]}</fx><fy>${of[3]}</fy><x0>${of[4]}</x0><y0>${of[5]}</y0>`
+    edit(rigFile, [model(whole), model(less)])
+    edit(tankFile, [size(whole), size(less)], [lens(whole), lens(less)])
+  }
+  edit(rigFile, ['\npresets:\n', '\npresets:\n  short: {sweep: {from_rad: 1.5, to_rad: 1.9}, dark_frames: 2}\n  long: {sweep: {passes: 5}, dark_frames: 2}\n'])
 }

@@ -8,6 +8,7 @@
 #include <csignal>
 #include <set>
 
+#include "core/input_error.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace fs = std::filesystem;
@@ -40,6 +41,30 @@ TEST_F(StoreTest, TakesTheOldestOnceAndKeepsItsText) {
   EXPECT_EQ(second->id, "b");
   EXPECT_FALSE(store.take());
   EXPECT_EQ(store.waiting(), 2);
+}
+
+TEST_F(StoreTest, EntersAllOfABatchOrNone) {
+  Store store(place);
+  store.add(std::vector{sent("a"), sent("b")});
+  EXPECT_EQ(store.waiting(), 2);
+  EXPECT_THROW(store.add(std::vector{sent("c"), sent("a")}), InputError) << "a name twice";
+  EXPECT_EQ(store.waiting(), 2);
+  EXPECT_FALSE(store.find("c"));
+  store.add(std::vector<Submission>{});
+  store.add(sent("c"));
+  EXPECT_TRUE(store.find("c"));
+}
+
+TEST_F(StoreTest, WithdrawsWhatNobodyHasTaken) {
+  Store store(place);
+  store.add(sent("a"));
+  store.add(sent("b"));
+  store.take();
+  EXPECT_FALSE(store.withdraw("a"));
+  EXPECT_TRUE(store.withdraw("b"));
+  EXPECT_FALSE(store.withdraw("b"));
+  EXPECT_TRUE(store.find("a"));
+  EXPECT_FALSE(store.find("b"));
 }
 
 TEST_F(StoreTest, RanksWhatIsDone) {

@@ -10,6 +10,7 @@
 
 #include "console/server/password_check.hpp"
 #include "core/input_error.hpp"
+#include "core/text_files.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace fs = std::filesystem;
@@ -88,6 +89,52 @@ TEST_F(UsersFile, IsReadAsItWasWrittenAndByItsOwnerAlone) {
   EXPECT_EQ(read[1].role, Role::kWatch);
   EXPECT_TRUE(matches(read[0].password, kPassword));
   EXPECT_FALSE(matches(read[1].password, kPassword));
+}
+
+TEST(Token, IsRandomAndHashedByTheStandardsSha256) {  // FIPS 180-2, B.1
+  EXPECT_EQ(new_token().size(), std::string("tankrig-").size() + 40);
+  EXPECT_NE(new_token(), new_token());
+  std::string hash;
+  for (const unsigned char byte :
+       {0xba, 0x78, 0x16, 0xbf, 0x8f, 0x01, 0xcf, 0xea, 0x41, 0x41, 0x40, 0xde, 0x5d, 0xae, 0x22, 0x23,
+        0xb0, 0x03, 0x61, 0xa3, 0x96, 0x17, 0x7a, 0x9c, 0xb4, 0x10, 0xff, 0x61, 0xf2, 0x00, 0x15, 0xad})
+    hash += static_cast<char>(byte);
+  EXPECT_EQ(token_hash("abc"), hash);
+}
+
+TEST_F(UsersFile, KeepsTokensWithTheirUserAndNotThemselves) {
+  const std::string token = new_token();
+  write_users(file, {{"anna", Role::kOperate, hash_password(kPassword), {{"laptop", Role::kWatch, token_hash(token)}}},
+                     {"ben", Role::kWatch, hash_password(kPassword)}});
+  EXPECT_THAT(read_whole_file(file), ::testing::Not(HasSubstr(token)));
+  const std::vector<User> read = read_users(file);
+  ASSERT_EQ(read.size(), 2U);
+  ASSERT_EQ(read[0].tokens.size(), 1U);
+  EXPECT_EQ(read[0].tokens[0].label, "laptop");
+  EXPECT_EQ(read[0].tokens[0].role, Role::kWatch);
+  EXPECT_EQ(read[0].tokens[0].sha256, token_hash(token));
+  EXPECT_TRUE(read[1].tokens.empty());
+}
+
+TEST_F(UsersFile, NamesEachBadToken) {
+  const std::string good = "anna token laptop watch sha256 " + kHash;
+  const auto refusal_of = [&](const std::string& line) { return refusal(kGood + "\n" + line + "\n"); };
+  EXPECT_EQ(refusal_of(good), "taken");
+  std::string many;
+  for (int i = 0; i < 17; ++i) many += "anna token t" + std::to_string(i) + " watch sha256 " + kHash + "\n";
+  EXPECT_THAT(refusal_of(many), HasSubstr("users:18: found more tokens of anna, expected at most 16"));
+  for (const auto& [line, expected] : std::vector<std::pair<std::string, std::string>>{
+           {"anna token laptop watch sha256", "found 5 words, expected NAME token LABEL ROLE sha256 HASH"},
+           {"ben token laptop watch sha256 " + kHash, "found a token of ben, expected a line of this user above it"},
+           {"anna token Laptop watch sha256 " + kHash, "found the name 'Laptop'"},
+           {"anna token laptop root sha256 " + kHash, "found the role 'root'"},
+           {"anna token laptop watch md5 " + kHash, "found 'md5' and 64 characters, expected sha256"},
+           {"anna token laptop watch sha256 " + kHash.substr(2), "found 'sha256' and 62 characters"}}) {
+    const std::string why = refusal_of(line);
+    EXPECT_THAT(why, HasSubstr("users:2: " + expected));
+    EXPECT_THAT(why, ::testing::Not(HasSubstr(kHash.substr(0, 20)))) << "shows a hash";
+  }
+  EXPECT_THAT(refusal_of(good + "\n" + good), HasSubstr("users:3: found anna's token laptop twice"));
 }
 
 TEST_F(UsersFile, MayHaveCommentsAndEmptyLines) {

@@ -1,7 +1,7 @@
 // The console for users beyond this machine: who is let in, what each role may do, TLS, and a page of another version. Arguments as browser_test.mjs.
 import assert from 'node:assert/strict'
 import { execFileSync, spawn, spawnSync } from 'node:child_process'
-import { mkdtempSync, rmSync, writeFileSync } from 'node:fs'
+import { copyFileSync, mkdirSync, mkdtempSync, readdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs'
 import http from 'node:http'
 import https from 'node:https'
 import { createRequire } from 'node:module'
@@ -11,12 +11,12 @@ import { join } from 'node:path'
 import { after, afterEach, before, test } from 'node:test'
 import tls from 'node:tls'
 
-import { until as within } from './small_rig.mjs'
+import { keep } from './pictures.mjs'
+import { smallRig, until as within } from './small_rig.mjs'
 import { watch } from './watcher.mjs'
 
 const [rig, program, web, executablePath] = process.argv.slice(2)
 const { chromium } = createRequire(join(web, 'package.json'))('playwright-core')
-const pictures = process.env.TANKRIG_PICTURES
 const password = { anna: 'annas password', ben: 'bens password', carl: 'carls password' }
 const role = { anna: 'watch', ben: 'operate', carl: 'administer' }
 
@@ -28,8 +28,9 @@ const addUser = (name, as, line, file = users()) =>
   spawnSync(program, ['serve', 'user', 'add', name, '--role', as, '--users', file], { input: `${line}\n`, encoding: 'utf8' })
 
 /** A server that runs, at `address`. */
-async function serve(...options) {
-  server = spawn(program, ['serve', '--rig', rig, ...options], { cwd: folder, stdio: ['ignore', 'pipe', 'pipe'] })
+const serve = (...options) => start('--rig', rig, ...options)
+async function start(...options) {
+  server = spawn(program, ['serve', ...options], { cwd: folder, stdio: ['ignore', 'pipe', 'pipe'] })
   server.said = ''
   for (const stream of [server.stdout, server.stderr]) stream.on('data', data => { server.said += data })
   server.over = new Promise(done => server.on('exit', code => done(code)))
@@ -74,7 +75,6 @@ async function open(name, width = 1280, height = 900) {
   }
   return page
 }
-const keep = async (page, name) => { if (pictures) await page.screenshot({ path: join(pictures, `${name}.png`), fullPage: true }) }
 
 before(async () => {
   browser = await chromium.launch({ executablePath, args: ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader',
@@ -204,20 +204,106 @@ test('a user who is added may log in at once; one who is removed may not again',
   assert.equal((await ask('/', { headers: { Cookie } })).statusCode, 200)
 })
 
-test('one address that asks without end is refused, others are served', async () => {
+const user = (...words) => spawnSync(program, ['serve', 'user', ...words, '--users', users()], { encoding: 'utf8' })
+const giveToken = (...words) => user('token', ...words).stdout.trim()
+
+test('tokens are given, listed and revoked, each bad wish is named in one line', () => {
+  const given = user('token', 'ben', 'laptop', '--role', 'watch')
+  assert.match(given.stdout, /^tankrig-[0-9a-f]{40}\n$/)
+  assert.match(given.stderr, /may watch for ben/)
+  assert.ok(!readFileSync(users(), 'utf8').includes(given.stdout.trim()))
+  assert.match(user('list').stdout, /ben +may operate\n +token laptop +may watch\n/)
+  for (const [run, said] of [
+    [user('token', 'ben', 'laptop'), /found ben's token laptop, expected a new label/],
+    [user('token', 'nobody', 'laptop'), /found no nobody/],
+    [user('token', 'ben', 'my laptop'), /found the name 'my laptop'/],
+    [user('token', 'ben', 'other', '--role', 'administer'), /ben may operate, expected a token for no more/],
+    [user('revoke', 'ben', 'other'), /found no token other of ben/],
+  ]) {
+    assert.equal(run.status, 1)
+    assert.match(run.stderr, said)
+    assert.equal(run.stderr.trim().split('\n').length, 1)
+  }
+  assert.equal(user('token', 'ben', 'other', '--role', 'root').status, 2)
+  assert.equal(user('revoke', 'ben', 'laptop').status, 0)
+  assert.doesNotMatch(user('list').stdout, /token/)
+})
+
+test('a token lets a program of its user in, by its role, until it is revoked', async () => {
+  const [watches, operates] = [giveToken('ben', 'lamp', '--role', 'watch'), giveToken('ben', 'script')]
   await serve(...withUsers)
+  const by = (token, headers = {}) => ({ headers: { Authorization: `Bearer ${token}`, ...headers } })
+  assert.equal((await ask('/api/sessions', by(watches))).statusCode, 200)
+  assert.match((await ask('/api/arm', by(watches))).text, /needs the role operate/)
+  assert.equal((await ask('/api/plan', by(operates))).statusCode, 200)
+  assert.match((await ask('/api/corners', by(operates))).text, /needs the role administer/)
+  for (const wrong of ['', `${operates}0`, operates.toUpperCase(), password.ben]) {
+    const refused = await ask('/api/sessions', by(wrong))
+    assert.equal(refused.statusCode, 401)
+    assert.match(refused.text, /nobody has this token/)
+  }
+  assert.equal((await ask('/api/sessions', { headers: { Cookie: `tankrig_${new URL(address).port}=${operates}` } })).statusCode, 401)
+  assert.equal((await ask('/api/sessions', by(operates, { Origin: 'http://evil.example' }))).statusCode, 403)
+  assert.equal((await ask('/api/sessions', by(operates, { Host: 'evil.example' }))).statusCode, 403)
+  const upgrade = { Origin: origin(), Connection: 'Upgrade', Upgrade: 'websocket', 'Sec-WebSocket-Version': '13', 'Sec-WebSocket-Key': Buffer.alloc(16).toString('base64') }
+  assert.equal((await ask('/live', by(operates, upgrade))).statusCode, 401)
+  const flooded = await flood(`Authorization: Bearer ${watches}\r\n`)
+  assert.ok(flooded(404) >= 500 && flooded(429) > 0, `${flooded(404)} served, ${flooded(429)} refused`)
+  await until('calm', async () => (await ask('/api/sessions', by(watches))).statusCode === 200)
+  assert.equal(user('revoke', 'ben', 'lamp').status, 0)
+  assert.equal((await ask('/api/sessions', by(watches))).statusCode, 401)
+  assert.equal((await ask('/login', by(operates))).statusCode, 200)
+  assert.equal(user('revoke', 'ben', 'script').status, 0)
+})
+
+test('programs send to a platform with users: the examples of its documentation', async t => {
+  const text = readFileSync(new URL('../../docs/reference/platform.md', import.meta.url), 'utf8')
+  const example = kind => new RegExp('```' + kind + '\\n([^`]*cloud\\.ply[^`]*)```').exec(text)[1]
+  smallRig(program, rig, join(folder, 'small'))
+  execFileSync(program, ['scan', '--preset', 'short', '--rig', join(folder, 'small'), '--out', join(folder, 'datasets', 'tank')], { cwd: folder, stdio: 'ignore' })
+  copyFileSync(join(folder, 'datasets', 'tank', 'clouds', 'laser.ply'), join(folder, 'cloud.ply'))
+  const [token, lesser] = [giveToken('ben', 'script'), giveToken('ben', 'lamp', '--role', 'watch')]
+  await start('--platform', '--datasets', 'datasets', ...withUsers)
+  const run = (command, args) => spawnSync(command, args, { cwd: folder, encoding: 'utf8', timeout: 240_000 })
+  const filledIn = (code, key, id = '') => code.replaceAll('http://127.0.0.1:8080', origin()).replaceAll(/\bKEY"/g, `${key}"`).replaceAll('/ID', `/${id}`)
+
+  const python = run('python3', ['-c', filledIn(example('python'), token)])
+  assert.equal(python.status, 0, python.stderr)
+  const [link] = python.stdout.split(' ')
+  assert.match(python.stdout, /^\/submissions\/[0-9a-z]{16} None \{'tolerance_m': 0\.002/)
+  const score = JSON.parse((await ask(`/api${link}`, { headers: { Authorization: `Bearer ${token}` } })).text)
+  assert.equal(score.state, 'done')
+  assert.equal(score.user, 'ben')
+
+  const refused = await ask('/api/clouds?dataset=tank&name=mine', { method: 'POST', headers: { Authorization: `Bearer ${lesser}` }, body: 'ply\n' })
+  assert.match(refused.text, /needs the role operate/)
+  assert.equal((await ask('/api/clouds?dataset=tank&name=mine', { method: 'POST', headers: { Cookie: await letIn('ben') }, body: 'ply\n' })).statusCode, 403) // a cookie without a page
+  const [send, look] = filledIn(example('sh'), token, link.split('/').pop()).trim().split(/\n(?=curl)/)
+  if (run('curl', ['--version']).status !== 0) return t.diagnostic('no curl: its example is not run')
+  const sent = run('sh', ['-c', send])
+  assert.equal(JSON.parse(sent.stdout).state, 'queued', sent.stdout + sent.stderr)
+  assert.equal(JSON.parse(run('sh', ['-c', look]).stdout).state, 'done')
+})
+
+/** Asks 3000 times at once; returns how many answers have a code. */
+async function flood(headers = '') {
   const { hostname, port, host } = new URL(address)
   const asked = 3000
   const text = await new Promise(done => {
     let heard = ''
-    const socket = net.connect(Number(port), hostname, () => socket.write(`GET /nothing HTTP/1.1\r\nHost: ${host}\r\n\r\n`.repeat(asked)))
+    const socket = net.connect(Number(port), hostname, () => socket.write(`GET /sessions/nothing HTTP/1.1\r\nHost: ${host}\r\n${headers}\r\n`.repeat(asked)))
     socket.on('data', data => {
       heard += data.toString('latin1')
       if (heard.split('HTTP/1.1 ').length > asked) { socket.destroy(); done(heard) }
     })
     socket.on('close', () => done(heard))
   })
-  const answered = code => text.split(`HTTP/1.1 ${code}`).length - 1
+  return code => text.split(`HTTP/1.1 ${code}`).length - 1
+}
+
+test('one address that asks without end is refused, others are served', async () => {
+  await serve(...withUsers)
+  const answered = await flood()
   assert.ok(answered(401) >= 500, `${answered(401)} served`)
   assert.ok(answered(429) > 0, `${answered(401)} served`)
   assert.equal((await ask('/login', { from: '127.0.0.2' })).statusCode, 200)
@@ -253,7 +339,8 @@ test('each role may do its part, whatever a request is made by hand', async () =
   for (const [i, why] of (await refusals(anna, wishes)).entries()) assert.match(why, /this needs the role (operate|administer)/, JSON.stringify(wishes[i]))
   assert.equal(anna.last('control').holder, null)
   assert.equal(anna.last('run'), undefined)
-  assert.deepEqual(anna.last('hello').forms, [])
+  assert.deepEqual(anna.last('hello').forms.filter(form => form.granted), [])
+  assert.equal(anna.last('hello').forms.find(form => form.name === 'calibrate').role, 'administer')
   for (const question of ['arm', 'doctor', 'plan'])
     assert.equal((await ask(`/api/${question}`, { headers: { Cookie: await letIn('anna') } })).statusCode, 403)
 
@@ -263,8 +350,8 @@ test('each role may do its part, whatever a request is made by hand', async () =
     assert.match((await refusals(ben, [{ do: 'start', command, options: { session: 'x' } }]))[0], /this needs the role administer/)
   assert.match((await refusals(ben, [{ do: 'corners', folder: 'x', corners: [] }]))[0], /this needs the role administer/)
   assert.equal(ben.last('hello').role, 'operate')
-  assert.ok(ben.last('hello').forms.some(form => form.name === 'scan'))
-  assert.ok(!ben.last('hello').forms.some(form => form.name === 'calibrate'))
+  assert.ok(ben.last('hello').forms.find(form => form.name === 'scan').granted)
+  assert.ok(!ben.last('hello').forms.find(form => form.name === 'calibrate').granted)
   ben.say({ do: 'start', command: 'scan', options: {} })
   await until('the run', () => ben.last('run')?.exit_code === null)
 
@@ -275,9 +362,46 @@ test('each role may do its part, whatever a request is made by hand', async () =
 
   const carl = await watch(address, await letIn('carl'))
   ben.say({ do: 'offer' })
+  await until('the offer', () => carl.last('control')?.offered)
   assert.equal((await refusals(carl, [{ do: 'take' }]))[0], '')
   assert.match((await refusals(carl, [{ do: 'corners', folder: '../x', corners: [] }]))[0], /folder: found/)
   for (const watcher of [anna, ben, carl]) watcher.end()
+})
+
+test('a watcher downloads a session whole; one that changes meanwhile breaks off', async () => {
+  const session = join(folder, 'sessions/monday')
+  mkdirSync(session, { recursive: true })
+  writeFileSync(join(session, 'session.yaml'), 'status: complete\n')
+  writeFileSync(join(session, 'can.log'), Buffer.alloc(64 << 20, 'x')) // more than a connection holds
+  await serve(...withUsers)
+  const Cookie = await letIn('anna')
+  assert.equal((await ask('/downloads/monday.zip')).statusCode, 401)
+  assert.equal((await ask('/downloads/..%2fusers.zip', { headers: { Cookie } })).statusCode, 404)
+  /** Its bytes, and those that came; `meanwhile` while the connection is full. */
+  const download = meanwhile => new Promise((done, failed) => {
+    const { hostname, port } = new URL(address)
+    http.get({ hostname, port, path: '/downloads/monday.zip', headers: { Cookie }, agent: false }, response => {
+      let bytes = 0
+      response.once('data', () => { // the first piece is there, the rest waits
+        response.pause()
+        meanwhile()
+        response.on('data', data => { bytes += data.length })
+        response.resume()
+      })
+      response.once('data', data => { bytes += data.length })
+      for (const end of ['error', 'end']) response.on(end, () => done({ whole: response.complete, said: Number(response.headers['content-length']), bytes, code: response.statusCode }))
+    }).on('error', failed)
+  })
+  let got
+  await until('a session at rest', async () => (got = await download(() => {})).code === 200) // its times tell of a change after 20 ms
+  assert.ok(got.whole)
+  assert.equal(got.bytes, got.said)
+  assert.ok(got.said > 64 << 20)
+  const broken = await download(() => writeFileSync(join(session, 'can.log'), 'y', { flag: 'a' }))
+  assert.equal(broken.whole, false)
+  assert.ok(broken.bytes < broken.said)
+  await until('it is said', () => /a download broke off: .*can.log: has changed while it was read/.test(server.said), 5000)
+  rmSync(join(folder, 'sessions'), { recursive: true })
 })
 
 test('by TLS: its own version only, and nobody without it', async () => {
@@ -321,9 +445,8 @@ test('others reach it under the address they use and the names that are given', 
 test('in a browser: log in, look, log out', async () => {
   await serve(...withUsers)
   const page = await open()
+  await page.setViewportSize({ width: 1280, height: 600 })
   await keep(page, 'console_login')
-  await page.setViewportSize({ width: 800, height: 600 })
-  await keep(page, 'console_login_800')
   await page.getByLabel('Name').fill('anna')
   await page.getByLabel('Password').fill('not annas password')
   await page.getByRole('button', { name: 'Log in' }).click()
@@ -335,6 +458,12 @@ test('in a browser: log in, look, log out', async () => {
   await page.getByText('connected', { exact: true }).waitFor()
   assert.equal(await page.getByRole('button', { name: 'Take control' }).isDisabled(), true)
   assert.equal(await page.getByRole('button', { name: 'STOP' }).isDisabled(), false)
+  for (const [command, title, needs] of [['scan', 'Scan', 'operate'], ['calibrate', 'Calibrate', 'administer']]) {
+    await page.locator('#command').selectOption(command)
+    assert.equal(await page.getByRole('button', { name: `Start: ${title}` }).isDisabled(), true)
+    assert.equal(await page.locator('#form [name=operator]').isDisabled(), true)
+    assert.equal(await page.locator('#why-not').textContent(), `This needs the role ${needs}; yours is watch.`)
+  }
   await keep(page, 'console_watch')
   await page.getByRole('button', { name: 'Log out' }).click()
   await page.getByLabel('Password').waitFor()

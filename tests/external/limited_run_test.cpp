@@ -66,6 +66,9 @@ TEST_F(LimitedRunTest, EndsOneThatComputesInManyProcesses) {
 TEST_F(LimitedRunTest, EndsAForkBombAndOneThatLeavesItsGroup) {
   EXPECT_THAT(end_of("bomb() { bomb | bomb & }; bomb; sleep 1000", {.processes = 20}),
               MatchesRegex("had [0-9]+ processes, expected at most 20"));
+  EXPECT_THAT(end_of("i=0; while [ $i -lt 200 ]; do i=$((i + 1)); sleep 1000 & done; sleep 1000", {.processes = 20}),
+              MatchesRegex("had [0-9]+ processes, expected at most 20"))
+      << "its shell ends when it may start no more";
   EXPECT_EQ(end_of("for i in 1 2 3; do setsid sleep 1000 & done; (setsid sleep 1000 &); exit 0"), "");
 }
 

@@ -92,6 +92,23 @@ TEST(RelayOff, FindsALineThatWasPulledAndCameBackThoughTheProgramHasGone) {
   EXPECT_FALSE(bench.box->relay_closed());
 }
 
+TEST(RelayOff, AllocatesNothing) {
+  TANKRIG_SKIP_SANITIZED(testing_support::kNoCounting);
+  RelayBench bench;
+  RelayOff off = bench.off(true);
+  std::uint64_t most = 0;
+  int asked = 0;
+  EXPECT_TRUE(asks_until(off, [&] {
+    const std::uint64_t before = testing_support::allocations();
+    off.listen();
+    off.ask();
+    most = std::max(most, testing_support::allocations() - before);
+    if (++asked == 25) bench.box->unplug();  // a line that is gone is opened again and again
+    return asked > 50;
+  }));
+  EXPECT_EQ(most, 0U);
+}
+
 class ArmRestOn : public testing::TestWithParam<bool> {
  protected:
   bool serial() const { return GetParam(); }

@@ -8,7 +8,9 @@
 #include <csignal>
 #include <cstring>
 #include <fstream>
+#include <thread>
 
+#include "drivers/serial/serial_port.hpp"
 #include "rig/guardian/guardian_report.hpp"
 #include "sim_backends/wire/arm_emulator.hpp"
 #include "sim_backends/wire/can_hub.hpp"
@@ -125,6 +127,15 @@ TEST_P(GuardianOn, EndsWithAProgramThatEndsInOrder) {
   EXPECT_EQ(code_of(program_), 0);
   EXPECT_TRUE(safe());
   EXPECT_EQ(report(), "");
+}
+
+TEST_P(GuardianOn, HasLeftItsLinesWhenItsReportIsUnlocked) {
+  start();
+  ::kill(program_, SIGKILL);
+  const std::filesystem::path left = folder_.path() / "report";
+  ASSERT_TRUE(until([&] { return guardian_at_work(left).has_value(); }));
+  while (guardian_at_work(left)) std::this_thread::yield();
+  EXPECT_NO_THROW(SerialPort(testing_support::guarded_devices(folder_.path(), GetParam()).laser_line));
 }
 
 TEST_P(GuardianOn, MakesSafeWhenItsProgramIsKilled) {

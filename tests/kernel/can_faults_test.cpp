@@ -44,6 +44,18 @@ class CanFaults : public testing::Test {
     EXPECT_EQ(back->id, 0x321);
   }
 
+  /// Sends until a frame arrives: between the controller's restart and the kernel's notice of the carrier, its queue
+  /// takes frames and drops them without a word.
+  bool carries_again() {
+    const bool carries = becomes_true([&] {
+      (void)node_->try_send(frame_of(0x124, {}));
+      return receive_within(*peer_, std::chrono::milliseconds(50)).has_value();
+    });
+    while (receive_within(*peer_, std::chrono::milliseconds(50))) {
+    }
+    return carries;
+  }
+
   MonotonicClock clock_;
   std::unique_ptr<CanBus> node_, peer_;
 };
@@ -67,23 +79,18 @@ TEST_F(CanFaults, ErrorStatesAreToldAsTheControllerReachesThemAndLeavesThem) {
 
 TEST_F(CanFaults, BusOffIsLeftByTheKernelsRestart) {
   set_link("rigcan0", "down");
-  set_link("rigcan0", kUp + std::to_string(1500));
+  set_link("rigcan0", kUp + std::to_string(3000));
   ASSERT_TRUE(reaches(*node_, CanState::kErrorActive));
   expect_traffic();
   const Stamp begin = clock_.now();
   set_fault("rigcan0", "busoff");
-  ASSERT_TRUE(reaches(*node_, CanState::kBusOff, std::chrono::milliseconds(1200)));
+  ASSERT_TRUE(reaches(*node_, CanState::kBusOff, std::chrono::milliseconds(2700)));
   EXPECT_FALSE(node_->try_send(frame_of(0x123, {1})).ok());
   ASSERT_TRUE(reaches(*node_, CanState::kErrorActive));
-  EXPECT_GE(clock_.now() - begin, std::chrono::milliseconds(1490));  // less a jiffy
+  EXPECT_GE(clock_.now() - begin, std::chrono::milliseconds(2990));  // less a jiffy
   EXPECT_EQ(node_->counters().bus_off, 1u);
   EXPECT_EQ(node_->counters().restarted, 1u);
-  // Its queue takes frames again when the kernel has seen the carrier, within a second.
-  EXPECT_TRUE(send_within(*node_, frame_of(0x124, {})));
-  EXPECT_TRUE(becomes_true([&] {
-    const auto frame = receive_within(*peer_);
-    return frame && frame->id == 0x124;
-  }));
+  EXPECT_TRUE(carries_again());
   expect_traffic();
 }
 
@@ -97,8 +104,7 @@ TEST_F(CanFaults, BusOffWithoutRestartLastsUntilSomebodyRestartsByHand) {
   set_link("rigcan0", "type can restart");
   ASSERT_TRUE(reaches(*node_, CanState::kErrorActive));
   EXPECT_EQ(node_->counters().bus_off, 1u);
-  ASSERT_TRUE(send_within(*node_, frame_of(0x124, {})));
-  ASSERT_TRUE(receive_within(*peer_));
+  EXPECT_TRUE(carries_again());
 }
 
 TEST_F(CanFaults, BusOffIsLeftByDownAndUp) {
@@ -111,8 +117,7 @@ TEST_F(CanFaults, BusOffIsLeftByDownAndUp) {
   ASSERT_TRUE(reaches(*node_, CanState::kDown));
   set_link("rigcan0", "up");
   ASSERT_TRUE(reaches(*node_, CanState::kErrorActive));
-  ASSERT_TRUE(send_within(*node_, frame_of(0x124, {})));
-  ASSERT_TRUE(receive_within(*peer_));
+  EXPECT_TRUE(carries_again());
 }
 
 TEST_F(CanFaults, AFrameThatNobodyAcknowledgesIsToldAndArrivesWhenSomebodyDoes) {
@@ -138,6 +143,7 @@ TEST_F(CanFaults, APeerThatIsSwitchedOffIsNoAcknowledgement) {
   ASSERT_TRUE(becomes_true([&] { return peer_->reopen().ok(); }));
   ASSERT_TRUE(receive_within(*peer_));
   EXPECT_TRUE(reaches(*node_, CanState::kErrorActive));
+  EXPECT_TRUE(carries_again());
   expect_traffic();
 }
 
@@ -186,6 +192,7 @@ TEST_F(CanFaults, AnInterfaceThatGoesDownIsToldAndUsedAgainWhenItIsUp) {
   set_link("rigcan0", "up");
   ASSERT_TRUE(reaches(*node_, CanState::kErrorActive));
   EXPECT_EQ(node_->counters().reopened, 1u);
+  EXPECT_TRUE(carries_again());
   expect_traffic();
 }
 

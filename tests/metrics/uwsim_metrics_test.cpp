@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <random>
 
+#include "bench/metrics/metrics.hpp"
 #include "core/input_error.hpp"
 #include "tests/metrics/shapes.hpp"
 
@@ -68,6 +70,27 @@ TEST(UwsimMetrics, TakeErrorsOfAlmostFifteenCentimetresIntoTheMean) {
 TEST(UwsimMetrics, MeasureToTheNearestFacePlaneInside) {
   EXPECT_NEAR(score(shapes::cloud_of({{0.03, 0, -0.06}})).mean_error_m, 0.040, 1e-12);
   EXPECT_NEAR(score(shapes::cloud_of({{0.10, 0.19, 0}})).mean_error_m, 0.050, 1e-12) << "outside, off an edge";
+}
+
+/// The same perfect cloud of a sphere, scored on its mesh and on the box around it.
+TEST(UwsimMetrics, MeasureToTheBoxWhereThePaperMeasuresToTheMesh) {
+  constexpr double kRadius = 0.1;
+  const TriangleMesh sphere = shapes::icosphere(kRadius, 5);
+  PointCloud cloud = shapes::cloud_of({});
+  std::mt19937_64 random(14);
+  double to_the_box = 0;
+  for (int i = 0; i < 20'000; ++i) {
+    const Vector3d p = kRadius * shapes::random_unit(random);
+    cloud.points.emplace_back().p = p;
+    to_the_box += (kRadius - p.cwiseAbs().maxCoeff()) / 20'000;
+  }
+  const Metrics paper = evaluate(cloud, ObjectSurface(sphere, 20'000), {});
+  EXPECT_LT(paper.error->mean, 1e-4);
+  EXPECT_NEAR(paper.headline().whole, 1, 1e-9);
+  const UwsimMetrics reference = uwsim_metrics(cloud, sphere);
+  EXPECT_NEAR(reference.mean_error_m, to_the_box, 1e-3);
+  EXPECT_GT(reference.mean_error_m, 0.015);
+  EXPECT_LT(reference.coverage, 0.5);
 }
 
 TEST(UwsimMetrics, CallGroundWhatIsNearerToTheBottomPlaneUpToTenCentimetres) {

@@ -99,7 +99,7 @@ TEST(MotionCheck, LooksAtTheProjectorAndTheToolToo) {
   o.tool_length = bare.nearest_of[static_cast<std::size_t>(PairKind::kTank)].clearance + 0.3;
   expect_refused(bent_elbow_scan(), o, {"forearm"});
   o = tank();
-  o.carried.push_back({"projector", {{-0.1, 0, -0.2}, {-1.5, 0, -0.2}, 0.03}});
+  o.carried.push_back({"projector", Capsule{{-0.1, 0, -0.2}, {-1.5, 0, -0.2}, 0.03}});
   expect_refused(bent_elbow_scan(), o, {"projector"});
 }
 
@@ -191,7 +191,7 @@ TEST(MotionCheck, FindsOfEachKindWhatADenseLookFinds) {
   for (int trial = 0; trial < 20; ++trial) {
     Obstacles o = tank();
     o.margin = -1;  // whatever comes, it is told
-    o.carried = {{"projector", {{-0.1, 0, -0.33}, {-0.1, 0, -0.2}, 0.03}}};
+    o.carried = {{"projector", Capsule{{-0.1, 0, -0.33}, {-0.1, 0, -0.2}, 0.03}}};
     const auto somewhere = [&] {
       return Transform(
           make_transform_rpy({0.5 + 0.4 * uniform(random), 0.4 * uniform(random), 0.4 + 0.3 * uniform(random)},

@@ -39,6 +39,7 @@ fs::path benchmark(const std::string& measures, const std::string& updater, cons
 
 TEST(Bench, APointOfTheGridIsTheScanOfThatPointToTheBit) {
   const fs::path rig = small_sweep_rig(scratch_folder() / "rig");
+  shrink_mono_pictures(rig);
   const fs::path file =
       benchmark(cloud("laser") + cloud("laser_paper") + cloud("stereo") + cloud("stereo_paper"),
                 loop("sceneLightUpdater", 0.3, 1, 0.7, loop("cameraNoiseUpdater", 0, 0.04, 0.04)), "laser.coverage");
@@ -142,7 +143,7 @@ std::uintmax_t write_shards(const fs::path& folder, std::size_t shards, const Be
   return bytes;
 }
 
-// TANKRIG_MERGE_POINTS: so many configurations instead, for docs/scale.md.
+// TANKRIG_MERGE_POINTS: so many configurations instead, for docs/measured/scale.md.
 TEST(Bench, MergesMoreThanItHasInMemory) {
   TANKRIG_SKIP_SANITIZED("memory is measured");
   const char* const wanted = std::getenv("TANKRIG_MERGE_POINTS");
@@ -445,6 +446,55 @@ TEST(Bench, LuxIsTheLightAtTheMeter) {
   EXPECT_NEAR(by_lux[0]["lux"], half, 1e-6);
   for (const char* detail : {"mean_error", "coverage"})
     EXPECT_NEAR(by_lux[0]["measures"]["stereo"][detail], by_light[0]["measures"]["stereo"][detail].get<double>(), 1e-5);
+}
+
+TEST(Bench, PutsARecordedSessionIntoFog) {
+  const fs::path rig = small_rig(scratch_folder() / "rig"), session = scratch_folder() / "monday";
+  const ProgramRun scan = run_tankrig({"scan", "--rig", rig, "--out", session, "--seed", "3", "--json"});
+  ASSERT_EQ(scan.exit_code, 0) << scan.err;
+  const auto fog = [](const std::string& bag) {
+    std::string text = loop("bagFogUpdater", 0, 2, 1, loop("sceneLightUpdater", 0.5, 1, 0.5));
+    return text.insert(text.find("<initialValue>"), "<bag>" + bag +
+                                                        "</bag><imageTopic>/image</imageTopic><infoTopic>/info"
+                                                        "</infoTopic><imageDepth>1</imageDepth>");
+  };
+  const fs::path out = scratch_folder() / "out";
+  const fs::path file = benchmark(cloud("laser") + cloud("stereo"), fog("monday"), "stereo.coverage");
+  const ProgramRun run = run_tankrig({"bench", file, "--rig", rig, "--out", out, "--jobs", "2"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("<sceneLightUpdater>: its pictures are recorded: fog alone is added to them"));
+  const nlohmann::json points = points_of(out);
+  ASSERT_EQ(points.size(), 3u);
+  for (const char* method : {"laser", "stereo"}) {
+    const auto measured = [&](std::size_t i) { return points[i]["measures"][method]; };
+    const nlohmann::json scanned = scan.json()[method], clear = measured(0)["metrics"];
+    for (const auto& [key, value] : clear.items()) EXPECT_EQ(value, scanned[key]) << method << " " << key;
+    // A quarter of the contrast is left in the first fog, three thousandths in the second.
+    EXPECT_LE(measured(1)["coverage"], clear["coverage"]) << method;
+    EXPECT_LT(measured(2)["coverage"], 0.1 * measured(0)["coverage"].get<double>()) << method;
+  }
+  EXPECT_TRUE(fs::exists(out / "figures/views_fog.png"));
+  const std::string page = read_text(out / "report.html");
+  EXPECT_THAT(page, HasSubstr("SHA-256 of the recorded session&#39;s session.yaml"));
+  EXPECT_THAT(page, HasSubstr("fog added to the pictures [1/m]"));
+  EXPECT_THAT(page, Not(HasSubstr("tankrig scan")));
+  const std::string sealed = read_text(session / "session.yaml");
+  write_text(session / "session.yaml", sealed + "\n");
+  EXPECT_THAT(run_tankrig({"bench", file, "--rig", rig, "--out", out}).err,
+              HasSubstr("holds results of another run: session_sha256"));
+  write_text(session / "session.yaml", sealed);
+
+  // What is no session is left out, and the rest runs on the simulated rig.
+  const ProgramRun bag = run_tankrig({"bench", benchmark(cloud("laser"), fog("pool.bag"), "laser"), "--rig", rig,
+                                      "--out", scratch_folder() / "bag", "--json"});
+  ASSERT_EQ(bag.exit_code, 0) << bag.err;
+  EXPECT_THAT(bag.err,
+              HasSubstr("<bagFogUpdater>: found no session 'pool.bag', expected the folder of a recorded one"));
+  EXPECT_EQ(bag.json()["points"], 2);
+  const fs::path other = small_rig(scratch_folder() / "other", {{"name: \"rig\"", "name: pool"}});
+  const ProgramRun foreign = run_tankrig({"bench", benchmark(cloud("laser"), fog("monday"), "laser"), "--rig", other});
+  EXPECT_EQ(foreign.exit_code, 1);
+  EXPECT_THAT(foreign.err, HasSubstr("was recorded by the rig 'rig', expected --rig rig, found pool"));
 }
 
 TEST(Bench, SaysTheCostAndWhatIsWrong) {

@@ -18,6 +18,7 @@
 namespace fs = std::filesystem;
 using testing::ContainsRegex;
 using testing::HasSubstr;
+using testing::Not;
 
 namespace tankrig::test {
 namespace {
@@ -175,15 +176,29 @@ TEST_F(CalibrateAll, MakesARigThatNobodyKnowsScanWithinMillimetresAndTheSameNumb
   const ProgramRun run = calibrate(kSeed);
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_EQ(run.json()["verdict"], "accepted");
+  for (const char* judged :
+       {"pictures of the board that count: left [0-9]+, mono [0-9]+, right [0-9]+ of 10; [0-9]+ % of the image",
+        "left: 10 pictures of the board count", "mono: 12 pictures of the marker count",
+        "pictures of the marker that count: mono [0-9]+ of 12; [0-9]+ postures", "mono: 6 pictures of the sheet count",
+        "pictures of the sheet that count: mono [0-9]+ of 6; elbow [0-9]+ to [0-9]+ deg"})
+    EXPECT_THAT(run.err, ContainsRegex(judged));
+  EXPECT_THAT(run.err, Not(HasSubstr(" counts; "))) << "a line for a picture without a fault";
   const auto truth = run.json()["truth"];
   EXPECT_LT(truth["object_as_it_is"]["laser"]["rms_mm"], 1.0);
   EXPECT_LT(truth["object_as_it_is"]["stereo"]["rms_mm"], 1.0);
   EXPECT_LT(truth["object_rms_mm"], 1.0);
+  const auto joint = run.json()["joint"];
+  std::printf("seed %d: all steps together: %s\n", kSeed, joint["why"].get<std::string>().c_str());
+  ASSERT_TRUE(joint.contains("figure")) << joint;
+  EXPECT_GT(joint["figure"]["joint"], 0);
+  for (const auto& move : joint["moves"]) EXPECT_LT(move["sigmas"], move["limit_sigmas"]) << move;
+  const std::string method = read_calibration(data_ / "calibration.yaml").laser->method;
+  EXPECT_EQ(method.starts_with("joint refinement"), joint["taken"].get<bool>()) << method;
   for (const char* picture : {"mono/uncertainty.png", "mono/residuals.png", "mono/coverage.png", "object.png"})
     EXPECT_TRUE(fs::exists(data_ / "report" / picture)) << picture;
   const std::string page = read_whole_file(data_ / "report" / "calibration.html");
-  for (const char* shown :
-       {"Calibration of tank-true", "accepted", "What the uncertainties cost", "<svg", "data:image/png"})
+  for (const char* shown : {"Calibration of tank-true", "accepted", "All steps together", "What the uncertainties cost",
+                            "<svg", "data:image/png"})
     EXPECT_THAT(page, HasSubstr(shown));
   expect_a_good_scan(kSeed);
   expect_snapping_helps(kSeed, truth);
@@ -269,10 +284,11 @@ TEST_F(CalibrateAll, TellsOfEachBoardWhetherItCountsAndKeepsWhatAStoppedRunHasTa
   rig_ = rig.string();
   const std::vector<std::string> command{"calibrate", "all", "--rig", rig_, "--data", data_.string()};
   const ProgramRun stopped = run_tankrig(command, [](const std::string& line, int pid) {
-    if (line.find("picture 2: ") != std::string::npos) kill(pid, SIGINT);
+    if (line.find("mono: 10 pictures of the board count") != std::string::npos) kill(pid, SIGINT);
   });
   EXPECT_NE(stopped.exit_code, 0);
-  EXPECT_THAT(stopped.err, ContainsRegex("picture 1: left.*mono counts; .*so far left [0-9]+, mono [0-9]+, right"));
+  EXPECT_THAT(stopped.err,
+              ContainsRegex("pictures of the board that count: left [0-9]+, mono 1[0-9], right [0-9]+ of 10"));
   EXPECT_FALSE(fs::exists(data_ / "boards-2"));
 
   // The simulated board is shown in the same places again: those of the stopped run count, and once.

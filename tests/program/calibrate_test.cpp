@@ -5,11 +5,13 @@
 
 #include <opencv2/imgcodecs.hpp>
 
+#include "calibration/intrinsics/board_bundle.hpp"
 #include "core/angles.hpp"
 #include "core/calibration_file.hpp"
 #include "core/camera_file.hpp"
 #include "core/model_yaml.hpp"
 #include "rig/config/rig_config.hpp"
+#include "sim_backends/world/port_rays.hpp"
 #include "tests/board_calibration/generated_boards.hpp"
 #include "tests/hand_eye/generated_postures.hpp"
 #include "tests/object_pose/drawn_box.hpp"
@@ -142,38 +144,133 @@ TEST(CalibrationOfARig, IsWrittenKeptByAScanAndWarnedOf) {
 
 RigConfig tank_sim() { return load_rig(fs::path(TANKRIG_SOURCE_DIR) / "etc/rigs/tank-sim/rig.yaml"); }
 
-TEST(CalibrationOfARig, HasBothEyesAndHowTheyStandFromPairsOfPictures) {
-  const fs::path folder = scratch_folder(), data = folder / "pairs", file = folder / "calibration.yaml";
-  fs::create_directories(data);
+/// Both eyes of tank-sim before a checkerboard.
+struct Eyes {
   const RigConfig rig = tank_sim();
-  const RigCamera &left = *rig.find_camera(CameraRole::kLeft), &right = *rig.find_camera(CameraRole::kRight);
-  const Transform rightMleft = right.bMc.inverse() * left.bMc;
+  const CameraModel left = rig.find_camera(CameraRole::kLeft)->model,
+                    right = rig.find_camera(CameraRole::kRight)->model;
+  const Transform rightMleft =
+      rig.find_camera(CameraRole::kRight)->bMc.inverse() * rig.find_camera(CameraRole::kLeft)->bMc;
   const BoardTarget target = checkerboard();
+  const fs::path folder = scratch_folder(), data = folder / "pairs", file = folder / "calibration.yaml";
+
+  /// Pictures of the first `count` of the `places` in the left eye in which both, as `seen_left` and `seen_right`, see
+  /// all of the board's squares.
+  void write_pairs(std::size_t count, const std::vector<Transform>& places, const CameraModel& seen_left,
+                   const CameraModel& seen_right, const Sight& in_left, const Sight& in_right) const {
+    fs::create_directories(data);
+    const auto sees_all = [this](const CameraModel& eye, const Transform& cMt) {
+      for (const int column : {-1, target.columns})
+        for (const int row : {-1, target.rows}) {
+          const auto pixel = eye.project(cMt * (target.spacing * Vector3d(column, row, 0)));
+          if (!pixel || !eye.contains(*pixel)) return false;
+        }
+      return true;
+    };
+    std::size_t pairs = 0;
+    for (const Transform& lMt : places) {
+      if (pairs == count || !sees_all(seen_left, lMt) || !sees_all(seen_right, rightMleft * lMt)) continue;
+      ++pairs;
+      const auto write = [&](const char* side, const CameraModel& eye, const Sight& sight, const Transform& cMt) {
+        cv::imwrite((data / fmt::format("{}{:02}.png", side, pairs)).string(),
+                    picture_of({eye.width, eye.height}, sight, cMt, checkerboard_print(target)));
+      };
+      write("left", left, in_left, lMt), write("right", right, in_right, rightMleft * lMt);
+    }
+    ASSERT_EQ(pairs, count);
+  }
+  ProgramRun calibrate(const std::vector<std::string>& more) const {
+    std::vector<std::string> words{"calibrate", "stereo",      "--data", data.string(), "--pattern",
+                                   "9x6",       "--square-mm", "30",     "--write",     file.string(),
+                                   "--rig",     "tank-sim",    "--json"};
+    words.insert(words.end(), more.begin(), more.end());
+    return run_tankrig(words);
+  }
+};
+
+TEST(CalibrationOfARig, HasBothEyesAndHowTheyStandFromPairsOfPictures) {
+  const Eyes eyes;
   std::mt19937_64 random(kSeed);
   RecordProperty("seed", std::to_string(kSeed));
-  int pairs = 0;
-  for (const Transform& lMt : many_places(left.model, target, 40, random)) {
-    const auto sees = [&](const Vector3d& p) {
-      const auto pixel = right.model.project(rightMleft * lMt * p);
-      return pixel && right.model.contains(*pixel);
-    };
-    const std::vector<Vector3d> points = target.points();
-    if (pairs == 8 || !std::all_of(points.begin(), points.end(), sees)) continue;
-    ++pairs;
-    const auto file_of = [&](const char* side) { return (data / fmt::format("{}{:02}.png", side, pairs)).string(); };
-    cv::imwrite(file_of("left"), picture_of(left.model, lMt, checkerboard_print(target)));
-    cv::imwrite(file_of("right"), picture_of(right.model, rightMleft * lMt, checkerboard_print(target)));
-  }
-  ASSERT_EQ(pairs, 8);
-  const ProgramRun run = run_tankrig({"calibrate", "stereo", "--data", data.string(), "--pattern", "9x6", "--square-mm",
-                                      "30", "--model", "k1", "--write", file.string(), "--rig", "tank-sim", "--json"});
+  const auto sight_of = [](const CameraModel& eye) { return [&eye](double u, double v) { return eye.sight(u, v); }; };
+  eyes.write_pairs(8, many_places(eyes.left, eyes.target, 200, random), eyes.left, eyes.right, sight_of(eyes.left),
+                   sight_of(eyes.right));
+  const ProgramRun run = eyes.calibrate({"--model", "k1"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
-  const Calibration written = read_calibration(file);
+  const Calibration written = read_calibration(eyes.file);
   ASSERT_TRUE(written.camera("left") && written.camera("left")->lens && written.camera("right") && written.stereo);
-  EXPECT_NEAR(written.camera("left")->lens->model.fx, left.model.fx, 4 * written.camera("left")->lens->sigma[0]);
-  const Vector3d apart = written.stereo->pose.translation() - rightMleft.inverse().translation();
+  EXPECT_NEAR(written.camera("left")->lens->model.fx, eyes.left.fx, 4 * written.camera("left")->lens->sigma[0]);
+  EXPECT_EQ(written.camera("left")->lens->sigma.size(), 9u) << "there is no port";
+  const Vector3d apart = written.stereo->pose.translation() - eyes.rightMleft.inverse().translation();
   for (int k = 0; k < 3; ++k) EXPECT_LT(std::abs(apart[k]), 4 * written.stereo->sigma_m[k]) << k;
   EXPECT_LT(apart.norm(), 1e-3);
+}
+
+/// Lines of sight as the simulator traces them through both faces of a port.
+Sight traced(const CameraModel& lens, const FlatPort& port) {
+  return [&](double u, double v) {
+    const sim::PortRay ray = sim::through_port(port, lens.ray(u, v));
+    return ViewingRay{ray.origin, ray.direction};
+  };
+}
+
+TEST(CalibrationOfARig, HasThePortsThatTheSimulatorTracesBothEyesThrough) {
+  const Eyes eyes;
+  const FlatPort ports[]{{0.045, 0.010, Vector3d(0.03, -0.02, 1).normalized()},
+                         {0.040, 0.010, Vector3d(-0.02, 0.01, 1).normalized()}};
+  CameraModel left = eyes.left, right = eyes.right;
+  left.port = ports[0], right.port = ports[1];
+  std::mt19937_64 random(kSeed);
+  RecordProperty("seed", std::to_string(kSeed));
+  eyes.write_pairs(10, near_and_far(left, eyes.target, 200, random), left, right, traced(eyes.left, ports[0]),
+                   traced(eyes.right, ports[1]));
+  const fs::path air = eyes.folder / "air", out = eyes.folder / "out";
+  fs::create_directories(air);
+  write_camera_file(air / "left.yaml", eyes.left, "left");
+  write_camera_file(air / "right.yaml", eyes.right, "right");
+  const ProgramRun run = eyes.calibrate({"--port-mm", "10", "--in-air", air.string(), "--out", out.string()});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_THAT(run.json()["left_decision"], HasSubstr("window flat port"));
+  EXPECT_TRUE(read_camera_file(out / "left.yaml").port) << "in the one format that has a place for it";
+  const Calibration written = read_calibration(eyes.file);
+  EXPECT_EQ(run.json()["right_port"]["distance_m"], written.camera("right")->lens->model.port->distance);
+  for (const auto& [name, port] : {std::pair("left", ports[0]), {"right", ports[1]}}) {
+    const CalibratedLens& lens = *written.camera(name)->lens;
+    ASSERT_TRUE(lens.model.port) << name;
+    ASSERT_EQ(lens.sigma.size(), 12u);
+    const PortParameters found = parameters_of(*lens.model.port), truth = parameters_of(port);
+    for (std::size_t i = 0; i < truth.size(); ++i) {
+      const double sigma = lens.sigma[9 + i];
+      std::printf("%s, %s: %.5f +- %.5f, in truth %.5f\n", name, kPortParameterNames[i], found[i], sigma, truth[i]);
+      EXPECT_GT(sigma, 0);
+      EXPECT_LT(std::abs(found[i] - truth[i]), 4 * sigma) << name << ", " << kPortParameterNames[i];
+    }
+  }
+  const Vector3d apart = written.stereo->pose.translation() - eyes.rightMleft.inverse().translation();
+  EXPECT_LT(apart.norm(), 1e-3);
+
+  const auto row = [&](const char* of) {
+    const auto budget =
+        run_tankrig({"budget", "--rig", "tank-sim", "--calibration", eyes.file.string(), "--json"}).json();
+    for (const auto& line : budget["lines"])
+      if (line["name"] == of) return line;
+    return budget["no such line"];
+  };
+  EXPECT_EQ(row("left: flat port")["measured"], true);
+  EXPECT_GT(row("right: flat port")["stereo_mm"], 0);
+}
+
+TEST_F(CalibrateTest, RefusesALensInAirThatIsNoneOrOfAnotherSize) {
+  const fs::path air = folder_ / "air.yaml";
+  const auto refusal = [&](const CameraModel& lens) {
+    write_camera_file(air, CameraFileFormat::kTankrig, {{"camera", lens, {}, {}}});
+    return calibrate({"--port-mm", "10", "--in-air", air.string()}).err;
+  };
+  CameraModel lens = camera_;
+  lens.port = FlatPort{0.03, 0.01};
+  EXPECT_THAT(refusal(lens), HasSubstr("found a camera behind a flat port"));
+  lens.port.reset(), lens.width = 640;
+  EXPECT_THAT(refusal(lens), HasSubstr("found a camera of 640x240 px, expected 320x240 as the pictures"));
 }
 
 /// The paper's box in front of tank-sim's left camera, as clicked.

@@ -236,6 +236,36 @@ TEST(DryRun, PrintsPathClearanceDurationDiskAndTheFacesInView) {
   EXPECT_EQ(good, 3) << plan.at("faces").dump(1);
 }
 
+TEST(DryRun, DrawsTheArmFromParkAlongThePathWithItsClearance) {
+  const ProgramRun run = run_tankrig({"scan", "--dry-run", "--json", "--draw"});
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const auto plan = run.json();
+  const auto& drawing = plan.at("drawing");
+  EXPECT_EQ(drawing.at("cameras").size(), 3U);
+  EXPECT_GE(drawing.at("object").at("vertices").size(), 8U);
+  EXPECT_EQ(drawing.at("tank").size(), 8U);
+  const auto& poses = drawing.at("poses");
+  ASSERT_GT(poses.size(), 100U);
+  EXPECT_EQ(poses.front().at("t_s"), 0);
+  EXPECT_NEAR(poses.back().at("t_s").get<double>(), plan.at("duration_s").get<double>(), 1e-3);
+  int lit = 0;
+  for (const auto& pose : poses) {
+    EXPECT_EQ(pose.at("arm").size(), 5U);
+    EXPECT_EQ(pose.at("sheet").size(), 3U);
+    EXPECT_GE(pose.at("clearance_m").get<double>(), plan.at("clearance_m").get<double>() - 1e-3) << pose.dump();
+    lit += pose.at("laser").get<bool>();
+  }
+  EXPECT_GT(lit, 20);
+  const auto& nearest = drawing.at("nearest");
+  EXPECT_EQ(nearest.at("pair"), plan.at("nearest"));
+  const auto point = [&](int i) {
+    const auto p = nearest.at("points").at(i).get<std::vector<double>>();
+    return Vector3d(p.at(0), p.at(1), p.at(2));
+  };
+  EXPECT_NEAR((point(0) - point(1)).norm(), plan.at("clearance_m").get<double>(), 1e-3) << nearest.dump();
+  EXPECT_EQ(run_tankrig({"scan", "--dry-run", "--draw"}).exit_code, 2) << "drawn without --json";
+}
+
 TEST(DryRun, EveryShippedRigHasASafePlan) {
   for (const auto& rig : fs::directory_iterator(fs::path(TANKRIG_SOURCE_DIR) / "etc/rigs")) {
     const ProgramRun run = run_tankrig({"scan", "--rig", rig.path().filename().string(), "--dry-run"});

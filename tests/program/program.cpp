@@ -109,6 +109,14 @@ void shrink_stereo_pictures(const fs::path& rig) {
   }
 }
 
+void shrink_mono_pictures(const fs::path& rig) {
+  edit(rig, {{"width_px: 720, height_px: 576, fx_px: 626.08, fy_px: 682.78, cx_px: 368.93, cy_px: 284.83",
+              "width_px: 360, height_px: 288, fx_px: 313.04, fy_px: 341.39, cx_px: 184.215, cy_px: 142.165"}});
+  edit(rig.parent_path() / "tank.xml", {{"<resw>720</resw><resh>576</resh>", "<resw>360</resw><resh>288</resh>"},
+                                        {"<fx>626.08</fx><fy>682.78</fy><x0>368.93</x0><y0>284.83</y0>",
+                                         "<fx>313.04</fx><fy>341.39</fy><x0>184.215</x0><y0>142.165</y0>"}});
+}
+
 fs::path small_sweep_rig(const fs::path& folder) {
   const fs::path rig = edited_rig(folder, "from_rad: 1.3\n", "from_rad: 1.68\n");
   edit(rig, {{"to_rad: 2.1", "to_rad: 1.76"}, {"dark_frames: 10", "dark_frames: 2"}});
@@ -118,6 +126,7 @@ fs::path small_sweep_rig(const fs::path& folder) {
 fs::path small_rig(const fs::path& folder, const Edits& edits) {
   const fs::path rig = small_sweep_rig(folder);
   shrink_stereo_pictures(rig);
+  shrink_mono_pictures(rig);
   edit(rig, edits);
   return rig;
 }

@@ -44,8 +44,10 @@ std::filesystem::path small_sweep_rig(const std::filesystem::path& folder);
 
 /// Makes a copy's stereo pictures 160 x 120, where nothing asks for stereo's figures: a small scan takes half the time.
 void shrink_stereo_pictures(const std::filesystem::path& rig);
+/// Likewise 360 x 288.
+void shrink_mono_pictures(const std::filesystem::path& rig);
 
-/// A small sweep and small stereo pictures; `edits` are made after that.
+/// A small sweep and small pictures, mono 360 x 288, stereo 160 x 120; `edits` are made after that.
 std::filesystem::path small_rig(const std::filesystem::path& folder, const Edits& edits = {});
 
 /// The tank-wire rig file's watchdog box: its two lines.

@@ -96,5 +96,21 @@ TEST(SmallDisk, MakesRecoverInPlaceSuggestACopyElsewhere) {
   EXPECT_TRUE(compare_checksums(copy).empty());
 }
 
+TEST(SmallDisk, EndsASweepInOneLineAndKeepsThePointsItHas) {
+  SKIP_WITHOUT_MOUNTS();
+  const SmallDisk small(1);
+  const std::string rig = small_rig(scratch_folder() / "rig").string();
+  EXPECT_EQ(small.run("dd if=/dev/zero of=\"$disk/full\" bs=1k count=724 status=none\n"
+                      "$tankrig bench etc/benchmarks/paper-figures-8-9-coarse.xml --rig '" +
+                      rig +
+                      "' --out \"$disk/sweep\"; code=$?\n"
+                      "wc -l <\"$disk/sweep/points.jsonl\"; exit $code"),
+            1);
+  const std::string said = small.said(), line = "\ntankrig: ";
+  ASSERT_NE(said.find(line), std::string::npos) << said;
+  EXPECT_THAT(said.substr(said.find(line)), testing::MatchesRegex("\ntankrig: .*sweep/.*: No space left on device\n"));
+  EXPECT_GE(std::stoi(read_text(small.out)), 1) << "points are kept, and the sweep can go on";
+}
+
 }  // namespace
 }  // namespace tankrig::test

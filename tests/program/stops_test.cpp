@@ -22,6 +22,7 @@
 #include "drivers/arm/can_arm_link.hpp"
 #include "drivers/can/can_log.hpp"
 #include "sim_backends/wire/relay_emulator.hpp"
+#include "tests/program/benchmark_text.hpp"
 #include "tests/program/program.hpp"
 #include "tests/support/frozen_thread.hpp"
 #include "tests/support/named_thread.hpp"
@@ -309,6 +310,32 @@ TEST(HeldToRun, AJogOnDevicesAsksWarnsAndMovesWhileAKeyIsHeld) {
   ASSERT_TRUE(jog.ended()) << jog.screen;
   EXPECT_TRUE(WIFEXITED(jog.status) && WEXITSTATUS(jog.status) == 3) << jog.status << jog.screen;
   EXPECT_THAT(jog.screen, HasSubstr("arm stopped: asked for; laser off, arm at rest"));
+}
+
+TEST(ATypedLightLevel, IsAskedForUntilItHoldsAndAStopThereMovesNothing) {
+  const fs::path rig = real_to_the_program(scratch_folder() / "real"), out = scratch_folder() / "out";
+  edit(rig, {{"\nscan:\n", "\nscan:\n  read_lux: false\n"}});
+  edit(rig.parent_path() / "base.yaml", {{"\nscene: tank.xml", ""}});
+  const fs::path file = scratch_folder() / "level.xml";
+  write_text(file, "<benchmark><measures>" + cloud("laser") + "</measures>" + kAlways +
+                       "<function>laser.coverage</function><sceneUpdater><luxUpdater><level>147</level>"
+                       "<interval>0</interval></luxUpdater></sceneUpdater></benchmark>\n");
+  const std::vector<std::string> command{"experiment", file, "--rig", rig, "--out", out};
+  OnTerminal experiment;
+  experiment.run(command);
+  const auto type = [&](const std::string& line) {
+    for (const char key : line) experiment.press(key);
+  };
+  ASSERT_TRUE(experiment.shows("Set the light to 147 lx")) << experiment.screen;
+  type("dim\n");
+  ASSERT_TRUE(experiment.shows("expected a number")) << experiment.screen;
+  type("20\n");
+  ASSERT_TRUE(experiment.shows("found 20, expected 147 lx")) << experiment.screen;
+  type("\x03");
+  ASSERT_TRUE(experiment.ended()) << experiment.screen;
+  EXPECT_TRUE(WIFEXITED(experiment.status) && WEXITSTATUS(experiment.status) == 3) << experiment.screen;
+  EXPECT_THAT(experiment.screen, HasSubstr("stopped before the light was set: nothing moved"));
+  EXPECT_FALSE(fs::exists(out / "sessions"));
 }
 
 /// The cycle of a lit sweep hangs.

@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <array>
 #include <functional>
+#include <numeric>
 
 #include "tests/support/fakes.hpp"
 
@@ -132,6 +134,10 @@ TEST(CycleInRealTime, KeepsItsPeriodOnTheGridAndItsTimes) {
   ASSERT_TRUE(bench.cycle.times());
   const CycleTimes& times = *bench.cycle.times();
   EXPECT_EQ(times.cycles, bench.cycle.cycles());
+  ASSERT_TRUE(bench.cycle.wake_ups());
+  const WakeUpCounts::Seen seen = *bench.cycle.wake_ups();
+  EXPECT_EQ(std::accumulate(seen.counts.begin(), seen.counts.end(), std::uint64_t{0}), times.cycles);
+  EXPECT_EQ(seen.longest, times.wake_up.max());
   EXPECT_EQ(times.wake_up.count(), times.cycles);
   EXPECT_EQ(times.execution.count(), times.cycles);
   EXPECT_EQ(times.period.count(), times.cycles - 1);
@@ -139,6 +145,17 @@ TEST(CycleInRealTime, KeepsItsPeriodOnTheGridAndItsTimes) {
   const double points = static_cast<double>(times.cycles - 1 + times.missed_cycles);
   const double mean = seconds(times.period.mean()) * static_cast<double>(times.cycles - 1) / points;
   EXPECT_NEAR(mean, seconds(Bench::kPeriod), seconds(times.wake_up.max()) / points + 1e-6);
+}
+
+TEST(WakeUpCounts, DoubleFromBinToBin) {
+  WakeUpCounts sut;
+  for (const Duration late :
+       std::initializer_list<Duration>{-5ns, 0ns, 999ns, 1000ns, 1999ns, 2000ns, 64us, 127us, 32767us, 32768us, 5s})
+    sut.add(late);
+  const auto [counts, longest] = sut.seen();
+  EXPECT_EQ(counts, (std::array<std::uint64_t, 17>{3, 2, 1, 0, 0, 0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 1, 2}));
+  EXPECT_EQ(longest, 5s);
+  EXPECT_EQ(WakeUpCounts::upper_us(15), 32'768);
 }
 
 TEST(CycleInRealTime, StopsSafelyAfterTooManyOverrunsLaserFirst) {
@@ -189,6 +206,7 @@ TEST(CycleUnderAVirtualClock, TakesNoTimesAndAsksForNothing) {
   cycle.end();
   EXPECT_EQ(cycle.cycles(), 10u);
   EXPECT_FALSE(cycle.times());
+  EXPECT_FALSE(cycle.wake_ups());
   EXPECT_FALSE(cycle.granted().fifo);
   EXPECT_FALSE(cycle.granted().processors_awake);
   EXPECT_EQ(clock.now(), Stamp{} + 45ms);

@@ -156,6 +156,63 @@ TEST(CameraFormats, RefuseALensTheyHaveNoPlaceFor) {
   EXPECT_FALSE(std::filesystem::exists(folder.path() / "c"));
 }
 
+/// Our own format: a model as in a rig file.
+const std::string kOwnFormat =
+    "name: \"mono\"\n"
+    "model: {width_px: 640, height_px: 480, fx_px: 530, fy_px: 531, cx_px: 320, cy_px: 240,\n"
+    "        port: {distance_m: 0.045, thickness_m: 0.01, normal: [0, 0.6, 0.8], index_water: 1.34}}\n";
+
+TEST(CameraFormats, OurOwnHoldsAFlatPort) {
+  const TemporaryFolder folder;
+  const FileCamera camera = read_camera_file_whole(folder.write("a.yaml", kOwnFormat)).front();
+  EXPECT_EQ(camera.name, "mono");
+  ASSERT_TRUE(camera.model.port);
+  EXPECT_EQ(camera.model.port->distance, 0.045);
+  EXPECT_EQ(camera.model.port->normal, Vector3d(0, 0.6, 0.8));
+  EXPECT_EQ(camera.model.port->water, 1.34);
+  EXPECT_EQ(camera.model.port->glass, 1.49) << "if nothing else is said";
+  CameraModel model = camera.model;
+  model.port->normal = Vector3d(0.1, -0.03, 1 / 3.0).normalized();
+  const auto file = folder.path() / "b.yaml";
+  write_camera_file(file, CameraFileFormat::kTankrig, {{"mono", model, {}, {}}});
+  const CameraModel back = read_camera_file(file);
+  EXPECT_EQ(back.port->normal, model.port->normal);
+  EXPECT_EQ(yaml_of(back), yaml_of(model));
+}
+
+TEST(CameraFormats, OfOthersRefuseAFlatPort) {
+  const TemporaryFolder folder;
+  const CameraModel model = read_camera_file(folder.write("a.yaml", kOwnFormat));
+  for (const auto format : {CameraFileFormat::kRos, CameraFileFormat::kOpenCv, CameraFileFormat::kOpenCvXml,
+                            CameraFileFormat::kMrcal, CameraFileFormat::kKalibr, CameraFileFormat::kVisp})
+    EXPECT_THAT(message_of<InputError>([&] {
+                  write_camera_file(folder.path() / "c", format, {{"mono", model, {}, {}}});
+                }),
+                HasSubstr(std::string("mono: found a flat port, for which the format ") + name_of(format) +
+                          " has no place, expected the format tankrig"));
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "c"));
+  std::filesystem::create_directory(folder.path() / "cameras");
+  write_camera_files(folder.path() / "cameras", model, "mono");
+  EXPECT_TRUE(read_camera_file(folder.path() / "cameras/mono.yaml").port);
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "cameras/mono.opencv.yml"));
+}
+
+TEST(CameraFormats, NameTheLineOfABadPort) {
+  const TemporaryFolder folder;
+  const auto error = [&](const std::string& find, const std::string& replace) {
+    return message_of<InputError>([&] { read_camera_file(folder.write("c", edited(kOwnFormat, find, replace))); });
+  };
+  EXPECT_THAT(error("distance_m: 0.045, ", ""),
+              HasSubstr("c:3: model.port.distance_m: found nothing, expected a number from 0 to 1"));
+  EXPECT_THAT(error("0.045", "45"), HasSubstr("c:3: model.port.distance_m: found '45'"));
+  EXPECT_THAT(error("0.045", "-0.001"), HasSubstr("c:3: model.port.distance_m: found '-0.001'"));
+  EXPECT_THAT(error("[0, 0.6, 0.8]", "[0, 0, 0]"), HasSubstr("c:3: model.port.normal: found length 0"));
+  EXPECT_THAT(error("[0, 0.6, 0.8]", "[0, 0.6, .nan]"), HasSubstr("c:3: model.port.normal: found"));
+  EXPECT_THAT(error("[0, 0.6, 0.8]", "[0, 0, -1]"), HasSubstr("found pixels that do not look through it"));
+  EXPECT_THAT(error("index_water: 1.34", "index_water: 134"), HasSubstr("c:3: model.port.index_water: found '134'"));
+  EXPECT_THAT(error("index_water", "water"), HasSubstr("c:3: model.port.water"));
+}
+
 TEST(CameraFormats, NameFileLineAndFieldOfBadInput) {
   const TemporaryFolder folder;
   const auto error = [&](const std::string& text) {

@@ -27,28 +27,31 @@ TEST(Rectifier, PutsAPointWhereTheLeftCameraSeesIt) {
   }
 }
 
+/// A point source, as an eye sees it.
+cv::Mat1f spot(cv::Size size, const Vector2d& at) {
+  cv::Mat1f image(size);
+  for (int v = 0; v < size.height; ++v)
+    for (int u = 0; u < size.width; ++u)
+      image(v, u) = static_cast<float>(200 * std::exp(-0.5 * (Vector2d(u, v) - at).squaredNorm() / 9.0));
+  return image;
+}
+
+Vector2d centroid(const cv::Mat1f& image) {
+  Vector2d sum = Vector2d::Zero();
+  double weight = 0;
+  for (int v = 0; v < image.rows; ++v)
+    for (int u = 0; u < image.cols; ++u)
+      if (!std::isnan(image(v, u)) && image(v, u) > 2) {
+        sum += image(v, u) * Vector2d(u, v);
+        weight += image(v, u);
+      }
+  return sum / weight;
+}
+
 TEST(Rectifier, LaysBothEyesOnTheSameRow) {
   // A point source rendered into both raw images must come out at (u, v) and (u - d, v).
   const StereoCalibration calibration = laboratory_pair(400, 300);
   const Rectifier sut(calibration);
-  const auto spot = [](cv::Size size, const Vector2d& at) {
-    cv::Mat1f image(size);
-    for (int v = 0; v < size.height; ++v)
-      for (int u = 0; u < size.width; ++u)
-        image(v, u) = static_cast<float>(200 * std::exp(-0.5 * (Vector2d(u, v) - at).squaredNorm() / 9.0));
-    return image;
-  };
-  const auto centroid = [](const cv::Mat1f& image) {
-    Vector2d sum = Vector2d::Zero();
-    double weight = 0;
-    for (int v = 0; v < image.rows; ++v)
-      for (int u = 0; u < image.cols; ++u)
-        if (!std::isnan(image(v, u)) && image(v, u) > 2) {
-          sum += image(v, u) * Vector2d(u, v);
-          weight += image(v, u);
-        }
-    return Vector2d(sum / weight);
-  };
   for (const Vector3d& p : {Vector3d(0.02, 0.01, 0.9), Vector3d(0.12, -0.1, 1.1), Vector3d(-0.05, 0.12, 1.0)}) {
     const Vector3d truth = sut.project(p);
     const Vector2d left = centroid(sut.left_fine(spot(sut.size(), *calibration.left.project(p))));
@@ -58,6 +61,35 @@ TEST(Rectifier, LaysBothEyesOnTheSameRow) {
     EXPECT_NEAR(right.y(), truth.y(), 0.02);
     EXPECT_NEAR(left.x() - right.x(), truth.z(), 0.02);
   }
+}
+
+StereoCalibration pair_behind_ports() {
+  StereoCalibration calibration = laboratory_pair(640, 480);
+  calibration.left.port = FlatPort{0.050, 0.010, Vector3d(0.02, -0.01, 1).normalized()};
+  calibration.right.port = FlatPort{0.045, 0.010, Vector3d(-0.015, 0.02, 1).normalized()};
+  return calibration;
+}
+
+TEST(Rectifier, BehindFlatPortsPlacesAPointWhereBothCamerasSeeIt) {
+  const StereoCalibration calibration = pair_behind_ports();
+  const Rectifier sut(calibration);
+  double worst = 0;
+  for (const double depth : {0.5, 0.7, 1.0, 1.4, 2.0}) {
+    EXPECT_NEAR(sut.depth(sut.disparity(depth)), depth, 2e-4 * depth);
+    for (const Vector2d& at : {Vector2d(0.05, 0), Vector2d(0.2, 0.15), Vector2d(-0.05, -0.15), Vector2d(0.15, -0.1)}) {
+      const Vector3d p = depth * at.homogeneous(), truth = sut.project(p);
+      const Vector2d left = *calibration.left.project(p), right = *calibration.right.project(calibration.rMc * p);
+      if (!calibration.left.contains(left) || !calibration.right.contains(right)) continue;
+      EXPECT_LT((sut.point(truth.x(), truth.y(), truth.z()) - p).norm(), 3e-4 * depth) << p.transpose();
+      const Vector2d l = centroid(sut.left_fine(spot(sut.size(), left))),
+                     r = centroid(sut.right_fine(spot(sut.size(), right)));
+      EXPECT_LT((l - truth.head<2>()).norm(), 0.03);
+      EXPECT_NEAR(l.x() - r.x(), truth.z(), 0.03);
+      worst = std::max(worst, std::abs(l.y() - r.y()));
+    }
+  }
+  std::cout << "rows disagree by " << worst << " px at most, 0.5 to 2 m off\n";
+  EXPECT_LT(worst, 0.25);
 }
 
 TEST(TemporalMean, MeasuresTheNoiseAndAveragesItAway) {

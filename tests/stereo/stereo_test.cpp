@@ -44,6 +44,19 @@ TEST(Stereo, MeasuresAWallFromTheFront) {
   EXPECT_TRUE(r.reason.empty());
 }
 
+TEST(Stereo, MeasuresATurnedWallThroughFlatPorts) {
+  StereoCalibration behind = laboratory();
+  behind.left.port = FlatPort{0.050, 0.010, Vector3d(0.02, -0.01, 1).normalized()};
+  behind.right.port = FlatPort{0.045, 0.010, Vector3d(-0.015, 0.02, 1).normalized()};
+  const TexturedScene scene{{wall(1.0, 0.6)}};
+  std::cout << "seed 1\n";
+  const auto pairs = record(render(scene, behind), behind, 10, {.sigma = 0.005});
+  const CloudErrors e = errors(scene, reconstruct(pairs, behind).cloud);
+  EXPECT_GT(e.points, 40000u);
+  EXPECT_LT(e.mean, 0.0004);
+  EXPECT_LT(e.outliers, 0.0005);
+}
+
 TEST(Stereo, MeasuresAWallTurnedByFiftyDegrees) {
   const TexturedScene scene{{wall(1.0, 0.87)}};
   const CloudErrors e = errors(scene, reconstruct(pairs_of(scene, 10, {.sigma = 0.005}), laboratory()).cloud);

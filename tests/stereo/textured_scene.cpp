@@ -67,8 +67,10 @@ cv::Mat1f image(const TexturedScene& scene, const CameraModel& camera, const Tra
       for (int i = 0; i < supersampling * supersampling; ++i) {
         const double du = (i % supersampling + 0.5) / supersampling - 0.5;
         const double dv = (i / supersampling + 0.5) / supersampling - 0.5;
-        const Vector2d xy = camera.normalized(u + du, v + dv);
-        sum += grey_on_ray(scene, cMcamera.translation(), cMcamera.linear() * Vector3d(xy.x(), xy.y(), 1));
+        const ViewingRay ray =
+            cMcamera * (camera.port ? camera.sight(u + du, v + dv)
+                                    : ViewingRay{Vector3d::Zero(), camera.normalized(u + du, v + dv).homogeneous()});
+        sum += grey_on_ray(scene, ray.origin, ray.direction);
       }
       out(v, u) = static_cast<float>(sum / (supersampling * supersampling));
     }

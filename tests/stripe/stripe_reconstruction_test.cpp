@@ -65,6 +65,30 @@ TEST(Triangulation, MeetsAnAnalyticPlaneThroughADistortedLens) {
   }
 }
 
+TEST(Triangulation, MeetsAnAnalyticPlaneThroughAFlatPort) {
+  CameraModel camera = distorted_camera();
+  camera.port = FlatPort{0.05, 0.008, Vector3d(0.03, -0.02, 1).normalized()};
+  const Plane sheet = plane_of({0.1, 0.9, -0.3}, {0, 0.05, 0.8});
+  StripeDetection detection;
+  std::vector<Vector3d> truth;
+  for (double x = -0.2; x < 0.2; x += 0.01) {
+    Vector3d p{x, 0, 0.9};
+    p.y() = -(sheet.normal.x() * x + sheet.normal.z() * p.z() + sheet.offset) / sheet.normal.y();
+    const auto pixel = camera.project(p);
+    ASSERT_TRUE(pixel);
+    detection.peaks.push_back({static_cast<float>(pixel->x()), static_cast<float>(pixel->y()), 0.1f, 1});
+    truth.push_back(p);
+  }
+  std::vector<CloudPoint> points;
+  StripeStatistics statistics;
+  triangulate(detection, camera, sheet, 0, {}, points, statistics);
+  ASSERT_EQ(points.size(), truth.size());
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    EXPECT_LT((points[i].p - truth[i]).norm(), 1e-5) << "a peak is stored in float";
+    EXPECT_LT(std::abs(sheet.distance(points[i].p)), 1e-12);
+  }
+}
+
 TEST(Triangulation, PropagatesPixelAndPlaneUncertaintyAlongTheRay) {
   CameraModel camera{640, 480, 600, 600, 319.5, 239.5};
   const Plane sheet = plane_of({0, 1, -0.4}, {0, 0, 1});

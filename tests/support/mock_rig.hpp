@@ -23,6 +23,7 @@ struct MockRigUnder {
   std::function<void(const ScanProgress&)> progress;
   std::function<bool()> interlock_closed = [] { return true; };
   std::function<void(const std::string&)> cut;
+  StepWatch* step_watch = nullptr;
   EndState left;  ///< as the job says, also after an exception
 
   std::unique_ptr<sim::MockArm> arm;
@@ -59,7 +60,7 @@ struct MockRigUnder {
     ScanJob job{*plan,    s,      clock,
                 *arm,     *laser, {{cameras[0].get(), RecordWhen::kAll}, {cameras[1].get(), RecordWhen::kDark}},
                 sink,     stop,   interlock_closed,
-                progress, cut};
+                progress, cut,    step_watch};
     try {
       const ScanResult result = run_scan(job);
       left = job.result.left;

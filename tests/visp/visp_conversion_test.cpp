@@ -1,5 +1,5 @@
 // A transform means the same in ViSP as in ours, and comes back whole.
-#include "calibration/visp/visp_conversion.hpp"
+#include "calibration/visp/module/visp_conversion.hpp"
 
 #include <gtest/gtest.h>
 #include <visp3/core/vpColVector.h>

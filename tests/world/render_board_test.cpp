@@ -71,6 +71,22 @@ TEST(RenderBoard, CornersOfABoardThatLiesThereAreWhereItStands) {
   EXPECT_LT(worst_corner(world.render("mono", still(scene, 0)), camera_of(world, "mono"), board, board.pose), 0.12);
 }
 
+/// Traced face by face in the renderer; projected by the model that calibrates.
+TEST(RenderBoard, CornersOfABoardBehindAFlatPortAreWhereTheModelSeesThem) {
+  Scene scene = full_scene();
+  CameraModel& model = scene.cameras[0].model;
+  model.port = FlatPort{0.05, 0.010, Vector3d(0.03, -0.02, 1).normalized()};
+  const BoardSpec lying = checkerboard(before_camera(scene, "mono"));
+  const TankWorld world = world_with(scene, lying);
+  EXPECT_LT(worst_corner(world.render("mono", still(scene, 0)), camera_of(world, "mono"), lying, lying.pose), 0.12);
+
+  BoardSpec carried = lying;
+  carried.place = BoardSpec::Place::kEndEffector;
+  carried.pose = scene.arm.model.bMe(scene.arm.q).inverse() * scene.arm.wMb.inverse() * lying.pose;
+  const TankWorld moving = world_with(scene, carried);
+  EXPECT_LT(worst_corner(moving.render("mono", still(scene, 0)), camera_of(moving, "mono"), carried, lying.pose), 0.12);
+}
+
 TEST(RenderBoard, CornersOfABoardThatMovesAreWhereItStands) {
   Scene scene = full_scene();
   BoardSpec board = checkerboard(Transform::Identity());

@@ -45,8 +45,8 @@ double true_row(const Scene& scene, const Plane& sheet, double height, int u) {
   const CameraSpec& camera = scene.cameras[0];
   double low = 0, high = camera.model.height - 1;
   const auto side = [&](double v) {
-    const Vector3d ray = camera.wMc.linear() * camera.model.ray(u, v), eye = camera.wMc.translation();
-    return sheet.distance(eye + ray * ((height - eye.z()) / ray.z()));
+    const ViewingRay ray = camera.wMc * camera.model.sight(u, v);
+    return sheet.distance(ray.at((height - ray.origin.z()) / ray.direction.z()));
   };
   const double at_low = side(low);
   for (int i = 0; i < 50; ++i) {
@@ -88,6 +88,13 @@ TEST(RenderLaser, DrawsTheStripeWhereTheSheetMeetsTheFloor) {
   ASSERT_GT(brightest, 60);
   ASSERT_LT(brightest, 255) << "clipped";
   expect_stripe(scene, image, sheet_plane(scene, scene.arm.q), 0, 60, 500);
+}
+
+TEST(RenderLaser, DrawsTheStripeBehindAFlatPortWhereTheModelSeesIt) {
+  Scene scene = laser_scene();
+  scene.cameras[0].model.port = FlatPort{0.04, 0.008, Vector3d(0.02, 0.03, 1).normalized()};
+  const cv::Mat image = TankWorld::from_scene(scene, {}).render("mono", still(scene, 1));
+  expect_stripe(scene, image, sheet_plane(scene, scene.arm.q), 0, 120, 440);
 }
 
 TEST(RenderLaser, AveragesTheExposuresPostures) {

@@ -71,6 +71,26 @@ TEST(SceneFile, DefaultSceneReadsWithoutWarning) {
   EXPECT_EQ(scene.water.particles_per_m3, 300);
 }
 
+TEST(SceneFile, PutsACameraBehindAFlatPort) {
+  const std::string port =
+      "<port><distance>0.04</distance><thickness>0.008</thickness><normal><x>0</x><y>0.06</y><z>0.8</z></normal>"
+      "<indexWater>1.34</indexWater></port>\n";
+  const Scene scene = read(replaced("<distortion>", port + "<distortion>"));
+  ASSERT_TRUE(scene.cameras[0].model.port);
+  EXPECT_EQ(scene.cameras[0].model.port->distance, 0.04);
+  EXPECT_EQ(scene.cameras[0].model.port->thickness, 0.008);
+  EXPECT_EQ(scene.cameras[0].model.port->water, 1.34);
+  EXPECT_NEAR(scene.cameras[0].model.port->normal.norm(), 1, 1e-15);
+  const auto refused = [&](const std::string& bad, const std::string& words) {
+    expect_refused("<distortion>", bad + "<distortion>", "<port>", words);
+  };
+  refused("<port><distance>40</distance><thickness>0.008</thickness></port>\n", "distance");
+  refused("<port><distance>0.04</distance></port>\n", "thickness");
+  refused(
+      "<port><distance>0.04</distance><thickness>0.008</thickness><normal><x>0</x><y>0</y><z>-1</z></normal></port>\n",
+      "found pixels that do not look through it");
+}
+
 TEST(SceneFile, TellsAMissingFileFromAnEmptyOne) {
   const auto error = [](auto action) {
     try {

@@ -110,7 +110,7 @@ class Sweep {
   }
 
   /// The next configuration with its scan. A scan that fails is its configurations' result.
-  std::optional<std::pair<std::size_t, std::shared_ptr<const LayeredScan>>> take() {
+  std::optional<std::pair<std::size_t, std::shared_ptr<const MeasuredScan>>> take() {
     const std::lock_guard lock(mutex_);
     for (; next_ < end_ && !StopOnSignal::requested(); ++next_) {
       if (store_.rows().contains(next_)) continue;

@@ -13,9 +13,8 @@ BenchmarkNames benchmark_names(const RigConfig& rig) {
 }
 
 std::string benchmark_key_rows() {
-  return "| `benchmark.names.NAME` | NAME itself | a text | what a topic, service, body, frame or camera that "
-         "benchmark "
-         "files call NAME is called here ([benchmark.md](benchmark.md)) |\n";
+  return "| `benchmark.names.NAME` | NAME itself | a text | what benchmark files call NAME "
+         "([benchmark.md](benchmark.md)) |\n";
 }
 
 }  // namespace tankrig::app

@@ -1,9 +1,8 @@
-// The pictures of a sweep: camera views over light and over noise, and the clouds in the best light.
+// The pictures of a sweep: camera views over light, over noise and over fog, and the clouds in the best light.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
-#include <opencv2/imgcodecs.hpp>
 
 #include "apps/tankrig/bench/bench_run.hpp"
 #include "bench/report/cloud_picture.hpp"
@@ -11,6 +10,7 @@
 #include "bench/sweep/strip.hpp"
 #include "bench/sweep/sweep_report.hpp"
 #include "core/atomic_file.hpp"
+#include "core/picture_codecs.hpp"
 
 namespace fs = std::filesystem;
 
@@ -19,11 +19,7 @@ namespace {
 
 constexpr std::size_t kViews = 6;
 
-void write_png(const fs::path& file, const cv::Mat& picture) {
-  std::vector<unsigned char> png;
-  if (!cv::imencode(".png", picture, png)) throw InputError(file, "cannot be encoded");
-  write_whole_file(file, {reinterpret_cast<const char*>(png.data()), png.size()});
-}
+void write_png(const fs::path& file, const cv::Mat& picture) { write_whole_file(file, picture_png(picture)); }
 
 const Updater* updater_of(const Benchmark& benchmark, UpdaterKind kind) {
   for (const Updater& updater : benchmark.updaters)
@@ -45,12 +41,16 @@ std::vector<std::string> BenchRun::write_pictures(const fs::path& folder) {
   std::vector<std::string> names;
   const Updater *lux = updater_of(benchmark(), UpdaterKind::kLux),
                 *light = lux ? lux : updater_of(benchmark(), UpdaterKind::kLight),
-                *noise = updater_of(benchmark(), UpdaterKind::kNoise);
+                *noise = updater_of(benchmark(), UpdaterKind::kNoise),
+                *fog = updater_of(benchmark(), UpdaterKind::kBagFog);
   const auto scan_now = scan(condition(0));
   fs::create_directories(folder / "figures");
   PictureConditions best;
   const auto set = [&](PictureConditions& at, const Updater* updater, double value) {
-    (updater == noise ? at.noise : updater == lux ? at.lux : at.light) = value;
+    if (updater == fog)
+      at.fog = {value, fog->image_depth_m};
+    else
+      (updater == noise ? at.noise : updater == lux ? at.lux : at.light) = value;
   };
   if (light) set(best, light, light->highest());
   if (noise) set(best, noise, noise->first);
@@ -60,7 +60,8 @@ std::vector<std::string> BenchRun::write_pictures(const fs::path& folder) {
   const auto lit = frames_of(session, mono, [](const FrameRecord& f) { return f.laser_on; });
   if (!lit.empty())
     for (const auto& [updater, name, file] :
-         {std::tuple{light, "light", kViewsLight}, std::tuple{noise, "noise", kViewsNoise}}) {
+         {std::tuple{light, "light", kViewsLight}, std::tuple{noise, "noise", kViewsNoise},
+          std::tuple{fog, "fog", kViewsFog}}) {
       if (!updater) continue;
       std::vector<std::pair<std::string, cv::Mat>> views;
       for (const double value : some_values(*updater)) {

@@ -23,7 +23,7 @@ constexpr const char* kBenchmark = "benchmark.xml";
 
 /// Pictures that need the rig to be made again, in the order of the page.
 std::vector<std::string> pictures_there(const fs::path& folder, const Benchmark& benchmark) {
-  std::vector<std::string> names{kViewsLight, kViewsNoise, kViewsOutside, kViewsCamera, kCloudGrid};
+  std::vector<std::string> names{kViewsLight, kViewsNoise, kViewsFog, kViewsOutside, kViewsCamera, kCloudGrid};
   for (const Measure& measure : benchmark.measures) names.push_back("cloud_" + measure.name + ".png");
   std::erase_if(names, [&](const std::string& name) { return !fs::exists(folder / "figures" / name); });
   return names;

@@ -81,8 +81,10 @@ Condition condition_at(const Benchmark& benchmark, std::size_t point, const Benc
       case UpdaterKind::kLux:
         out.pictures.lux = value;
         break;
-      case UpdaterKind::kNone:
       case UpdaterKind::kBagFog:
+        out.pictures.fog = {value, updater.image_depth_m};
+        break;
+      case UpdaterKind::kNone:
         break;
     }
   }

@@ -13,10 +13,17 @@
 
 namespace tankrig::app {
 
+/// Between the cameras and what they saw, everywhere as thick: exp(-1.442695 (density * distance)^2) of it is left.
+struct Fog {
+  double density = 0;  ///< [1/m]
+  double distance_m = 0;
+};
+
 /// What the camera pictures of one configuration are made with; absent: the scene's own.
 struct PictureConditions {
   std::optional<double> light, noise;
   std::optional<double> lux;  ///< in place of light: what the lux meter reads
+  std::optional<Fog> fog;     ///< added to recorded pictures
 };
 
 struct Condition {

@@ -74,8 +74,8 @@ Reconstruction run_in(const fs::path& place, const Algorithm& algorithm, const G
     write_whole_file(result, "");
     fs::permissions(result, fs::perms(0666));
     fs::permissions(place, fs::perms(0755));
-    run.command =
-        sandboxed({{folder, stranger->folder}, work, algorithm.limits.disk_bytes, cloud, result}, run.command);
+    run.command = sandboxed(
+        {{folder, stranger->folder}, work, algorithm.limits.disk_bytes, cloud, result, place / "filter"}, run.command);
     cloud = result;
   }
   out.reason = run_limited({"tankrig", "bench", kProgramCommand}, run, stop);
@@ -149,10 +149,7 @@ void write_given_session(const fs::path& folder, const GivenSession& given, bool
     write_whole_file(file, png_of(session.image(frame), file));
   }
   fs::create_directories(folder / "cameras");
-  for (const CalibratedCamera& camera : info.cameras) {
-    write_camera_file(folder / "cameras" / (camera.name + ".yaml"), camera.model, camera.name);
-    write_opencv_camera_file(folder / "cameras" / (camera.name + ".opencv.yml"), camera.model, camera.name);
-  }
+  for (const CalibratedCamera& camera : info.cameras) write_camera_files(folder / "cameras", camera.model, camera.name);
   write_whole_file(folder / "frames.csv", frames);
   write_whole_file(folder / "joints.csv", joints);
   write_whole_file(folder / "rig.yaml", given.rig_yaml);

@@ -1,7 +1,5 @@
 #include "apps/tankrig/bench/layered_scan.hpp"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 
 #include "apps/tankrig/arm/arm_motion.hpp"
@@ -132,19 +130,6 @@ std::optional<double> LayeredScan::lux(const PictureConditions& conditions) cons
 cv::Mat LayeredScan::picture(const FrameRecord& frame, const PictureConditions& conditions) const {
   const sim::TankWorld& tank = *backend_->world();
   return tank.expose(*layers_.at({frame.camera, frame.sequence}), light(conditions), conditions.noise);
-}
-
-Session LayeredScan::session(const PictureConditions& conditions, bool laser, bool stereo) const {
-  Session out = session_;
-  const CalibratedCamera* mono = out.find_camera(CameraRole::kMono);
-  std::vector<cv::Mat> pictures(out.frames.size());
-  tbb::parallel_for(std::size_t{0}, out.frames.size(), [&](std::size_t i) {
-    const bool of_mono = mono && out.frames[i].camera == mono->name;
-    if (of_mono ? laser : stereo) pictures[i] = picture(out.frames[i], conditions);
-  });
-  for (std::size_t i = 0; i < pictures.size(); ++i)
-    if (!pictures[i].empty()) out.unwritten[out.frames[i].file] = pictures[i];
-  return out;
 }
 
 }  // namespace tankrig::app

@@ -25,15 +25,13 @@ class LayeredScan final : public MeasuredScan {
   LayeredScan(const RigConfig& rig, const sim::WorldOptions& world, Progress& progress);
 
   /// As a scan under these conditions records it, its pictures in memory: the same bits.
-  Session session(const PictureConditions& conditions, bool laser, bool stereo) const override;
+  cv::Mat picture(const FrameRecord& frame, const PictureConditions& conditions) const override;
   const Session& recorded() const override { return session_; }
   const RunTrace& trace() const override { return trace_; }  ///< in the scene's own light
   std::optional<double> lux(const PictureConditions& conditions) const override;
   const std::vector<JointState>& joints() const override { return joints_; }
   const std::string& rig_yaml() const override { return rig_yaml_; }
 
-  /// One picture of it.
-  cv::Mat picture(const FrameRecord& frame, const PictureConditions& conditions) const;
   double most_lux() const { return most_lux_; }  ///< what the lux meter reads in the brightest light
 
  private:

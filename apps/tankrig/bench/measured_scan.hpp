@@ -23,8 +23,10 @@ class MeasuredScan {
   MeasuredScan(const MeasuredScan&) = delete;
   MeasuredScan& operator=(const MeasuredScan&) = delete;
 
-  /// The session under these conditions. `laser`, `stereo`: which cameras' pictures are wanted.
-  virtual Session session(const PictureConditions& conditions, bool laser, bool stereo) const = 0;
+  /// The session under these conditions, its pictures in memory. `laser`, `stereo`: which cameras' pictures are wanted.
+  virtual Session session(const PictureConditions& conditions, bool laser, bool stereo) const;
+  /// One picture of it.
+  virtual cv::Mat picture(const FrameRecord& frame, const PictureConditions& conditions) const = 0;
   virtual const Session& recorded() const = 0;  ///< its pictures may be missing
   virtual const RunTrace& trace() const = 0;
   /// What the lux meter reads under these conditions, if there is one.

@@ -1,11 +1,10 @@
 #include "apps/tankrig/bench/point_pictures.hpp"
 
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "bench/report/base64.hpp"
 #include "bench/report/cloud_picture.hpp"
-#include "core/input_error.hpp"
+#include "core/picture_codecs.hpp"
 
 namespace tankrig::app {
 namespace {
@@ -16,10 +15,7 @@ constexpr int kQuality = 70;  // of a JPEG
 std::string jpeg(const cv::Mat& picture) {
   cv::Mat small;
   cv::resize(picture, small, {kWidth, picture.rows * kWidth / picture.cols}, 0, 0, cv::INTER_AREA);
-  std::vector<unsigned char> bytes;
-  if (!cv::imencode(".jpg", small, bytes, {cv::IMWRITE_JPEG_QUALITY, kQuality}))
-    throw InputError("a picture cannot be encoded");
-  return base64({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  return base64(picture_jpeg(small, kQuality));
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include "apps/tankrig/calibrate/facts.hpp"
 #include "apps/tankrig/calibrate/intrinsics_json.hpp"
 #include "apps/tankrig/command_line/output.hpp"
+#include "calibration/boards/corner_table.hpp"
 #include "core/input_error.hpp"
 #include "core/shown_text.hpp"
 #include "core/text_files.hpp"
@@ -30,6 +31,7 @@ struct CalibrateCameraOptions {
   TargetOptions target;
   WriteOptions write;
   double distance_m = 0;
+  PortOptions port;
   bool json = false;
 };
 
@@ -38,6 +40,24 @@ std::vector<fs::path> chosen_images(const fs::path& folder, const std::string& g
   std::erase_if(files, [&](const fs::path& file) { return ::fnmatch(glob.c_str(), file.filename().c_str(), 0) != 0; });
   if (files.empty()) throw InputError(folder, "holds no image named " + shown_text(glob));
   return files;
+}
+
+/// Corners that the folder's corners.csv holds, or those found in its pictures.
+SearchedPictures corners_in(const CalibrateCameraOptions& options, const BoardTarget& target,
+                            std::vector<fs::path>& files, Progress& progress) {
+  const fs::path table = options.data / "corners.csv";
+  if (!fs::exists(table)) {
+    files = chosen_images(options.data, options.glob);
+    return search_pictures(files, target, progress);
+  }
+  files = {table};
+  const CornerTable corners = read_corner_table(table, target);
+  SearchedPictures searched{corners.size, {}};
+  for (const CornerTable::Picture& picture : corners.pictures) {
+    if (!picture.search.board) progress.warn(shown_text(picture.name) + ": " + picture.search.refused);
+    searched.pictures.push_back({picture.name, picture.search});
+  }
+  return searched;
 }
 
 void print(const IntrinsicsSolution& s, const SearchedPictures& searched, double distance) {
@@ -50,8 +70,8 @@ void print(const IntrinsicsSolution& s, const SearchedPictures& searched, double
   if (!s.left_out_corners.empty()) fmt::print("left out: {} single corners far off\n", s.left_out_corners.size());
   fmt::print("{}\n", s.decision);
   for (const TriedModel& m : s.tried)
-    fmt::print("  {:<9} {:<4}  fitted {:.4f} px  held back {:.4f} px\n", name_of(m.lens), m.bends ? "bent" : "flat",
-               m.rms, m.held_back_rms);
+    fmt::print("  {:<9} {:<4}  {}fitted {:.4f} px  held back {:.4f} px\n", name_of(m.lens), m.bends ? "bent" : "flat",
+               m.port ? "behind a port  " : "", m.rms, m.held_back_rms);
   fmt::print("rms {:.4f} px a corner; sigma of a corner {:.4f} px along x and y\n", s.rms, s.noise.sigma);
   fmt::print("neighbouring corners err alike: every sigma is {:.2f} times that of independent corners\n{}",
              s.noise.allowance, estimate_lines(s.estimates));
@@ -71,10 +91,14 @@ int calibrate_camera(const CalibrateCameraOptions& options) {
   IntrinsicsProblem problem;
   problem.target = target_of(options.target);
   problem.lens = lens_model_of(options.model);
-  const std::vector<fs::path> files = chosen_images(options.data, options.glob);
-  const SearchedPictures searched = search_pictures(files, problem.target, progress);
+  problem.port = options.port.tried();
+  std::vector<fs::path> files;
+  const SearchedPictures searched = corners_in(options, problem.target, files, progress);
   if (part) part->camera(options.name, searched.size.width, searched.size.height);
   problem.width = searched.size.width, problem.height = searched.size.height;
+  if (!options.port.in_air.empty())
+    problem.in_air =
+        lens_in_air(read_camera_file(options.port.in_air), problem.width, problem.height, options.port.in_air);
   for (const SearchedPicture& picture : searched.pictures)
     if (picture.search.board) problem.pictures.push_back({picture.name, *picture.search.board});
   progress.update("comparing lens models", 0);
@@ -85,7 +109,8 @@ int calibrate_camera(const CalibrateCameraOptions& options) {
   for (const SearchedPicture& picture : searched.pictures)
     if (!picture.search.board) facts["not_found"][picture.name] = picture.search.refused;
   if (!options.out.empty())
-    write_camera_file(options.out, options.format.of(options.out), {{options.name, solution.camera, {}, {}}});
+    write_camera_file(options.out, solution.camera.port ? CameraFileFormat::kTankrig : options.format.of(options.out),
+                      {{options.name, solution.camera, {}, {}}});
   if (part) {
     part->values.camera(options.name).lens =
         calibrated_lens(solution.camera, solution.estimates, solution.rms, solution.bundle.views.size(),
@@ -113,11 +138,12 @@ void add_calibrate_camera(CLI::App& calibrate, ChosenCommand& chosen) {
   c->footer(
       "Example: tankrig calibrate camera --data pictures --pattern 9x6 --square-mm 30 --out camera.yaml --report "
       "report");
-  c->add_option("--data", o.data, "Folder of pictures of the target")->required();
+  c->add_option("--data", o.data, "Folder of pictures of the target, or of a corners.csv")->required();
   c->add_option("--files", o.glob, "Only pictures whose names match, as in a shell: 'left*.jpg'")
       ->capture_default_str();
   add_target_options(c, o.target);
   add_lens_model_option(c, o.model);
+  add_port_options(c, o.port, "Camera file of the lens, calibrated in air: held behind the port");
   c->add_option("--distance-m", o.distance_m, "Working distance of the uncertainty (default: the targets' mean)")
       ->check(CLI::Range(1e-3, 100.0));
   c->add_option("--out", o.out, "Camera file to write");

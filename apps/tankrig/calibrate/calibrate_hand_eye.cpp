@@ -168,8 +168,7 @@ int propose_postures(const CalibrateHandEyeOptions& options) {
     return kOk;
   }
   fmt::print(
-      "{} postures from park and back, each move clear of what the rig file names; the plate is not checked; degrees\n "
-      "   ",
+      "{} postures from park and back, each move clear of what the rig file names, with the plate; degrees\n    ",
       postures.size());
   for (const char* joint : kJointNames) fmt::print("{:>13}", joint);
   for (std::size_t i = 0; i < postures.size(); ++i) {

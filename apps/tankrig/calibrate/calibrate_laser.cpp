@@ -97,7 +97,7 @@ Measured by_sweeps(const CalibrateLaserOptions& options, Progress& progress) {
     if (opened.session.info.rig != rig.name)
       throw InputError(path, "is of rig " + shown_text(opened.session.info.rig) + ", expected " + rig.name);
     SheetViews seen = sheet_views(opened, camera, board, progress);
-    squares += seen.board_rms_px * seen.board_rms_px;
+    squares += seen.board.rms * seen.board.rms;
     views.insert(views.end(), seen.views.begin(), seen.views.end());
   }
   LaserData data{sheet_problem(views, rig, camera), {}, std::sqrt(squares / static_cast<double>(sessions.size()))};

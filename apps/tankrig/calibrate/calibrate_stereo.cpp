@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <tuple>
 
 #include "apps/tankrig/calibrate/board_pictures.hpp"
 #include "apps/tankrig/calibrate/calibrate_commands.hpp"
@@ -26,6 +27,7 @@ struct CalibrateStereoOptions {
   fs::path data, out;
   std::string model;
   TargetOptions target;
+  PortOptions port;
   WriteOptions write;
   bool json = false;
 };
@@ -71,29 +73,33 @@ nlohmann::ordered_json values(const std::vector<Estimate>& estimates) {
 }
 
 nlohmann::ordered_json stereo_json(const StereoSolution& s) {
-  return {{"rms_px", {{"left", s.rms_left}, {"right", s.rms_right}, {"stereo", s.rms_stereo}}},
-          {"translation_m", values(s.translation)},
-          {"rotation_vector_rad", values(s.rotation)},
-          {"equation", "p_right = R p_left + T"},
-          {"translation", estimates_json(s.translation)},
-          {"rotation", estimates_json(s.rotation)},
-          {"model", name_of(s.bundle.lens)},
-          {"left", estimates_json(s.left_estimates)},
-          {"right", estimates_json(s.right_estimates)},
-          {"left_decision", s.left.decision},
-          {"right_decision", s.right.decision},
-          {"correlation_allowance", s.noise.allowance},
-          {"bend_mm", {1e3 * s.bundle.bend.x(), 1e3 * s.bundle.bend.y()}},
-          {"pairs", s.bundle.views.size()},
-          {"left_out", s.left_out},
-          {"turned", s.turned},
-          {"rectified_rows_rms_px", s.row_rms}};
+  nlohmann::ordered_json out{{"rms_px", {{"left", s.rms_left}, {"right", s.rms_right}, {"stereo", s.rms_stereo}}},
+                             {"translation_m", values(s.translation)},
+                             {"rotation_vector_rad", values(s.rotation)},
+                             {"equation", "p_right = R p_left + T"},
+                             {"translation", estimates_json(s.translation)},
+                             {"rotation", estimates_json(s.rotation)},
+                             {"model", name_of(s.bundle.lens)},
+                             {"left", estimates_json(s.left_estimates)},
+                             {"right", estimates_json(s.right_estimates)},
+                             {"left_decision", s.left.decision},
+                             {"right_decision", s.right.decision},
+                             {"correlation_allowance", s.noise.allowance},
+                             {"bend_mm", {1e3 * s.bundle.bend.x(), 1e3 * s.bundle.bend.y()}},
+                             {"pairs", s.bundle.views.size()},
+                             {"left_out", s.left_out},
+                             {"turned", s.turned},
+                             {"rectified_rows_rms_px", s.row_rms}};
+  if (const auto& port = s.bundle.cameras[0].port) out["left_port"] = port_json(*port);
+  if (const auto& port = s.bundle.cameras[1].port) out["right_port"] = port_json(*port);
+  return out;
 }
 
 void print(const StereoSolution& s) {
   for (const std::string& pair : s.left_out) fmt::print("left out: {}\n", printable(pair));
   for (const std::string& pair : s.turned)
     fmt::print("{}: the target was read the other way round in the right picture: turned\n", shown_text(pair));
+  fmt::print("left: {}\nright: {}\n", s.left.decision, s.right.decision);
   fmt::print("{} pairs; lens model {} of both\n", s.bundle.views.size(), name_of(s.bundle.lens));
   fmt::print("rms a corner: left {:.4f} px, right {:.4f} px by themselves, {:.4f} px together\n", s.rms_left,
              s.rms_right, s.rms_stereo);
@@ -105,13 +111,19 @@ void print(const StereoSolution& s) {
   fmt::print("rectified, the corners' rows agree to {:.3f} px (rms)\n", s.row_rms);
 }
 
-/// ROS's files with the rectification, and Kalibr's camchain where it can hold the lenses.
+/// ROS's files with the rectification, or our own of cameras behind ports; and Kalibr's camchain where it can hold the lenses.
 void write_files(const fs::path& folder, const StereoSolution& s, Progress& progress) {
   fs::create_directories(folder);
   const CameraModel &left = s.bundle.cameras[0], &right = s.bundle.cameras[1];
-  write_camera_file(folder / "left.yaml", left, "left", s.left_rectification);
-  write_camera_file(folder / "right.yaml", right, "right", s.right_rectification);
-  if (const std::string lacking = lacking_in(CameraFileFormat::kKalibr, left); !lacking.empty())
+  for (const auto& [name, camera, rectification] :
+       {std::tuple("left", left, s.left_rectification), {"right", right, s.right_rectification}})
+    if (const fs::path file = folder / (std::string(name) + ".yaml"); camera.port)
+      write_camera_file(file, CameraFileFormat::kTankrig, {{name, camera, {}, {}}});
+    else
+      write_camera_file(file, camera, name, rectification);
+  std::string lacking = lacking_in(CameraFileFormat::kKalibr, left);
+  if (lacking.empty()) lacking = lacking_in(CameraFileFormat::kKalibr, right);
+  if (!lacking.empty())
     progress.note("camchain.yaml is not written: Kalibr's format has no place for " + lacking);
   else
     write_camera_file(folder / "camchain.yaml", CameraFileFormat::kKalibr,
@@ -130,6 +142,13 @@ int calibrate_stereo(const CalibrateStereoOptions& options) {
   const SearchedPictures left = search_pictures(files.left, problem.target, progress);
   const SearchedPictures right = search_pictures(files.right, problem.target, progress);
   problem.left_size = left.size, problem.right_size = right.size;
+  problem.port = options.port.tried();
+  if (const fs::path& air = options.port.in_air; !air.empty()) {
+    const auto lens = [&](const char* file, cv::Size size) {
+      return lens_in_air(read_camera_file(air / file), size.width, size.height, air / file);
+    };
+    problem.left_in_air = lens("left.yaml", left.size), problem.right_in_air = lens("right.yaml", right.size);
+  }
   if (part)
     for (const auto& [role, size] : {std::pair{CameraRole::kLeft, left.size}, {CameraRole::kRight, right.size}})
       part->camera(part->camera(role).name, size.width, size.height);
@@ -172,6 +191,7 @@ void add_calibrate_stereo(CLI::App& calibrate, ChosenCommand& chosen) {
       ->required();
   add_target_options(c, o.target);
   add_lens_model_option(c, o.model);
+  add_port_options(c, o.port, "Folder of left.yaml and right.yaml, calibrated in air: held behind their ports");
   c->add_option("--out", o.out,
                 "Folder for left.yaml and right.yaml (ROS, with the rectification) and camchain.yaml (Kalibr)");
   add_write_options(c, o.write);

@@ -95,11 +95,14 @@ void CalibrationPart::write(std::vector<CalibrationCheck> checks) {
 CalibratedLens calibrated_lens(const CameraModel& model, const std::vector<Estimate>& estimates, double rms_px,
                                std::size_t views, const CalibrationSource& source) {
   CalibratedLens lens{source, model, {}, rms_px, static_cast<int>(views)};
-  for (const char* name : {"fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3"}) {
+  const auto sigma = [&](const char* name) {
     const auto found =
         std::find_if(estimates.begin(), estimates.end(), [name](const Estimate& e) { return e.name == name; });
-    lens.sigma.push_back(found == estimates.end() ? 0 : found->sigma);
-  }
+    return found == estimates.end() ? 0 : found->sigma;
+  };
+  for (const char* name : {"fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3"}) lens.sigma.push_back(sigma(name));
+  if (model.port)
+    for (const char* name : kPortParameterNames) lens.sigma.push_back(sigma(name));
   return lens;
 }
 

@@ -1,9 +1,12 @@
 #include "apps/tankrig/calibrate/intrinsics_json.hpp"
 
+#include <fmt/core.h>
+
 #include <nlohmann/json.hpp>
 
 #include "apps/tankrig/calibrate/facts.hpp"
 #include "core/angles.hpp"
+#include "core/input_error.hpp"
 
 namespace tankrig::app {
 namespace {
@@ -37,6 +40,15 @@ UncertaintyFigures uncertainty_figures(const IntrinsicsSolution& s, double dista
   return figures;
 }
 
+nlohmann::ordered_json port_json(const FlatPort& port) {
+  return {{"distance_m", port.distance},
+          {"thickness_m", port.thickness},
+          {"normal", {port.normal.x(), port.normal.y(), port.normal.z()}},
+          {"index_air", port.air},
+          {"index_glass", port.glass},
+          {"index_water", port.water}};
+}
+
 nlohmann::ordered_json intrinsics_json(const IntrinsicsSolution& s, double distance) {
   nlohmann::ordered_json out{{"rms_px", s.rms},
                              {"sigma_px", s.noise.sigma},
@@ -45,9 +57,11 @@ nlohmann::ordered_json intrinsics_json(const IntrinsicsSolution& s, double dista
                              {"decision", s.decision},
                              {"size_px", {s.camera.width, s.camera.height}},
                              {"parameters", estimates_json(s.estimates)}};
+  if (s.camera.port) out["port"] = port_json(*s.camera.port);
   for (const TriedModel& m : s.tried)
     out["models"].push_back({{"model", name_of(m.lens)},
                              {"target", m.bends ? "bent" : "flat"},
+                             {"port", m.port},
                              {"parameters", m.parameters},
                              {"rms_px", m.rms},
                              {"held_back_rms_px", m.held_back_rms},
@@ -88,6 +102,41 @@ std::optional<LensModel> lens_model_of(const std::string& model) {
   for (const LensModel lens : kLensModels)
     if (model == name_of(lens)) return lens;
   return std::nullopt;
+}
+
+std::optional<FlatPort> PortOptions::tried() const {
+  if (!(thickness_mm > 0)) return std::nullopt;
+  FlatPort tried = port;
+  tried.thickness = 1e-3 * thickness_mm;
+  return tried;
+}
+
+void add_port_options(CLI::App* command, PortOptions& options, const char* in_air) {
+  CLI::Option* thickness =
+      command
+          ->add_option(
+              "--port-mm", options.thickness_mm,
+              "Thickness of a flat port before each camera: its refraction is tried too, and taken if it fits better")
+          ->check(CLI::Range(0.1, 200.0));
+  command
+      ->add_option("--port-index", options.port.glass, "Refractive index of its pane (acrylic 1.49, window glass 1.52)")
+      ->capture_default_str()
+      ->check(CLI::Range(1.2, 2.5))
+      ->needs(thickness);
+  command->add_option("--water-index", options.port.water, "Refractive index of the water (fresh 1.333, sea 1.34)")
+      ->capture_default_str()
+      ->check(CLI::Range(1.2, 1.5))
+      ->needs(thickness);
+  command->add_option("--in-air", options.in_air, in_air)->needs(thickness);
+}
+
+CameraModel lens_in_air(const CameraModel& lens, int width, int height, const std::filesystem::path& file) {
+  if (lens.width != width || lens.height != height)
+    throw InputError(file, fmt::format("found a camera of {}x{} px, expected {}x{} as the pictures", lens.width,
+                                       lens.height, width, height));
+  if (lens.port)
+    throw InputError(file, "found a camera behind a flat port, expected its lens as boards in air told it");
+  return lens;
 }
 
 }  // namespace tankrig::app

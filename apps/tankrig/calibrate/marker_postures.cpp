@@ -16,8 +16,9 @@ namespace {
 constexpr double kEdge = 0.06;       // share of the image that the marker stays away from its border
 constexpr double kMostTilt = 1.0;    // between the marker's normal and the view [rad]
 constexpr double kFromLimit = 0.06;  // [rad]
-constexpr std::size_t kLeastPostures = 12;
-constexpr int kSteps[] = {7, 5, 9, 9};  // slew, shoulder, elbow, jaw rotation
+// Assumptions about the plate that the marker is on.
+constexpr double kPlateEdge = 0.015, kPlateThickness = 0.01;  // beyond the marker's points; behind them [m]
+constexpr int kSteps[] = {7, 5, 9, 9};                        // slew, shoulder, elbow, jaw rotation
 
 bool seen(const RigCamera& camera, const RigConfig& rig, const GripperTarget& target, const JointVector& q) {
   const Transform cMg = camera.bMc.inverse() * rig.arm.bMe(q) * target.eMg;
@@ -33,6 +34,16 @@ bool seen(const RigCamera& camera, const RigConfig& rig, const GripperTarget& ta
     if ((cMg.linear().col(2)).dot(c.normalized()) < std::cos(kMostTilt)) return false;
   }
   return true;
+}
+
+/// The rig with the marker's plate in its gripper.
+RigConfig with_plate(RigConfig rig, const GripperTarget& target) {
+  Eigen::AlignedBox3d points;
+  for (const Vector3d& g : points_of(target.marker)) points.extend(g);
+  const Vector3d middle = points.center() + 0.5 * kPlateThickness * Vector3d::UnitZ();
+  const Vector3d size = points.sizes() + Vector3d(2 * kPlateEdge, 2 * kPlateEdge, kPlateThickness);
+  rig.obstacles.carried.push_back({"marker's plate", Box{target.eMg * Eigen::Translation3d(middle), size}});
+  return rig;
 }
 
 /// Where the marker is seen and the arm keeps clear, on a grid over the joints.
@@ -79,8 +90,9 @@ bool may_move(const RigConfig& rig, const JointVector& from, const JointVector& 
 
 }  // namespace
 
-std::vector<JointVector> marker_postures(const RigConfig& rig, const GripperTarget& target, const JointVector& from,
+std::vector<JointVector> marker_postures(const RigConfig& bare, const GripperTarget& target, const JointVector& from,
                                          Progress& progress) {
+  const RigConfig rig = with_plate(bare, target);
   std::vector<JointVector> left = candidates(rig, target, from, progress);
   const std::size_t seen_in = left.size();
   const auto wanted = static_cast<std::size_t>(target.postures);

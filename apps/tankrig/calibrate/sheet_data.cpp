@@ -8,7 +8,6 @@
 
 #include "apps/tankrig/calibrate/dark_frames.hpp"
 #include "apps/tankrig/calibrate/time_data.hpp"
-#include "calibration/laser_plane/checkerboard.hpp"
 #include "core/input_error.hpp"
 #include "pipeline/reconstruct_session.hpp"
 
@@ -29,7 +28,7 @@ SheetViews sheet_views(const OpenedSession& opened, const RigCamera& camera, con
     throw InputError(session.path, fmt::format("camera {} does not see all corners of the board `sheet`, expected it "
                                                "whole while the arm rests",
                                                camera.name));
-  SheetViews out{seen->cMt, seen->rms, {}};
+  SheetViews out{*seen, {}};
   const Reconstruction found = reconstruct_session(session, pipeline_parameters(session), "laser", progress.callback());
   std::map<int, StripeLine> stripes;
   for (const StripeRow& row : found.rows) {
@@ -41,7 +40,7 @@ SheetViews sheet_views(const OpenedSession& opened, const RigCamera& camera, con
   for (const FrameRecord& frame : session.frames) {
     if (frame.camera != camera.name || !lit_sweep(frame) || !stripes.contains(frame.index)) continue;
     SheetView view{frame.index, frame.pass, *frame.q,
-                   points_on_board(camera.model, stripes[frame.index], out.cMt, area)};
+                   points_on_board(camera.model, stripes[frame.index], out.board.cMt, area)};
     if (view.points.size() >= kLeastOnSheet) out.views.push_back(std::move(view));
   }
   return out;

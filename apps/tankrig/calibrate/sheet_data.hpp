@@ -6,6 +6,7 @@
 
 #include "apps/tankrig/calibrate/targets.hpp"
 #include "apps/tankrig/command_line/progress.hpp"
+#include "calibration/laser_plane/checkerboard.hpp"
 #include "calibration/laser_plane/laser_plane.hpp"
 #include "calibration/laser_plane/stripe_points.hpp"
 #include "rig/config/rig_config.hpp"
@@ -24,8 +25,7 @@ struct SheetView {
 };
 /// On the board that leans in the tank.
 struct SheetViews {
-  Transform cMt = Transform::Identity();
-  double board_rms_px = 0;
+  CheckerboardView board;
   std::vector<SheetView> views;
 };
 

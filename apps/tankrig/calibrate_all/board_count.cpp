@@ -2,12 +2,9 @@
 
 #include <fmt/format.h>
 
+#include "apps/tankrig/calibrate_all/judged_pictures.hpp"
+
 namespace tankrig::app {
-namespace {
-
-constexpr std::size_t kEnough = 10, kEnoughShared = 6;
-
-}  // namespace
 
 BoardCount::BoardCount(const std::vector<const RigCamera*>& cameras) : shared_(cameras.size()) {
   for (const RigCamera* camera : cameras) {
@@ -34,11 +31,11 @@ std::size_t BoardCount::pictures() const {
 std::string BoardCount::missing() const {
   for (std::size_t k = 0; k < cameras_.size(); ++k) {
     if (cameras_[k].count() < kEnough)
-      return fmt::format("{} pictures of the board by camera {} count, expected {}: hold it before this camera",
-                         cameras_[k].count(), names_[k], kEnough);
+      return fmt::format("{}, expected {}: hold it before this camera",
+                         that_count(cameras_[k].count(), "the board by camera " + names_[k]), kEnough);
     if (shared_[k] < kEnoughShared)
-      return fmt::format("{} pictures of the board count for {} and {} at once, expected {}: hold it where both see it",
-                         shared_[k], names_.front(), names_[k], kEnoughShared);
+      return fmt::format("{} for {} and {} at once, expected {}: hold it where both see it",
+                         that_count(shared_[k], "the board"), names_.front(), names_[k], kEnoughShared);
   }
   return {};
 }

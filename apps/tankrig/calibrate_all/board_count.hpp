@@ -11,6 +11,8 @@ namespace tankrig::app {
 
 class BoardCount {
  public:
+  static constexpr std::size_t kEnough = 10, kEnoughShared = 6;  ///< pictures that count, of a camera and of a pair
+
   /// `cameras`: the first is the one that the others are placed in.
   explicit BoardCount(const std::vector<const RigCamera*>& cameras);
 
@@ -18,6 +20,8 @@ class BoardCount {
   std::vector<std::string> add(const std::vector<BoardSearch>& moment);
 
   std::size_t pictures() const;  ///< that count, of all cameras
+  std::size_t pictures(std::size_t camera) const { return cameras_[camera].count(); }
+  double covered(std::size_t camera) const { return cameras_[camera].covered(); }  ///< share of its image
   /// Empty: enough. Else what to show which camera.
   std::string missing() const;
   /// "left 9, mono 7, right 8 of 10; 64, 80, 51 % of the image".

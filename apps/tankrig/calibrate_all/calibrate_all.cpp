@@ -26,10 +26,12 @@ nlohmann::ordered_json json_of(const Misplacement& m) {
   return {{"laser", json_of(m.laser)}, {"stereo", json_of(m.stereo)}};
 }
 
-nlohmann::ordered_json json_of(const Calibration& judged, const std::optional<TruthComparison>& truth,
-                               const std::filesystem::path& file) {
-  nlohmann::ordered_json out{
-      {"calibration", file.string()}, {"verdict", name_of(judged.verdict)}, {"checks", checks_json(judged.checks)}};
+nlohmann::ordered_json json_of(const Calibration& judged, const JointOutcome& joint,
+                               const std::optional<TruthComparison>& truth, const std::filesystem::path& file) {
+  nlohmann::ordered_json out{{"calibration", file.string()},
+                             {"verdict", name_of(judged.verdict)},
+                             {"checks", checks_json(judged.checks)},
+                             {"joint", joint_json(joint)}};
   if (truth)
     out["truth"] = {{"object_as_calibrated", json_of(truth->calibrated.places)},
                     {"object_as_clicked", json_of(truth->clicked.places)},
@@ -65,6 +67,7 @@ int calibrate_all(const GuidedOptions& options) {
   calibration.marker();
   calibration.sweep();
   calibration.sheet();
+  calibration.joint();
   if (!calibration.object()) return kPartial;
   const Calibration judged = calibration.judge();
   const RigConfig drawn = load_drawn_rig(find_rig(options.scan.rig));
@@ -72,10 +75,10 @@ int calibrate_all(const GuidedOptions& options) {
   std::optional<TruthComparison> truth;
   if (!rig.scene.empty())
     truth = compare_with_truth(rig, calibration.bMo_clicked(), load_world(rig, options.scan.world));
-  write_calibration_page(options.folder, rig, drawn, truth);
+  write_calibration_page(options.folder, rig, drawn, calibration.joint_outcome(), truth);
   progress.finish_line();
   if (options.scan.json)
-    print_json(json_of(judged, truth, calibration.file()));
+    print_json(json_of(judged, calibration.joint_outcome(), truth, calibration.file()));
   else
     print(judged, truth, calibration.file());
   return judged.verdict == CalibrationVerdict::kAccepted ? kOk : kFailure;
@@ -96,6 +99,7 @@ void add_calibrate_all(CLI::App& calibrate, ChosenCommand& chosen) {
   c->add_option("--click-sigma-px", o.click_sigma, "How badly the simulated operator clicks")
       ->check(CLI::Range(0.0, 20.0))
       ->capture_default_str();
+  add_port_options(c, o.port, "calibration.yaml of the rig in air: its lenses are held behind their ports");
   add_carrier_option(c, o.scan.carrier);
   c->add_option("--operator", o.scan.operator_name, "Name of whoever calibrates");
   add_waive_option(c, o.scan.waived);

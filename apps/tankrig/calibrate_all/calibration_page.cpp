@@ -110,6 +110,23 @@ std::vector<Row> budget_rows(const Budget& budget) {
   return rows;
 }
 
+std::vector<Row> joint_rows(const JointOutcome& joint) {
+  std::vector<Row> rows;
+  if (!joint.solution) return rows;
+  for (const ErrorGroup& group : joint.solution->groups) {
+    const bool angle = group.unit == "rad";
+    rows.push_back({group.name, std::to_string(group.measurements),
+                    fmt::format("{:.3f} {}", (angle ? 1e3 : 1) * group.sigma, angle ? "mrad" : group.unit),
+                    group.allowance > 1 ? fmt::format("neighbours err alike: times {:.2f}", group.allowance) : ""});
+  }
+  for (const Discrepancy& d : joint.solution->discrepancies) {
+    const std::string size = size_in_words(d);
+    rows.push_back({d.name, "", fmt::format("{:.1f} sigmas", d.sigmas),
+                    fmt::format("{}limit {} sigmas", size.empty() ? "" : size + "; ", kMostSigmas)});
+  }
+  return rows;
+}
+
 std::vector<Row> truth_rows(const TruthComparison& truth) {
   const auto row = [](const char* where, const Misplacement& m) {
     return Row{where, fmt::format("{:.3f}", 1e3 * m.laser.rms), fmt::format("{:.3f}", 1e3 * m.stereo.rms)};
@@ -156,7 +173,7 @@ std::string sheet_chart(const RigConfig& rig, const RigCamera& camera, const Pla
 }
 
 void write_calibration_page(const fs::path& folder, const RigConfig& rig, const RigConfig& drawn,
-                            const std::optional<TruthComparison>& truth) {
+                            const JointOutcome& joint, const std::optional<TruthComparison>& truth) {
   const Calibration& c = rig.calibration->values;
   const fs::path report = folder / "report";
   std::vector<Row> checks;
@@ -169,6 +186,9 @@ void write_calibration_page(const fs::path& folder, const RigConfig& rig, const 
                      {"figure", "found", "limit", ""}, checks),
                table("What was found", "Sigmas are one standard deviation, the worst of three axes.",
                      {"part", "found", "known to", "from"}, found_rows(c, drawn)),
+               table("All steps together",
+                     joint.why + ". What the measurements err, by all of them, and what would have to have moved.",
+                     {"measurements", "number", "sigma", ""}, joint_rows(joint)),
                table("What the uncertainties cost",
                      "Millimetres off the object's surface, root mean square over it, for one sigma of each.", costs,
                      budget_rows(sigmas)),

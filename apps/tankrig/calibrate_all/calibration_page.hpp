@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/tankrig/calibrate_all/joint_step.hpp"
 #include "apps/tankrig/calibrate_all/session_problems.hpp"
 #include "apps/tankrig/calibrate_all/truth.hpp"
 #include "rig/config/rig_config.hpp"
@@ -20,6 +21,6 @@ std::string sheet_chart(const RigConfig& rig, const RigCamera& camera, const Pla
 /// anywhere. `rig`: calibrated; `drawn`: by its file alone.
 /// Errors: InputError naming a picture that cannot be read.
 void write_calibration_page(const std::filesystem::path& folder, const RigConfig& rig, const RigConfig& drawn,
-                            const std::optional<TruthComparison>& truth);
+                            const JointOutcome& joint, const std::optional<TruthComparison>& truth);
 
 }  // namespace tankrig::app

@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <opencv2/core.hpp>
 
 #include "apps/tankrig/calibrate/camera_pictures.hpp"
@@ -12,7 +13,7 @@
 #include "apps/tankrig/calibrate_all/board_count.hpp"
 #include "apps/tankrig/calibrate_all/calibration_page.hpp"
 #include "apps/tankrig/calibrate_all/held_back_checks.hpp"
-#include "apps/tankrig/calibrate_all/live_boards.hpp"
+#include "apps/tankrig/calibrate_all/picture_judges.hpp"
 #include "apps/tankrig/calibrate_all/simulated_operator.hpp"
 #include "apps/tankrig/calibrate_all/step_session.hpp"
 #include "apps/tankrig/command_line/confirm.hpp"
@@ -74,11 +75,15 @@ GuidedCalibration::GuidedCalibration(const GuidedOptions& options, Progress& pro
 OpenedSession GuidedCalibration::session(const std::string& name, const std::string& scene_board,
                                          const std::string& ask,
                                          const std::function<ReadyRig::PlanFrom(RigConfig&)>& prepare,
-                                         const decltype(ScanOptions::on_frame)& on_frame) {
+                                         const std::optional<PictureJudge>& judge) {
   RigConfig rig = CalibrationPart(write_).rig();
   ScanOptions scan = options_.scan;
   scan.command = "calibrate all";
-  scan.on_frame = on_frame;
+  std::optional<LivePictures> live;
+  if (judge) {
+    live.emplace(*judge, progress_);
+    scan.on_frame = [&live](const FrameRecord& record, const cv::Mat& image) { live->frame(record, image); };
+  }
   if (!scene_board.empty()) scan.world.boards = {scene_board};
   const ReadyRig::PlanFrom plan = prepare(rig);
   const bool person = rig.scene.empty();
@@ -108,7 +113,6 @@ std::vector<GuidedCalibration::Seen> GuidedCalibration::boards_that_count(
     const bool fresh = !opened;
     if (fresh) {
       if (count.missing().empty()) return seen;
-      LiveBoards live(target, count, cameras.size(), progress_);
       opened = session(
           name, targets_.board.scene_board,
           (n == 1 ? "" : "So far " + count.missing() + ". ") +
@@ -121,7 +125,7 @@ std::vector<GuidedCalibration::Seen> GuidedCalibration::boards_that_count(
               return make_postures_plan(taken.scan, q, std::vector<JointVector>(pictures, q), rest);
             };
           },
-          [&](const FrameRecord& record, const cv::Mat& image) { live.frame(record, image); });
+          judge_boards(target, count, cameras.size()));
     } else {
       progress_.note("found " + printable((options_.folder / name).string()) + ", recorded already");
     }
@@ -141,7 +145,7 @@ std::vector<GuidedCalibration::Seen> GuidedCalibration::boards_that_count(
                               ? std::optional(BoardPicture{name + "/" + shots[c][k].file, *moment[c].board})
                               : std::nullopt);
     }
-    progress_.note("boards that count: " + count.so_far());
+    if (!fresh) progress_.note("boards that count: " + count.so_far());
     // Nobody moves a simulated board otherwise than it was moved.
     if (fresh && !count.missing().empty() && (!rig.scene.empty() || count.pictures() == before))
       throw InputError(options_.folder, count.missing() + "; run the same command again to go on");
@@ -154,14 +158,22 @@ void GuidedCalibration::boards() {
   const BoardTarget target = targets_.board.target();
   RigCamera left = part.camera(CameraRole::kLeft), mono = part.camera(CameraRole::kMono),
             right = part.camera(CameraRole::kRight);
+  for (const RigCamera* camera : {&left, &mono, &right}) (void)in_air(*camera);  // before anybody holds up a board
   const std::vector<Seen> seen = boards_that_count({&left, &mono, &right});
   const Seen &in_left = seen[0], &in_mono = seen[1], &in_right = seen[2];
   const SharedBoards both_eyes = shared(in_left, in_right), left_and_mono = shared(in_left, in_mono);
 
   const IntrinsicsSolution lens = lens_of(mono, in_mono);
   progress_.update("the stereo pair", 0);
-  const StereoSolution eyes = solve(StereoProblem{
-      {left.model.width, left.model.height}, {right.model.width, right.model.height}, target, both_eyes.used, {}, {}});
+  const StereoSolution eyes = solve(StereoProblem{{left.model.width, left.model.height},
+                                                  {right.model.width, right.model.height},
+                                                  target,
+                                                  both_eyes.used,
+                                                  {},
+                                                  {},
+                                                  port_of(left),
+                                                  in_air(left),
+                                                  in_air(right)});
   for (const std::string& out : eyes.left_out) progress_.note("left out: " + printable(out));
   const fs::path report = options_.folder / "report";
   write_camera_pictures(report / mono.name, lens, lens.mean_distance());
@@ -172,6 +184,7 @@ void GuidedCalibration::boards() {
   BoardBundle start;
   start.target = target;
   start.lens = std::max(lens.lens, eyes.bundle.lens);
+  start.lens_held = lens.bundle.lens_held && eyes.bundle.lens_held;
   start.bends = lens.bundle.bends || eyes.bundle.bends;
   start.cameras = {eyes.bundle.cameras[0], {lens.camera}, eyes.bundle.cameras[1]};
   start.kMc = {Transform::Identity(), agree_on_pose(start.cameras[0], lens.camera, target, left_and_mono.used).rMc,
@@ -193,10 +206,9 @@ void GuidedCalibration::boards() {
   RigCamera* const cameras[] = {&left, &mono, &right};
   for (std::size_t k = 0; k < found.bundle.cameras.size(); ++k) {
     cameras[k]->model = found.bundle.cameras[k];
-    part.values.camera(cameras[k]->name).lens = {boards_source_,
-                                                 cameras[k]->model,
-                                                 {found.sigma[k].begin(), found.sigma[k].begin() + 9},
-                                                 found.rms,
+    std::vector<double> sigma(found.sigma[k].begin(), found.sigma[k].begin() + 9);
+    sigma.insert(sigma.end(), found.port_sigma[k].begin(), found.port_sigma[k].end());
+    part.values.camera(cameras[k]->name).lens = {boards_source_, cameras[k]->model, std::move(sigma), found.rms,
                                                  static_cast<int>(found.bundle.views.size())};
   }
   left.bMc = mono.bMc * left_in_mono_.pose;
@@ -207,10 +219,34 @@ void GuidedCalibration::boards() {
   checks_.push_back(lens_check(mono, target, kept));
   checks_.push_back(stereo_check(left, right, target, both_eyes.kept));
   checks_.push_back(mount_check(left, mono, target, left_and_mono.kept));
+  joint_.problem.boards = seen_from(found.bundle, 1);
+  joint_.problem.cameras = {mono.name, left.name, right.name};
+  joint_.files = files;
+  joint_.views = static_cast<int>(found.bundle.views.size());
+  joint_.mono_boards = kept;
+  joint_.both_eyes = both_eyes.kept;
+  joint_.left_and_mono = left_and_mono.kept;
+  for (const auto& [camera, alone] : {std::pair(&mono, &lens), {&left, &eyes.left}, {&right, &eyes.right}})
+    if (alone->tried.back().port)
+      progress_.note(camera->name + ": " + alone->decision.substr(alone->decision.rfind('\n') + 1));
   progress_.note(
       fmt::format("{} boards; {} in {:.0f} % of the image, lens model {}; {:.3f} px rms, all cameras together",
                   found.bundle.views.size(), mono.name, 100 * lens.coverage.share, name_of(lens.lens), found.rms));
   part.write();
+}
+
+std::optional<FlatPort> GuidedCalibration::port_of(const RigCamera& camera) const {
+  const std::optional<FlatPort> tried = options_.port.tried();
+  return tried ? tried : camera.model.port;
+}
+
+std::optional<CameraModel> GuidedCalibration::in_air(const RigCamera& camera) const {
+  const fs::path& file = options_.port.in_air;
+  if (file.empty()) return std::nullopt;
+  const Calibration air = read_calibration(file);
+  const CameraCalibration* const calibrated = air.camera(camera.name);
+  if (!calibrated || !calibrated->lens) throw InputError(file, "found no lens of " + camera.name + ", expected one");
+  return lens_in_air(calibrated->lens->model, camera.model.width, camera.model.height, file);
 }
 
 IntrinsicsSolution GuidedCalibration::lens_of(const RigCamera& camera, const Seen& seen) const {
@@ -218,6 +254,8 @@ IntrinsicsSolution GuidedCalibration::lens_of(const RigCamera& camera, const See
   IntrinsicsProblem problem;
   problem.width = camera.model.width, problem.height = camera.model.height;
   problem.target = targets_.board.target();
+  problem.port = port_of(camera);
+  problem.in_air = in_air(camera);
   for (std::size_t k = 0; k < seen.size(); ++k)
     if (seen[k] && !held_back(k)) problem.pictures.push_back(*seen[k]);
   return solve(problem);
@@ -225,26 +263,34 @@ IntrinsicsSolution GuidedCalibration::lens_of(const RigCamera& camera, const See
 
 void GuidedCalibration::marker() {
   progress_.note("step 2 of 5: where the cameras stand to the arm");
-  const OpenedSession opened =
-      session("marker", targets_.gripper.scene_board, "Put the marker into the gripper and stand back",
-              [&](RigConfig& rig) -> ReadyRig::PlanFrom {
-                take_pictures(rig, kMarkerPictures);
-                return [&](const JointVector& q) {
-                  return make_postures_plan(rig.scan, q, marker_postures(rig, targets_.gripper, q, progress_), 0);
-                };
-              });
+  const OpenedSession opened = session(
+      "marker", targets_.gripper.scene_board, "Put the marker into the gripper and stand back",
+      [&](RigConfig& rig) -> ReadyRig::PlanFrom {
+        take_pictures(rig, kMarkerPictures);
+        return [&](const JointVector& q) {
+          return make_postures_plan(rig.scan, q, marker_postures(rig, targets_.gripper, q, progress_), 0);
+        };
+      },
+      judge_marker(targets_.gripper.marker, CalibrationPart(write_).camera(CameraRole::kMono).name));
   CalibrationPart part(write_);
-  const RigCamera& camera = part.camera(CameraRole::kMono);
+  const RigCamera &camera = part.camera(CameraRole::kMono), &left = part.camera(CameraRole::kLeft),
+                  &right = part.camera(CameraRole::kRight);
   HandEyeProblem problem;
   problem.camera = camera.model;
   problem.arm = part.rig().arm;
   problem.target_c = camera.bMc.inverse() * part.rig().object.bMo.translation();
   problem.refine_links = false;
   std::vector<HandEyeView> kept;
+  std::vector<MarkerPosture> postures;
   std::vector<fs::path> files{opened.session.path / "joints.csv", opened.session.path / "frames.csv"};
-  for (HandEyeView& view : marker_views(opened.session, camera, targets_.gripper.marker, progress_)) {
-    files.push_back(opened.session.path / view.name);
-    (held_back(files.size()) ? kept : problem.views).push_back(std::move(view));
+  for (MarkerPosture& posture :
+       seen_postures(opened.session, {&camera, &left, &right}, targets_.gripper.marker, progress_)) {
+    auto view = hand_eye_view(posture, camera.model);
+    if (!view) continue;
+    files.push_back(opened.session.path / view->name);
+    const bool keep = held_back(files.size());
+    (keep ? kept : problem.views).push_back(*std::move(view));
+    if (!keep) postures.push_back(std::move(posture));
   }
   progress_.update("camera and arm", 0);
   const HandEyeSolution found = solve(problem);
@@ -252,8 +298,16 @@ void GuidedCalibration::marker() {
   RigCamera placed = camera;
   placed.bMc = found.cMb.inverse();
   checks_.push_back(marker_check(placed, found.arm, found.eMg, kept));
-  part.values.camera(part.camera(CameraRole::kLeft).name).mount = {
-      boards_source_, composed(*part.values.camera(camera.name).mount, left_in_mono_)};
+  joint_.problem.cMb = found.cMb, joint_.problem.eMg = found.eMg, joint_.problem.arm = found.arm;
+  for (std::size_t i = 0; i < joint_.problem.refined_zeros.size(); ++i)
+    joint_.problem.refined_zeros[i] = found.arm.dh[i].theta0 != problem.arm.dh[i].theta0;
+  for (std::size_t i = 0; i < postures.size(); ++i)
+    if (std::find(found.outliers.begin(), found.outliers.end(), i) == found.outliers.end())
+      joint_.problem.postures.push_back(std::move(postures[i]));
+  joint_.files.insert(joint_.files.end(), files.begin(), files.end());
+  joint_.marker = kept;
+  part.values.camera(left.name).mount = {boards_source_,
+                                         composed(*part.values.camera(camera.name).mount, left_in_mono_)};
   part.write();
   for (const std::size_t i : found.outliers) progress_.note("left out: " + problem.views[i].name);
   progress_.note(fmt::format("{}: {} postures, {:.3f} px rms (corners {:.3f} px, joints {:.2f} mrad)", camera.name,
@@ -289,11 +343,13 @@ void GuidedCalibration::sheet() {
   progress_.note("step 4 of 5: the laser's sheet");
   std::vector<OpenedSession> sessions;
   for (std::size_t place = 0; place < SheetTarget::kPlaces; ++place)
-    sessions.push_back(session(place == 0 ? "sheet-before" : "sheet-behind",
-                               targets_.sheet.scene_boards.empty() ? "" : targets_.sheet.scene_boards[place],
-                               place == 0 ? "Lean the checkerboard over the object, on the arm's side of it"
-                                          : "Lean the checkerboard behind the object, as far as the laser reaches",
-                               [&](RigConfig& rig) { return there_and_back(rig); }));
+    sessions.push_back(session(
+        place == 0 ? "sheet-before" : "sheet-behind",
+        targets_.sheet.scene_boards.empty() ? "" : targets_.sheet.scene_boards[place],
+        place == 0 ? "Lean the checkerboard over the object, on the arm's side of it"
+                   : "Lean the checkerboard behind the object, as far as the laser reaches",
+        [&](RigConfig& rig) { return there_and_back(rig); },
+        judge_sheet(CalibrationPart(write_).camera(CameraRole::kMono), targets_.sheet)));
   CalibrationPart part(write_);
   const RigConfig& rig = part.rig();
   const RigCamera& camera = part.camera(CameraRole::kMono);
@@ -309,6 +365,21 @@ void GuidedCalibration::sheet() {
   progress_.update("the laser's plane", 0);
   const LaserPlaneSolution found = solve(sheet_problem(used, rig, camera));
   checks_.push_back(sheet_check(camera, rig.arm, found.plane, back));
+  for (const SheetViews& place : there) {
+    SheetBoard board{fmt::format("board {} under the stripe", joint_.problem.sheets.size() + 1),
+                     place.board.points,
+                     place.board.corners,
+                     place.board.cMt,
+                     {}};
+    for (const SheetView& view : place.views)
+      if (const auto stripe = board_stripe(camera.model, board.cMt, view.points, view.q))
+        board.stripes.push_back(*stripe);
+    joint_.problem.sheets.push_back(std::move(board));
+  }
+  joint_.problem.ePl = found.plane;
+  joint_.ways_back = std::move(back);
+  const std::vector<fs::path> files = recorded_files(sessions);
+  joint_.files.insert(joint_.files.end(), files.begin(), files.end());
   write_file_durably(options_.folder / "report" / "sheet.svg", sheet_chart(rig, camera, found.plane, there));
   part.values.laser = {CalibrationPart::source("stripe on checkerboards", options_.folder, recorded_files(sessions)),
                        found.plane, found.sigma_rad, found.sigma_m, found.rms};
@@ -318,6 +389,15 @@ void GuidedCalibration::sheet() {
       "{:.2f} +- {:.2f} mm/rad, 0 if the arm's links are right",
       used.size(), 1e3 * found.rms, 1e3 * found.sigma_rad, 1e3 * found.slope.value_or(0), 1e3 * found.slope_sigma));
   compare_with_stereo(rig, camera.time_offset, found);
+}
+
+void GuidedCalibration::joint() {
+  progress_.update("all steps together", 0);
+  CalibrationPart part(write_);
+  joint_outcome_ = refine_jointly(joint_, checks_, options_.folder, part);
+  checks_ = joint_outcome_.checks;
+  if (joint_outcome_.taken) part.write();
+  progress_.note("all steps together: " + joint_outcome_.why);
 }
 
 /// The paper's way. It says little where the stripe runs along the eyes' baseline, and is not used.

@@ -17,11 +17,14 @@ constexpr double kOutOfView_px = 1e4;
 constexpr std::size_t kLeastCorners = 6;  // of a board, in both pictures
 // Points of a stripe that are judged by their mean: squares' edges pull single ones.
 constexpr std::size_t kStretch = 32;
+// A stretch this far off its board is no stripe of the sheet, if only so many of all are.
+constexpr double kStray_mm = 10, kMostStrays = 0.05;
 
 class RootMeanSquare {
  public:
   void add(double value) { squares_ += value * value, ++count_; }
   void add(const RootMeanSquare& others) { squares_ += others.squares_, count_ += others.count_; }
+  double count() const { return static_cast<double>(count_); }
   /// Infinite of nothing.
   double value() const { return count_ ? std::sqrt(squares_ / static_cast<double>(count_)) : HUGE_VAL; }
 
@@ -90,8 +93,8 @@ CalibrationCheck stereo_check(const RigCamera& left, const RigCamera& right, con
       for (Eigen::Index k = 0; k < n; ++k) {
         const SharedCorner& corner = corners[static_cast<std::size_t>(k)];
         board.col(k) = corner.t;
-        placed.col(k) = meeting(Vector3d::Zero(), left.model.ray(corner.left.x(), corner.left.y()), cMr.translation(),
-                                cMr.linear() * right.model.ray(corner.right.x(), corner.right.y()));
+        placed.col(k) = meeting(left.model.sight(corner.left.x(), corner.left.y()),
+                                cMr * right.model.sight(corner.right.x(), corner.right.y()));
       }
       const Eigen::Matrix4d fit = Eigen::umeyama(board, placed, false);
       RootMeanSquare off;
@@ -136,21 +139,25 @@ CalibrationCheck marker_check(const RigCamera& camera, const ArmModel& arm, cons
 
 CalibrationCheck sheet_check(const RigCamera& camera, const ArmModel& arm, const Plane& ePl,
                              const std::vector<SheetViews>& boards) {
-  RootMeanSquare error;
+  RootMeanSquare near, strays;
   for (const SheetViews& board : boards)
     for (const SheetView& view : board.views) {
       const Plane cPl = camera.bMc.inverse() * arm.bMe(view.q) * ePl;
       double off = 0;
       std::size_t points = 0;
       for (const PlacedStripePoint& point : view.points) {
-        const Vector3d ray = point.p.normalized();
-        const Vector3d placed = -cPl.offset / cPl.normal.dot(ray) * ray;
-        off += (board.cMt.inverse() * placed).z();
+        const Vector2d pixel = camera.model.project(point.p).value();  // it was found there
+        const Vector3d ray = camera.model.ray(pixel.x(), pixel.y());
+        const Vector3d placed = point.p - cPl.distance(point.p) / cPl.normal.dot(ray) * ray;
+        off += (board.board.cMt.inverse() * placed).z();
         if (++points < kStretch) continue;
-        error.add(1e3 * off / kStretch);
+        const double mean_mm = 1e3 * off / kStretch;
+        (std::abs(mean_mm) < kStray_mm ? near : strays).add(mean_mm);
         off = 0, points = 0;
       }
     }
+  RootMeanSquare error = near;
+  if (strays.count() > kMostStrays * (near.count() + strays.count())) error.add(strays);
   return check("laser: stripe on boards", error, kSheetLimit_mm, "mm");
 }
 

@@ -38,28 +38,38 @@ std::vector<BoardShot> board_shots(const Session& session, const std::string& ca
   return seen;
 }
 
-std::vector<HandEyeView> marker_views(const Session& session, const RigCamera& camera, const GripperMarker& marker,
-                                      Progress& progress) {
+std::vector<MarkerPosture> seen_postures(const Session& session, const std::vector<const RigCamera*>& cameras,
+                                         const GripperMarker& marker, Progress& progress) {
   const MarkerFinder finder(marker);
-  std::vector<HandEyeView> views;
-  const auto passes = dark_frames_by_pass(session, camera.name);
-  for (std::size_t k = 0; k < passes.size(); ++k) {
-    progress.update("looking for the marker: " + camera.name,
-                    static_cast<double>(k) / static_cast<double>(passes.size()));
-    if (passes[k].empty() || !passes[k].front()->q) continue;
-    const SeenMarker seen = finder.find(grey_of(mean_picture(session, passes[k])));
-    const auto pose = seen.points.size() < 4 ? std::nullopt : planar_pose(camera.model, seen);
-    if (!pose) continue;
-    HandEyeView view;
-    view.name = passes[k].front()->file;
-    view.q = passes[k].front()->q;
-    view.points = seen.points;
-    view.corners = seen.corners;
-    view.cMg = pose->cMg;
-    view.cMg_flipped = pose->flipped;
-    views.push_back(std::move(view));
+  std::vector<std::vector<std::vector<const FrameRecord*>>> passes;
+  for (const RigCamera* camera : cameras) passes.push_back(dark_frames_by_pass(session, camera->name));
+  std::vector<MarkerPosture> postures;
+  for (std::size_t k = 0; k < passes[0].size(); ++k) {
+    progress.update("looking for the marker", static_cast<double>(k) / static_cast<double>(passes[0].size()));
+    if (passes[0][k].empty() || !passes[0][k].front()->q) continue;
+    MarkerPosture posture{passes[0][k].front()->file, *passes[0][k].front()->q, {}};
+    for (const auto& of_camera : passes) {
+      posture.seen.emplace_back();
+      if (k >= of_camera.size() || of_camera[k].empty()) continue;
+      SeenMarker seen = finder.find(grey_of(mean_picture(session, of_camera[k])));
+      if (seen.points.size() >= 4) posture.seen.back() = std::move(seen);
+    }
+    if (!posture.seen[0].points.empty()) postures.push_back(std::move(posture));
   }
-  return views;
+  return postures;
+}
+
+std::optional<HandEyeView> hand_eye_view(const MarkerPosture& posture, const CameraModel& camera) {
+  const auto pose = planar_pose(camera, posture.seen[0]);
+  if (!pose) return std::nullopt;
+  HandEyeView view;
+  view.name = posture.name;
+  view.q = posture.q;
+  view.points = posture.seen[0].points;
+  view.corners = posture.seen[0].corners;
+  view.cMg = pose->cMg;
+  view.cMg_flipped = pose->flipped;
+  return view;
 }
 
 std::vector<SheetView> stereo_views(const OpenedSession& opened, const RigCamera& left, const RigCamera& right,

@@ -7,6 +7,7 @@
 #include "apps/tankrig/calibrate/sheet_data.hpp"
 #include "apps/tankrig/command_line/progress.hpp"
 #include "calibration/hand_eye/hand_eye.hpp"
+#include "calibration/joint/joint.hpp"
 #include "calibration/stereo/stereo.hpp"
 #include "rig/config/rig_config.hpp"
 #include "session/checking/open_session.hpp"
@@ -25,9 +26,12 @@ std::vector<BoardShot> board_shots(const Session& session, const std::string& ca
 /// Every fifth is held back.
 bool held_back(std::size_t picture);
 
-/// One view per posture in which the camera sees the marker, at the joints recorded.
-std::vector<HandEyeView> marker_views(const Session& session, const RigCamera& camera, const GripperMarker& marker,
-                                      Progress& progress);
+/// The marker in every posture in which the first camera sees it, at the joints recorded, by all of them; named by the first
+/// camera's picture.
+std::vector<MarkerPosture> seen_postures(const Session& session, const std::vector<const RigCamera*>& cameras,
+                                         const GripperMarker& marker, Progress& progress);
+/// As the first camera has it. Nothing if its corners allow no pose.
+std::optional<HandEyeView> hand_eye_view(const MarkerPosture& posture, const CameraModel& camera);
 
 /// The paper's way: the stripe placed by both eyes, pair by pair, in the left one. `late`: by how much the eyes' stamps are late
 /// against those that the session took for right.

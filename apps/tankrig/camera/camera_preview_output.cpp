@@ -6,11 +6,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <opencv2/imgcodecs.hpp>
 #include <string_view>
 
 #include "apps/tankrig/command_line/feed.hpp"
-#include "core/input_error.hpp"
+#include "apps/tankrig/scan/camera_view.hpp"
+#include "core/picture_codecs.hpp"
 #include "core/text_files.hpp"
 #include "reconstruction/stripe/stripe.hpp"
 
@@ -144,10 +144,12 @@ void PreviewOutput::show(const cv::Mat& image, bool lit) {
 
   const cv::Mat picture = preview_picture(image, marks);
   Feed::one().picture(title_, picture);
-  std::vector<unsigned char> png;
-  if (!cv::imencode(".png", picture, png, {cv::IMWRITE_PNG_COMPRESSION, 1}))
-    throw InputError(picture_, "cannot be encoded");
-  write_whole_file(picture_, {reinterpret_cast<const char*>(png.data()), png.size()});
+  CameraView view{.name = title_, .focus = summary_.focus, .best_focus = summary_.best_focus};
+  view.rate_hz = summary_.frames_per_s;
+  view.clipped_share = summary_.clipped_share;
+  view.lost = summary_.lost;
+  show_cameras({view});
+  write_whole_file(picture_, picture_png(picture));
   ++summary_.refreshes;
   print_line(lit);
 }

@@ -9,10 +9,10 @@
 #include <cstdlib>
 #include <cstring>
 #include <nlohmann/json.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "console/feed/feed_format.hpp"
+#include "core/picture_codecs.hpp"
 
 namespace tankrig::app {
 namespace {
@@ -75,15 +75,13 @@ void Feed::picture(const std::string& camera, const cv::Mat& picture) noexcept {
     cv::Mat shown = picture;
     if (const int width = picture.cols; width > kWidest)
       cv::resize(picture, shown, {kWidest, picture.rows * kWidest / width}, 0, 0, cv::INTER_AREA);
-    std::vector<unsigned char> jpeg;
-    cv::imencode(".jpg", shown, jpeg, {cv::IMWRITE_JPEG_QUALITY, kQuality});
     const std::string name = camera.substr(0, 255);
     std::string message = begin(FeedKind::kPicture);
     message += static_cast<char>(name.size());
     message += name;
-    message.append(reinterpret_cast<const char*>(jpeg.data()), jpeg.size());
+    message += picture_jpeg(shown, kQuality);
     send(message);
-  } catch (const cv::Exception&) {  // a picture that nobody sees; the frame itself is recorded elsewhere
+  } catch (const std::exception&) {  // a picture that nobody sees; the frame itself is recorded elsewhere
   }
 }
 

@@ -18,12 +18,12 @@
 #include <ctime>
 #include <string>
 #include <system_error>
-#include <thread>
 #include <vector>
 
 #include "apps/tankrig/command_line/stop.hpp"
 #include "apps/tankrig/command_line/waiting.hpp"
 #include "apps/tankrig/devices/world_options.hpp"
+#include "core/clock.hpp"
 #include "core/input_error.hpp"
 
 namespace tankrig::app {
@@ -144,14 +144,15 @@ EmulationProcess::EmulationProcess(const RigConfig& rig, const BackendOptions& o
 void EmulationProcess::end() noexcept {
   if (process_ <= 0) return;
   ::kill(process_, SIGTERM);
-  const auto deadline = std::chrono::steady_clock::now() + kEndTimeout;
+  MonotonicClock clock;  // whose sleep ends in time however often a signal comes: a key may be held down
+  const Stamp deadline = clock.now() + kEndTimeout;
   while (::waitpid(process_, nullptr, WNOHANG) == 0) {
-    if (std::chrono::steady_clock::now() > deadline) {
+    if (clock.now() > deadline) {
       ::kill(process_, SIGKILL);
       ::waitpid(process_, nullptr, 0);
       break;
     }
-    std::this_thread::sleep_for(10ms);
+    clock.sleep_until(clock.now() + 10ms);
   }
   process_ = -1;
 }

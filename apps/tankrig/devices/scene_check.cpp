@@ -31,7 +31,7 @@ double pixel_difference(const CameraModel& rig, const CameraModel& scene) {
   for (double v : {0.1, 0.5, 0.9})
     for (double u : {0.1, 0.5, 0.9}) {
       const Vector2d pixel(u * scene.width, v * scene.height);
-      const auto seen = rig.project(scene.ray(pixel.x(), pixel.y()));
+      const auto seen = rig.project(scene.sight(pixel.x(), pixel.y()).at(1));
       worst = std::max(worst, seen ? (*seen - pixel).norm() : std::numeric_limits<double>::infinity());
     }
   return worst;

@@ -6,6 +6,7 @@
 #include "bench/sweep/strip.hpp"
 #include "bench/sweep/sweep_report.hpp"
 #include "core/text_files.hpp"
+#include "session/reading/picture_file.hpp"
 #include "session/reading/session.hpp"
 #include "session/recording/png_file.hpp"
 
@@ -49,7 +50,8 @@ void write_experiment_figures(const fs::path& folder, const std::vector<Pictured
   fs::create_directories(figures);
   Views outside, camera, grid;
   const auto picture = [](const PicturedSession& session, const std::string& name) {
-    return cv::imread((session.path / "pictures" / (name + ".png")).string(), cv::IMREAD_COLOR);
+    const fs::path file = session.path / "pictures" / (name + ".png");
+    return fs::exists(file) ? decode_picture(read_whole_file(file), file, nullptr, cv::IMREAD_COLOR) : cv::Mat();
   };
   for (const PicturedSession& session : sessions) {
     outside.emplace_back(session.caption, picture(session, "rig"));

@@ -5,6 +5,7 @@
 
 #include "apps/tankrig/command_line/output.hpp"
 #include "apps/tankrig/scan/plan_check.hpp"
+#include "apps/tankrig/scan/plan_drawing.hpp"
 #include "apps/tankrig/scan/surface_view.hpp"
 
 namespace tankrig::app {
@@ -42,7 +43,7 @@ void print_clearances(const MotionCheck& check) {
 
 }  // namespace
 
-void print_dry_run(const RigConfig& rig, const ScanPlan& plan, const MotionCheck& check, bool json) {
+void print_dry_run(const RigConfig& rig, const ScanPlan& plan, const MotionCheck& check, bool json, bool draw) {
   const SurfaceView view = surface_view(rig, plan);
   const int frames = frames_planned(plan, rig);
   const std::uint64_t need = disk_need(rig, plan);
@@ -61,6 +62,7 @@ void print_dry_run(const RigConfig& rig, const ScanPlan& plan, const MotionCheck
     out["frames"] = frames;
     out["disk_bytes"] = need;
     out["faces"] = view.json();
+    if (draw) out["drawing"] = plan_drawing(rig, plan, check);
     print_json(out);
     return;
   }

@@ -7,7 +7,7 @@
 
 namespace tankrig::app {
 
-/// Prints it, as a table or as JSON.
-void print_dry_run(const RigConfig& rig, const ScanPlan& plan, const MotionCheck& check, bool json);
+/// Prints it, as a table or as JSON; `draw`: the latter with what draws it in 3D.
+void print_dry_run(const RigConfig& rig, const ScanPlan& plan, const MotionCheck& check, bool json, bool draw);
 
 }  // namespace tankrig::app

@@ -230,6 +230,7 @@ Recording record_session(const ScanOptions& options, const RigConfig& rig, const
     info.lux_before = meter ? read_lux(backend) : std::stod(options.lux);
     if (meter && rig.scan.capture.lux_accuracy > 0)
       info.lux_uncertainty = rig.scan.capture.lux_accuracy * *info.lux_before;
+    show_lux(*info.lux_before, info.lux_source);
   }
   const std::string mesh = rig.object.mesh.filename().string();
   RigConfig as_used = rig;
@@ -246,10 +247,7 @@ Recording record_session(const ScanOptions& options, const RigConfig& rig, const
   keep_calibration(rig, writer);
 
   fs::create_directory(path / "cameras");
-  for (const RigCamera& camera : rig.cameras) {
-    write_camera_file(path / "cameras" / (camera.name + ".yaml"), camera.model, camera.name);
-    write_opencv_camera_file(path / "cameras" / (camera.name + ".opencv.yml"), camera.model, camera.name);
-  }
+  for (const RigCamera& camera : rig.cameras) write_camera_files(path / "cameras", camera.model, camera.name);
 
   backend.record_wire(path);
   PlayedFaults faults(backend, writer, options.faults);

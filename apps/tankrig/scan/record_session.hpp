@@ -32,7 +32,7 @@ struct ScanOptions {
   std::filesystem::path out;        ///< session directory; empty: sessions/<rig>-<UTC>
   std::vector<std::string> waived;  ///< "commission"
   std::string coverage_mm;          ///< thresholds of the scores; empty: the rig file's
-  bool json = false, dry_run = false, yes = false;
+  bool json = false, dry_run = false, draw = false, yes = false;
   /// Sees every frame that is recorded, and must not wait; nobody writes to its pixels any more. Empty: nobody.
   std::function<void(const FrameRecord&, const cv::Mat&)> on_frame;
 };

@@ -153,7 +153,7 @@ int scan(const ScanOptions& options) {
     if (!rig.scene.empty())
       for (const std::string& warning : scene_warnings(rig, load_world(rig, options.world))) progress.warn(warning);
     const ScanPlan plan = sweep_plan(rig, rig.scan.park);
-    print_dry_run(rig, plan, check_plan(rig, plan), options.json);
+    print_dry_run(rig, plan, check_plan(rig, plan), options.json, options.draw);
     return kOk;
   }
   const fs::path path = options.out.empty() ? default_session(rig.name) : options.out;
@@ -242,6 +242,9 @@ void add_scan(CLI::App& app, ChosenCommand& chosen) {
   add_waive_option(c, o.waived);
   add_coverage_option(c, o.coverage_mm);
   add_json_flag(c, o.json);
+  c->add_flag("--draw", o.draw, "With --dry-run and --json: also what draws it in 3D, as the console does")
+      ->needs("--dry-run")
+      ->needs("--json");
 }
 
 }  // namespace tankrig::app

@@ -7,7 +7,9 @@
 #include <opencv2/core.hpp>
 #include <string>
 #include <thread>
+#include <vector>
 
+#include "apps/tankrig/scan/camera_view.hpp"
 #include "core/frame_record.hpp"
 
 namespace tankrig::app {
@@ -29,10 +31,13 @@ class ShownFrames {
     bool fresh = false, laser = false;
     std::string caption;
     cv::Mat image, dark;
-    double best_focus = 0;
+    FrameRecord newest;
+    double period_s = 0;  ///< between two frames of one block, smoothed; 0: not known yet
+    double focus = 0, best_focus = 0, clipped_share = 0;
   };
   void run();
   static void show(const std::string& camera, Shown& shown);
+  std::vector<CameraView> views() const;
 
   std::mutex mutex_;
   std::condition_variable wake_;

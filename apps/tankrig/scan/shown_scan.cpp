@@ -1,7 +1,5 @@
 #include "apps/tankrig/scan/shown_scan.hpp"
 
-#include <nlohmann/json.hpp>
-
 #include "apps/tankrig/command_line/feed.hpp"
 #include "bench/metrics/triangle_mesh.hpp"
 #include "bench/report/cloud_view.hpp"
@@ -32,11 +30,18 @@ ordered_json json_of(const TriangleMesh& mesh, const Transform& bMo) {
   return {{"vertices", vertices}, {"triangles", triangles}};
 }
 
+ordered_json json_of(const WakeUpCounts::Seen& seen, std::uint64_t overruns) {
+  ordered_json out{{"upper_us", ordered_json::array()}, {"counts", seen.counts}};
+  for (std::size_t i = 0; i + 1 < WakeUpCounts::kBins; ++i) out["upper_us"].push_back(WakeUpCounts::upper_us(i));
+  out["longest_us"] = 1e6 * seconds(seen.longest);
+  out["overruns"] = overruns;
+  return out;
+}
+
 }  // namespace
 
-void show_scene(const RigConfig& rig) {
-  if (!Feed::one().heard()) return;
-  ordered_json scene{{"feed", "scene"}, {"rig", rig.name}, {"cameras", ordered_json::array()}};
+ordered_json scene_json(const RigConfig& rig) {
+  ordered_json scene{{"rig", rig.name}, {"cameras", ordered_json::array()}};
   for (const RigCamera& camera : rig.cameras)
     scene["cameras"].push_back(
         {{"name", camera.name}, {"lines", json_of(camera_pyramid(camera.name, camera.model, camera.bMc).points)}});
@@ -44,6 +49,13 @@ void show_scene(const RigConfig& rig) {
     scene["object"] = json_of(read_mesh(rig.object.mesh), rig.object.bMo);
   } catch (const InputError&) {
   }
+  return scene;
+}
+
+void show_scene(const RigConfig& rig) {
+  if (!Feed::one().heard()) return;
+  ordered_json scene = scene_json(rig);
+  scene["feed"] = "scene";
   Feed::one().tell(scene);
 }
 
@@ -59,8 +71,19 @@ void show_state(const RigConfig& rig, const ScanProgress& progress) {
     state["arm"] = json_of(links);
     for (int j = 0; j < kJoints; ++j) state["joints_deg"][kJointNames[j]] = to_degrees((*progress.q)[j]);
   }
+  state["current_a"] = progress.current_a;
+  state["armed"] = progress.armed;
+  state["interlock_closed"] = progress.interlock_closed;
+  state["box_enabled"] = progress.box_enabled ? ordered_json(*progress.box_enabled) : ordered_json();
+  state["lit_s"] = progress.lit_s;
+  for (const CameraProgress& camera : progress.cameras) state["lost"][camera.name] = camera.left_out;
+  if (progress.wake_ups) state["wake_ups"] = json_of(*progress.wake_ups, progress.overruns);
   if (progress.laser) state["laser"] = progress.laser->emitting ? "on" : progress.laser->powered ? "warming up" : "off";
   Feed::one().tell(state);
+}
+
+void show_lux(double lux, const std::string& source) {
+  if (Feed::one().heard()) Feed::one().tell({{"feed", "lux"}, {"lux", lux}, {"source", source}});
 }
 
 void show_end(const EndState& left) {

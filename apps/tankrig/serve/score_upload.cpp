@@ -11,7 +11,6 @@
 #include <csignal>
 #include <cstdio>
 #include <nlohmann/json.hpp>
-#include <opencv2/imgcodecs.hpp>
 
 #include "apps/tankrig/bench/external_cloud.hpp"
 #include "apps/tankrig/bench/scratch_folder.hpp"
@@ -30,6 +29,7 @@
 #include "bench/sweep/chart.hpp"
 #include "console/platform/archive.hpp"
 #include "core/input_error.hpp"
+#include "core/picture_codecs.hpp"
 #include "core/regular_file.hpp"
 #include "core/shown_text.hpp"
 #include "core/text_files.hpp"
@@ -64,15 +64,18 @@ fs::path program_folder(const fs::path& unpacked) {
   throw InputError(fmt::format("archive: has no {}, expected an <algorithm> that names the program", kAlgorithmFile));
 }
 
+std::string without(std::string text, const std::string& hidden) {
+  for (std::size_t at; (at = text.find(hidden)) != std::string::npos;) text.erase(at, hidden.size());
+  return text;
+}
+
 /// Errors: InputError that does not name this machine's folders.
 Algorithm read_stranger(const fs::path& folder) {
   Algorithm algorithm;
   try {
     algorithm = read_algorithm(XmlElement::load(folder / kAlgorithmFile, "algorithm", {"algorithm", 64 << 10}));
   } catch (const InputError& e) {
-    std::string what = e.what();
-    if (what.starts_with(folder.string())) what.erase(0, folder.string().size() + 1);
-    throw InputError(what);
+    throw InputError(without(e.what(), folder.string() + "/"));
   }
   const auto outside = [&] {
     return InputError(fmt::format("{}: <program>: found '{}', expected an executable file of the archive",
@@ -104,7 +107,7 @@ Reconstruction run_archive(const ScoreOptions& o, const PipelineParameters& para
   Reconstruction out =
       external_reconstruction(algorithm, {opened.session, opened.joints, rig_yaml}, parameters.workspace,
                               StopOnSignal::requested(), Stranger{folder, o.to / "log.txt"});
-  if (!out.reason.empty()) throw InputError(out.reason);
+  if (!out.reason.empty()) throw InputError(without(out.reason, folder.string() + "/"));
   write_cloud(o.to / "cloud.ply", out.cloud);
   return out;
 }
@@ -195,9 +198,8 @@ void write_page(const ScoreOptions& o, const std::string& uses, const Session& s
     write_whole_file(o.to / (name + ".png"), png);
     report.pictures.push_back({"", caption, o.to / (name + ".png")});
   };
-  std::vector<unsigned char> chart;
-  cv::imencode(".png", chart_picture(distance_chart(o.name, cloud, score.metrics)), chart);
-  add_picture("distances", "points and surface within a distance", {chart.begin(), chart.end()});
+  add_picture("distances", "points and surface within a distance",
+              picture_png(chart_picture(distance_chart(o.name, cloud, score.metrics))));
   const Pictures pictures = draw_pictures(session, object, score);
   for (const auto& [name, caption] : {std::pair{"camera", "cloud over the object, from the camera"},
                                       std::pair{"back", "cloud over the object, from the back"},
@@ -277,7 +279,8 @@ std::string sandbox_trouble() {
   write_whole_file(result, "");
   fs::permissions(result, fs::perms(0666));
   LimitedRun run{{}, place, RunLimits{10, 10, 1ULL << 30, 16 << 20, 16}};
-  run.command = sandboxed({{}, work, 1 << 20, work / "made", result}, {"/bin/sh", "-c", "echo made > made"});
+  run.command =
+      sandboxed({{}, work, 1 << 20, work / "made", result, place / "filter"}, {"/bin/sh", "-c", "echo made > made"});
   const std::string wrong = run_limited({"tankrig", "bench", kProgramCommand}, run, StopOnSignal::requested());
   if (wrong.empty() && fs::file_size(result) > 0) return "";
   return fmt::format(

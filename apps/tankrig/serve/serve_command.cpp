@@ -16,6 +16,7 @@
 #include "apps/tankrig/serve/score_upload.hpp"
 #include "apps/tankrig/serve/serve_platform.hpp"
 #include "console/server/console.hpp"
+#include "core/angles.hpp"
 #include "core/input_error.hpp"
 #include "rig/config/rig_config.hpp"
 
@@ -32,7 +33,7 @@ struct ServeOptions {
   PlatformCommand platform;
 };
 
-constexpr char kMakeSafe[] = "make_safe";
+constexpr char kMakeSafe[] = "make_safe", kCalibrate[] = "calibrate";
 constexpr char kSessions[] = "sessions";  ///< where `tankrig scan` puts them
 
 std::vector<std::string> presets_of(const RigConfig& rig) {
@@ -109,7 +110,7 @@ std::vector<OfferedCommand> offered(const ServeOptions& options, const RigConfig
        "Switches the laser off, brings the arm to rest, and says whether both are confirmed.",
        on_rig({"arm", "stop"}),
        {}},
-      {"calibrate",
+      {kCalibrate,
        "Calibrate",
        "The whole rig, step by step: it says what to do and waits for an answer.",
        on_rig({"calibrate", "all", "--data", std::string(kSessions) + "/calibration-" + rig.name}),
@@ -139,13 +140,26 @@ std::vector<OfferedCommand> offered(const ServeOptions& options, const RigConfig
   return all;
 }
 
+ordered_json joints_of(const RigConfig& rig) {
+  ordered_json joints = ordered_json::array();
+  for (int j = 0; j < kJoints; ++j)
+    joints.push_back({{"name", kJointNames[j]},
+                      {"lower_deg", to_degrees(rig.arm.limits[j].lower)},
+                      {"upper_deg", to_degrees(rig.arm.limits[j].upper)}});
+  return joints;
+}
+
 ordered_json facts_of(const RigConfig& rig) {
   return {{"name", rig.name},
           {"description", rig.description},
           {"version", TANKRIG_VERSION},
           {"calibration", rig.calibration ? rig.calibration_file.filename().string() : "none: the rig file's values"},
+          {"calibration_made_utc", rig.calibration ? ordered_json(rig.calibration->values.made_utc) : ordered_json()},
+          {"calibration_verdict",
+           rig.calibration ? ordered_json(name_of(rig.calibration->values.verdict)) : ordered_json()},
           {"warnings", calibration_warnings(rig)},
-          {"click", corners_to_click(rig)}};
+          {"click", corners_to_click(rig)},
+          {"joints", joints_of(rig)}};
 }
 
 int serve(const ServeOptions& options) {
@@ -160,16 +174,23 @@ int serve(const ServeOptions& options) {
   const RigConfig rig = load_rig(find_rig(options.rig));
   ConsoleOptions console;
   console.program = fs::read_symlink("/proc/self/exe").string();
-  console.rig = facts_of(rig);
+  console.rig = [&] { return facts_of(load_rig(find_rig(options.rig))); };
   console.offered = offered(options, rig);
   console.sessions = kSessions;
   console.wishes = {{"corners", [](const ordered_json& wish) { return save_clicked_corners(kSessions, wish); }}};
   console.listen = listen;
   console.make_safe = kMakeSafe;
+  console.calibrates = kCalibrate;
+  console.kept = {"arm", "doctor"};
   console.questions = {{"sessions", {"session", "list", kSessions, "--json"}},
                        {"arm", {"arm", "status", "--rig", options.rig, "--json"}},
                        {"doctor", {"doctor", "--rig", options.rig, "--json"}},
-                       {"plan", {"scan", "--dry-run", "--rig", options.rig, "--json"}}};
+                       {"plan", {"scan", "--dry-run", "--rig", options.rig, "--json"}},
+                       {"path", {"scan", "--dry-run", "--rig", options.rig, "--json", "--draw"}}};
+  for (const std::string& preset : presets_of(rig)) {
+    console.questions["path/" + preset] = console.questions.at("path");
+    console.questions["path/" + preset].insert(console.questions["path/" + preset].end(), {"--preset", preset});
+  }
   fs::create_directories(kSessions);
   const StopOnSignal stop_on_signal;
   const auto first = StopOnSignal::from_now_on();

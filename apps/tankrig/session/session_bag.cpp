@@ -92,7 +92,7 @@ class BagContent {
         bag.compressed_image(topic + "/image_raw/compressed", at, frame.camera, "png",
                              read_whole_file(session_.path / frame.file));
       for (const CalibratedCamera& camera : session_.info.cameras)
-        if (camera.name == frame.camera)
+        if (camera.name == frame.camera && !camera.model.port)  // camera_info has no place for a port
           bag.camera_info(topic + "/camera_info", at, frame.camera, camera.model, rectified_.at(camera.name));
     });
   }

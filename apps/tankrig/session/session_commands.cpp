@@ -145,6 +145,11 @@ nlohmann::ordered_json list_json(const Listed& s) {
               {"frames", recorded_frames(s.info)}});
   if (s.info.lux_before) out["lux_before"] = *s.info.lux_before;
   if (s.info.lux_after) out["lux_after"] = *s.info.lux_after;
+  out["lost"] = nlohmann::ordered_json::object();
+  for (const auto& [camera, account] : s.info.account)
+    if (!lost_nothing(s.info.counts, camera, account))
+      out["lost"][camera] = account_line(s.info.counts, camera, account);
+  if (s.info.timing) out["timing"] = timing_json(*s.info.timing);
   return out;
 }
 

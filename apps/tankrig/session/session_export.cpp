@@ -112,8 +112,12 @@ class Export {
   void camera_info() {
     const auto rectified = rectifications(session_);
     for (const CalibratedCamera& camera : session_.info.cameras) {
-      write_camera_file(target("camera_info/" + camera.name + ".yaml"), camera.model, camera.name,
-                        rectified.at(camera.name));
+      const fs::path file = target("camera_info/" + camera.name + ".yaml");
+      if (camera.model.port) {
+        write_camera_file(file, CameraFileFormat::kTankrig, {{camera.name, camera.model, {}, {}}});
+        continue;
+      }
+      write_camera_file(file, camera.model, camera.name, rectified.at(camera.name));
       write_opencv_camera_file(target("camera_info/" + camera.name + ".opencv.yml"), camera.model, camera.name);
     }
   }

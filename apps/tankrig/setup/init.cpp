@@ -1,6 +1,7 @@
 // `tankrig init`: a rig of one's own to edit, complete in one folder.
 #include <cstdio>
 #include <regex>
+#include <sstream>
 
 #include "apps/tankrig/bench/bench_names.hpp"
 #include "apps/tankrig/calibrate/targets.hpp"
@@ -42,9 +43,62 @@ std::string named(const std::string& text, const std::string& name) {
                             std::regex_constants::format_first_only);
 }
 
+/// A row of settings_rows(): its cells.
+std::vector<std::string> cells(const std::string& row) {
+  std::vector<std::string> found;
+  std::size_t from = 2;
+  for (const std::string bar = " | "; found.size() < 3; from += bar.size()) {
+    const std::size_t to = row.find(bar, from);
+    found.push_back(row.substr(from, to - from));
+    from = to;
+  }
+  found.push_back(row.substr(from, row.rfind(" |") - from));
+  return found;
+}
+
+/// What a key may be, and its default: bold if it is one of several words, else behind the semicolon.
+std::string allowed(const std::string& standard, const std::string& expected) {
+  const std::string bold = "**" + standard + "**";
+  if (expected == "true or false") return standard == "true" ? bold + " or false" : "true or " + bold;
+  const std::string words = ", " + expected + ", ";
+  const std::size_t at = words.find(", " + standard + ", ");
+  if (at != std::string::npos) return std::string(expected).replace(at, standard.size(), bold);
+  return standard == "none" ? expected : expected + "; " + standard;
+}
+
+/// Rows of settings_rows() for people: the place of several keys is said once, and so are keys that mean the same.
+std::string grouped(const std::string& rows) {
+  std::string out, place, keys, value, meaning;
+  const auto put = [&] {
+    if (!keys.empty()) out += keys + " | " + value + " | " + meaning + "\n";
+    keys.clear();
+  };
+  std::istringstream lines(rows);
+  for (std::string line; std::getline(lines, line);) {
+    const std::vector<std::string> row = cells(line);
+    const std::string whole = row[0].substr(1, row[0].size() - 2);
+    const std::size_t dot = whole.rfind('.');
+    const std::string parent = dot == std::string::npos ? "" : whole.substr(0, dot);
+    const std::string key = "`" + whole.substr(dot == std::string::npos ? 0 : dot + 1) + "`";
+    const std::string now = allowed(row[1], row[2]);
+    if (parent == place && !keys.empty() && now == value && (row[3] == meaning || row[3] == "likewise")) {
+      keys += ", " + key;
+      continue;
+    }
+    put();
+    if (parent != place) out += "**`" + parent + "`** | |\n";
+    place = parent;
+    keys = key;
+    value = now;
+    meaning = row[3];
+  }
+  put();
+  return out;
+}
+
 std::string rig_keys() {
   const auto table = [](const char* heading, const std::string& rows) {
-    return std::string("## ") + heading + "\n| key | default | expected | |\n|---|---|---|---|\n" + rows;
+    return std::string("## ") + heading + "\nkey | value | meaning\n---|---|---\n" + grouped(rows);
   };
   return table("Rig and scan", rig_key_rows()) + "\n" + table("After the scan", pipeline_key_rows()) + "\n" +
          table("Calibration", settings_rows("targets", kCalibrationTargetKeys)) + "\n" +

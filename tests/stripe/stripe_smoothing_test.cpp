@@ -1,0 +1,69 @@
+// Sigmas of points whose errors their neighbours share, as those of a rough surface or of a lens: from runs of known truth.
+#include "reconstruction/stripe/stripe_smoothing.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace tankrig {
+namespace {
+
+constexpr int kColumns = 640;
+constexpr double kError = 0.2;  // sd of a point [px]
+
+/// A run along y = shape(x) with errors that fall by 1/e over `reach` columns; 0: none shares its own.
+template <class Shape>
+FittedRun run_along(Shape shape, double reach, unsigned seed) {
+  std::mt19937 random(seed);
+  std::normal_distribution<double> normal(0, kError);
+  const double kept = reach > 0 ? std::exp(-1 / reach) : 0;
+  FittedRun run(kColumns);
+  double error = normal(random);
+  for (int x = 0; x < kColumns; ++x) {
+    run[x].peak.column = static_cast<float>(x);
+    run[x].peak.position = static_cast<float>(shape(x) + error);
+    run[x].peak.sigma_px = static_cast<float>(kError);
+    error = kept * error + std::sqrt(1 - kept * kept) * normal(random);
+  }
+  return run;
+}
+
+/// Root mean square of the points' errors over their own sigmas, without smoothing.
+template <class Shape>
+double error_over_sigma(Shape shape, double reach) {
+  constexpr unsigned kSeeds = 20;
+  double sum = 0;
+  int points = 0;
+  for (unsigned seed = 1; seed <= kSeeds; ++seed) {
+    std::vector<FittedRun> runs{run_along(shape, reach, seed)};
+    const std::vector<double> correlations = calibrate_sigmas(runs);
+    smooth_run(runs[0], 0, correlations[0]);
+    for (const RunPoint& p : runs[0]) {
+      sum += std::pow((p.peak.position - shape(p.peak.column)) / p.peak.sigma_px, 2);
+      ++points;
+    }
+  }
+  return std::sqrt(sum / points);
+}
+
+double line(double x) { return 100 + 0.1 * x; }
+double arc(double x) { return 100 + 0.0008 * std::pow(x - kColumns / 2.0, 2); }  // of a sphere's stripe
+
+TEST(StripeSmoothing, SigmasAreHonestWhereErrorsAreIndependent) {
+  EXPECT_NEAR(error_over_sigma(line, 0), 1, 0.06);
+  EXPECT_NEAR(error_over_sigma(arc, 0), 1, 0.06);
+}
+
+TEST(StripeSmoothing, SigmasAreNearlyHonestWhereNeighboursShareTheirErrors) {
+  for (const double reach : {4.0, 8.0}) {
+    const double on_line = error_over_sigma(line, reach), on_arc = error_over_sigma(arc, reach);
+    RecordProperty("error_over_sigma_" + std::to_string(static_cast<int>(reach)), std::to_string(on_line));
+    EXPECT_LT(on_line, 1.3) << reach << " columns";
+    EXPECT_GT(on_line, 0.9) << reach << " columns";
+    EXPECT_NEAR(on_arc, on_line, 0.1) << reach << " columns";
+  }
+}
+
+}  // namespace
+}  // namespace tankrig
