@@ -32,6 +32,8 @@ constexpr int kAll = std::numeric_limits<int>::max();
 constexpr int kCoreReach = 10;         ///< [px] to either side of a white core
 constexpr double kSkirt = 20;          ///< [DN] of the stripe's colour beside its white core
 constexpr double kSignificance = 4.0;  ///< sigmas beyond which a shape is not chance
+constexpr double kBlurred = 0.5;       ///< [DN] noise that leaves no bands of a smooth light's rounding
+constexpr double kBand = 1.5;          ///< [DN] in each channel: more than the height of such a band
 
 void check(const cv::Mat& image, const cv::Mat& background) {
   if (image.empty() || (image.type() != CV_8UC3 && image.type() != CV_8UC1))
@@ -245,12 +247,15 @@ class ColumnDetector {
 
   std::vector<std::vector<FittedPoint>> fit_points(const std::vector<StripeRun>& path) {
     std::vector<std::vector<FittedPoint>> out;
+    double least = 0;
+    if (appearance_.noise < kBlurred)
+      for (const float weight : appearance_.profile) least += kBand * std::abs(weight);
     for (const StripeRun& run : path) {
       out.emplace_back();
       for (const PathPoint& point : run) {
         const ProfileFit fit = fit_point(point, contrast_);
         const bool sure = std::abs(point.candidate.row - sure_rows_[point.column]) < look_.step + 2 * appearance_.sd_px;
-        if (fit.ok && fit.amplitude >= (sure ? kSureProfileSnr : kMinProfileSnr) * fit.amplitude_sigma)
+        if (fit.ok && fit.amplitude >= std::max(least, (sure ? kSureProfileSnr : kMinProfileSnr) * fit.amplitude_sigma))
           out.back().push_back({point, fit});
         else
           ++detection_.statistics.low_snr;

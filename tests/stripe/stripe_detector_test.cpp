@@ -197,6 +197,22 @@ TEST(StripeDetector, ReportsNothingWhereThereIsNoStripe) {
     }
 }
 
+TEST(StripeDetector, TakesTheBandsOfARoundedGlowForNoStripe) {
+  // The water's glow around a beam, in pictures without noise: where it only just reaches the next grey level, it is a line.
+  for (const double over : {0.501, 0.51, 0.52, 0.55, 0.6})
+    for (const double level : {0.0, 1.0, 2.0}) {
+      GeneratedStripe glow;
+      glow.width = 480, glow.height = 360;
+      glow.sd = 40;
+      glow.peak = level + over;
+      GeneratedStripe dark = glow;
+      dark.laser = false;
+      SCOPED_TRACE(testing::Message() << "a glow of " << glow.peak << " DN");
+      EXPECT_EQ(detect_stripe(glow.image(), dark.image(), StripeParameters{}).peaks.size(), 0u);
+      EXPECT_EQ(detect_stripe(glow.image(), {}, StripeParameters{}).peaks.size(), 0u);
+    }
+}
+
 cv::Mat of_wood(cv::Mat image) {
   image.forEach<cv::Vec3b>([](cv::Vec3b& pixel, const int*) { pixel[0] /= 2; });
   return image;
