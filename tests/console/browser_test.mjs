@@ -11,7 +11,7 @@ import { join } from 'node:path'
 import { after, afterEach, before, beforeEach, test } from 'node:test'
 
 import { keep, pictures } from './pictures.mjs'
-import { edit, smallRig, until as within, wholeRig } from './small_rig.mjs'
+import { edit, expectNothingOpen, smallRig, until as within, wholeRig } from './small_rig.mjs'
 import { watch } from './watcher.mjs'
 
 const [rig, program, web, executablePath] = process.argv.slice(2)
@@ -30,12 +30,12 @@ let browser, folder, server, address, small
 
 const launch = () => chromium.launch({ executablePath, args: ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'] })
 
-/** A process, and what it printed. */
+/** A process, what it printed, and its exit code once nobody holds its output: what it started must not outlive it. */
 function serve() {
   const child = spawn(program, ['serve', '--rig', join(folder, 'rig'), '--port', '0'], { cwd: folder, stdio: ['ignore', 'pipe', 'pipe'] })
   child.said = ''
   for (const stream of [child.stdout, child.stderr]) stream.on('data', data => { child.said += data })
-  child.over = new Promise(done => child.on('exit', code => done(code)))
+  child.over = new Promise(done => child.on('close', code => done(code)))
   return child
 }
 
@@ -79,15 +79,17 @@ function skipIfLate(t, what, allowed = mostLate) {
   t.skip(`${what}: skipped because the machine was late: by ${late.toFixed(1)} ms, at most ${allowed.toFixed(1)} ms allowed`)
 }
 
-/** Waits for the sweep. In virtual time it always comes; over wires a machine that is late may end the scan before. */
-async function sweeps(page, t) {
-  await until('the sweep', async () => (await points(page)) > 0 || / (done|ended in part|failed)/.test(await run(page).textContent()))
-  if ((await points(page)) > 0) return true
+/** Waits for what a scan brings. In virtual time it always comes; over wires a machine that is late may end the scan before. */
+async function brings(page, t, what, condition, milliseconds) {
+  const over = async () => / (done|ended in part|failed)/.test(await run(page).textContent())
+  await until(what, async () => (await condition()) || (await over()), milliseconds)
+  if (await condition()) return true
   const said = await page.locator('#log').textContent()
   assert.ok(wires, said)
   skipIfLate(t, said.trim().split('\n').pop())
   return false
 }
+const sweeps = (page, t) => brings(page, t, 'the sweep', async () => (await points(page)) > 0)
 
 before(async () => {
   browser = await launch()
@@ -95,6 +97,7 @@ before(async () => {
   makeRig(program, rig, small)
 })
 after(async () => {
+  expectNothingOpen()
   await browser.close()
   rmSync(join(small, '..'), { recursive: true, force: true })
 })
@@ -292,12 +295,12 @@ test('a scan is started, watched and looked at', async t => {
   await start(page, 'scan', brief)
   if (!(await sweeps(page, t))) return
   const first = await points(page)
-  await until('a growing cloud', async () => (await points(page)) > first + 1000)
+  if (!(await brings(page, t, 'a growing cloud', async () => (await points(page)) > first + 1000))) return
   await page.locator('#cameras img').first().waitFor()
   assert.ok(await page.locator('#cameras img').first().evaluate(image => image.decode().then(() => image.naturalWidth > 100)))
   if (pictures) await until('half a cloud', async () => (await points(page)) > 30_000)
   await keep(page, 'console_scan')
-  await until('the end', async () => (await run(page).textContent()) === 'Scan: done', 2 * patience)
+  if (!(await brings(page, t, 'the end', async () => (await run(page).textContent()) === 'Scan: done', 2 * patience))) return
   assert.equal(await page.locator('#end').textContent(), 'Laser off, arm at rest')
   assert.ok((await points(page)) > 10_000, `${await points(page)} points`)
   await until('the cloud', async () => (await coloured(page.locator('#cloud canvas'))) > 0.01, 5000)

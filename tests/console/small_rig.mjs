@@ -14,6 +14,15 @@ export const until = async (what, condition, milliseconds) => {
   return Date.now() - begin
 }
 
+/** Once no test is left: what still keeps this process after `milliseconds` is named and fails it, where it would wait for ever. */
+export function expectNothingOpen(milliseconds = 30_000) {
+  setTimeout(() => {
+    console.error(`still open after ${milliseconds} ms: ${process.getActiveResourcesInfo().join(', ')}`)
+    console.error(execFileSync('ps', ['-eo', 'pid,ppid,stat,wchan:20,etimes,args'], { encoding: 'utf8' }))
+    process.exit(1)
+  }, milliseconds).unref()
+}
+
 /** Edits a file: each text is there, and is replaced. */
 export function edit(file, ...pairs) {
   let text = readFileSync(file, 'utf8')
