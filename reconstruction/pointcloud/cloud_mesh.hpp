@@ -30,6 +30,12 @@ CloudMesh poisson_mesh(const PointCloud& cloud, int depth, double trim_m);
 /// Errors: InputError if a point has no normal.
 CloudMesh greedy_mesh(const PointCloud& cloud, double edge_m);
 
+/// What the module of PCL's surfaces does, for clouds whose points all have normals.
+struct SurfaceMethods {
+  CloudMesh (*poisson)(const PointCloud& cloud, int depth, double trim_m);
+  CloudMesh (*greedy)(const PointCloud& cloud, double edge_m);
+};
+
 /// .stl (binary), .obj or .ply (binary) by extension; a comment names frame and unit. The file appears whole or not at
 /// all.
 /// Errors: InputError for another extension, a mesh without a triangle, or a file that cannot be written.

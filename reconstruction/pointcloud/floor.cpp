@@ -1,8 +1,7 @@
 #include "reconstruction/pointcloud/floor.hpp"
 
-#include <pcl/sample_consensus/method_types.h>
-#include <pcl/sample_consensus/model_types.h>
-#include <pcl/segmentation/sac_segmentation.h>
+#include <pcl/sample_consensus/ransac.h>
+#include <pcl/sample_consensus/sac_model_perpendicular_plane.h>
 
 #include <cmath>
 
@@ -17,20 +16,21 @@ constexpr std::size_t kLeastPoints = 50;
 /// The largest plane across `up`, its normal upwards.
 std::optional<Plane> largest_plane(const PointCloud& cloud, const Vector3d& up, const FloorSettings& settings) {
   if (cloud.points.size() < kLeastPoints) return std::nullopt;
-  pcl::SACSegmentation<pcl::PointXYZ> segmentation;
-  segmentation.setModelType(pcl::SACMODEL_PERPENDICULAR_PLANE);
-  segmentation.setMethodType(pcl::SAC_RANSAC);
-  segmentation.setAxis(up.cast<float>());
-  segmentation.setEpsAngle(settings.max_tilt);
-  segmentation.setDistanceThreshold(settings.band_m);
-  segmentation.setMaxIterations(500);
-  segmentation.setOptimizeCoefficients(true);
-  segmentation.setInputCloud(to_pcl<pcl::PointXYZ>(cloud));
-  pcl::PointIndices inliers;
-  pcl::ModelCoefficients found;
-  segmentation.segment(inliers, found);
-  if (inliers.indices.size() < kLeastPoints) return std::nullopt;
-  Plane plane{{found.values[0], found.values[1], found.values[2]}, found.values[3]};
+  const auto model =
+      pcl::make_shared<pcl::SampleConsensusModelPerpendicularPlane<pcl::PointXYZ>>(to_pcl<pcl::PointXYZ>(cloud));
+  model->setAxis(up.cast<float>());
+  model->setEpsAngle(settings.max_tilt);
+  pcl::RandomSampleConsensus<pcl::PointXYZ> consensus(model, settings.band_m);
+  consensus.setMaxIterations(500);
+  if (!consensus.computeModel()) return std::nullopt;
+  pcl::Indices inliers;
+  Eigen::VectorXf rough, found;
+  consensus.getInliers(inliers);
+  consensus.getModelCoefficients(rough);
+  model->optimizeModelCoefficients(inliers, rough, found);
+  model->selectWithinDistance(found, settings.band_m, inliers);
+  if (inliers.size() < kLeastPoints) return std::nullopt;
+  const Plane plane{found.head<3>().cast<double>(), found[3]};
   const double sign = plane.normal.dot(up) < 0 ? -1 : 1, length = plane.normal.norm();
   return Plane{sign / length * plane.normal, sign / length * plane.offset};
 }

@@ -13,7 +13,6 @@ PointCloud with_normals(const PointCloud& cloud, double radius_m, const Vector3d
   const auto points = to_pcl<pcl::PointXYZ>(cloud);
   const auto tree = std::make_shared<pcl::search::KdTree<pcl::PointXYZ>>();
   tree->setInputCloud(points);
-  pcl::NormalEstimation<pcl::PointXYZ, pcl::Normal> estimation;
   const Eigen::Vector3f eye = seen_from.cast<float>();
   std::vector<int> neighbours;
   std::vector<float> squared;
@@ -22,7 +21,7 @@ PointCloud with_normals(const PointCloud& cloud, double radius_m, const Vector3d
     tree->radiusSearch((*points)[i], radius_m, neighbours, squared);
     Eigen::Vector4f plane;
     float curvature = 0;
-    if (neighbours.size() < kLeastNeighbours || !estimation.computePointNormal(*points, neighbours, plane, curvature) ||
+    if (neighbours.size() < kLeastNeighbours || !pcl::computePointNormal(*points, neighbours, plane, curvature) ||
         !plane.head<3>().allFinite())
       continue;
     pcl::flipNormalTowardsViewpoint((*points)[i], eye.x(), eye.y(), eye.z(), plane);
