@@ -96,23 +96,29 @@ before(async () => {
   small = join(mkdtempSync(join(tmpdir(), 'tankrig-test-')), rig) // its folder gives it its name
   makeRig(program, rig, small)
 })
-after(async () => {
-  expectNothingOpen()
-  await browser.close()
-  rmSync(join(small, '..'), { recursive: true, force: true })
-})
+/** Of the test before. Called before each, too: node calls no afterEach for a test that skipped itself. */
+async function end() {
+  for (const context of browser.contexts()) await context.close()
+  if (server === undefined) return
+  if (server.exitCode === null && server.signalCode === null) server.kill('SIGINT')
+  await server.over
+  server = undefined
+  rmSync(folder, { recursive: true, force: true, maxRetries: 20, retryDelay: 100 }) // a command may still be closing its session
+}
 beforeEach(async () => {
+  await end()
   folder = mkdtempSync(join(tmpdir(), 'tankrig-test-'))
   cpSync(small, join(folder, 'rig'), { recursive: true })
   witness.enable()
   witness.reset()
   await begin()
 })
-afterEach(async () => {
-  for (const context of browser.contexts()) await context.close()
-  if (server.exitCode === null && server.signalCode === null) server.kill('SIGINT')
-  await server.over
-  rmSync(folder, { recursive: true, force: true, maxRetries: 20, retryDelay: 100 }) // a command may still be closing its session
+afterEach(end)
+after(async () => {
+  expectNothingOpen()
+  await end()
+  await browser.close()
+  rmSync(join(small, '..'), { recursive: true, force: true })
 })
 
 const answer = (path, headers = {}, method = 'GET') =>

@@ -18,7 +18,7 @@ export const until = async (what, condition, milliseconds) => {
 export function expectNothingOpen(milliseconds = 30_000) {
   setTimeout(() => {
     console.error(`still open after ${milliseconds} ms: ${process.getActiveResourcesInfo().join(', ')}`)
-    console.error(execFileSync('ps', ['-eo', 'pid,ppid,stat,wchan:20,etimes,args'], { encoding: 'utf8' }))
+    console.error(execFileSync('ps', ['-o', 'pid,stat,etimes,args', '--ppid', String(process.pid)], { encoding: 'utf8' }))
     process.exit(1)
   }, milliseconds).unref()
 }
