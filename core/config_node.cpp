@@ -8,10 +8,10 @@
 #include <cmath>
 #include <map>
 #include <set>
-#include <sstream>
 
 #include "core/input_error.hpp"
 #include "core/plausible_length.hpp"
+#include "core/range_words.hpp"
 #include "core/regular_file.hpp"
 #include "core/shown_text.hpp"
 
@@ -98,20 +98,6 @@ YAML::Node merged(const YAML::Node& own, const YAML::Node& base, const std::stri
 
 /// By its name a length in metres, and by its value in millimetres.
 bool in_wrong_unit(std::string_view key, double value) { return key.ends_with("_m") && !plausible_length(value); }
-
-std::string in_words(const ConfigNode::Range& range) {
-  std::ostringstream out;
-  const bool low = std::isfinite(range.lower), high = std::isfinite(range.upper);
-  if (low && high)
-    out << "a number from " << range.lower << " to " << range.upper;
-  else if (low)
-    out << "a number of at least " << range.lower;
-  else if (high)
-    out << "a number of at most " << range.upper;
-  else
-    out << "a number";
-  return out.str();
-}
 
 }  // namespace
 

@@ -24,6 +24,7 @@
 #include <utility>
 #include <vector>
 
+#include "console/server/counted_address.hpp"
 #include "console/server/stream.hpp"
 #include "core/input_error.hpp"
 #include "core/shown_text.hpp"
@@ -58,13 +59,6 @@ std::string_view view(beast::string_view text) { return {text.data(), text.size(
 WebRequest::Method method_of(http::verb verb) {
   if (verb == http::verb::get) return WebRequest::Method::kGet;
   return verb == http::verb::post ? WebRequest::Method::kPost : WebRequest::Method::kOther;
-}
-
-/// Whose requests are counted together: one address, or a network of IPv6 that one machine may use all of.
-std::string counted_address(const asio::ip::address& address) {
-  if (!address.is_v6()) return address.to_string();
-  const auto bytes = address.to_v6().to_bytes();
-  return {bytes.begin(), bytes.begin() + 8};
 }
 
 template <class Body>

@@ -24,6 +24,7 @@
 #include "console/server/terminal_program.hpp"
 #include "console/server/web_server.hpp"
 #include "core/input_error.hpp"
+#include "core/shown_text.hpp"
 #include "core/utc.hpp"
 
 namespace tankrig {
@@ -64,7 +65,7 @@ struct Run {
         end(io, ::dup(program.end())) {}
 
   TerminalProgram program;
-  const OfferedCommand& offered;
+  const OfferedCommand offered;  // the rig that it is of may change
   asio::posix::stream_descriptor terminal, feed, end;
   std::string began_utc = utc_now();
   std::vector<std::string> words;
@@ -87,7 +88,8 @@ class Console {
   Console(asio::io_context& io, const ConsoleOptions& options)
       : io_(io),
         options_(options),
-        rig_(options.rig()),
+        chosen_(options.rigs.at(0)),
+        rig_(options.rig(chosen_)),
         server_(io, options.listen,
                 {[this](const std::string& path, auto reply) { get(path, std::move(reply)); },
                  [this](ClientId id) { joined(id); }, [this](ClientId id) { left(id); },
@@ -135,10 +137,13 @@ class Console {
     if (path == "/") return reply({.type = site_file(path)->type, .body = page_with_version()});
     if (const auto file = site_file(path)) return reply({.type = file->type, .body = std::string(file->text)});
     if (path.starts_with("/sessions/")) return reply(session_file(options_.sessions, path.substr(10)));
+    if (const std::size_t end = path.find('/', 1); end != path.npos)
+      if (const auto folder = options_.results.find(path.substr(1, end - 1)); folder != options_.results.end())
+        return reply(session_file(folder->second, path.substr(end + 1)));
     if (path.starts_with("/downloads/"))
       return downloads_.get(path.substr(11), running() && run_->offered.moves, std::move(reply));
     if (path.starts_with("/api/"))
-      if (const auto question = options_.questions.find(path.substr(5)); question != options_.questions.end())
+      if (const auto question = rig_.questions.find(path.substr(5)); question != rig_.questions.end())
         return ask(question->first, question->second, std::move(reply));
     reply(said(404, "There is nothing at this address."));
   }
@@ -149,9 +154,9 @@ class Console {
     command.insert(command.end(), words.begin(), words.end());
     ++questions_;
     try {
-      capture(io_, command, [this, name, reply](const Captured& answer) {
+      capture(io_, command, [this, name, reply, of = chosen_](const Captured& answer) {
         --questions_;
-        keep(name, answer);
+        if (of == chosen_) keep(name, answer);
         if (ordered_json::accept(answer.out))
           reply({.type = "application/json", .body = answer.out});
         else
@@ -189,15 +194,11 @@ class Console {
 
   void joined(ClientId id) {
     const BrowserSession& who = clients_.session(id);
-    ordered_json hello{{"is", "hello"},
-                       {"page", page_version()},
-                       {"you", id},
-                       {"user", who.name()},
-                       {"role", name_of(who.role())},
-                       {"rig", rig_},
-                       {"forms", forms_of(who.role())}};
+    ordered_json hello{{"is", "hello"},      {"page", page_version()},      {"you", id},
+                       {"user", who.name()}, {"role", name_of(who.role())}, {"rigs", options_.rigs}};
+    hello.update(rig_json(who.role()));
     clients_.send(id, text_of(hello), false);
-    ++browsers_;
+    browsers_.insert(id);
     tell_control();
     clients_.send(id, disk_message(), false);
     for (const auto& [question, answer] : known_) clients_.send(id, answer, false);
@@ -211,7 +212,7 @@ class Console {
 
   /// All of them: the page shows what its user may not start, too, and which role may.
   ordered_json forms_of(Role role) const {
-    ordered_json forms = forms_json(options_.offered);
+    ordered_json forms = forms_json(rig_.offered);
     for (ordered_json& form : forms) {
       const std::string act = "run " + form["name"].get<std::string>();
       form["role"] = name_of(least_role(act));
@@ -220,8 +221,12 @@ class Console {
     return forms;
   }
 
+  ordered_json rig_json(Role role) const {
+    return {{"chosen", chosen_}, {"rig", rig_.facts}, {"forms", forms_of(role)}};
+  }
+
   void left(ClientId id) {
-    --browsers_;
+    browsers_.erase(id);
     if (control_.lose(id) && running() && run_->offered.moves) {
       tell_log("The browser in control is gone: stop.\r\n");
       stop_run();
@@ -251,6 +256,7 @@ class Console {
       if (const std::string lacking = lacks(id, "run " + command); !lacking.empty()) return refuse(id, lacking);
     }
     if (starts) return start(id, message);
+    if (what == "rig") return choose_rig(id, text_at(message, "name"));
     if (const auto wish = options_.wishes.find(what); wish != options_.wishes.end())
       return grant(id, wish->second, message);
     if (!running()) return refuse(id, "nothing runs");
@@ -287,7 +293,7 @@ class Console {
   }
 
   void tell_control() {
-    ordered_json message{{"is", "control"}, {"offered", control_.offered()}, {"browsers", browsers_}};
+    ordered_json message{{"is", "control"}, {"offered", control_.offered()}, {"browsers", browsers_.size()}};
     message["holder"] = control_.holder() ? ordered_json(*control_.holder()) : ordered_json();
     message["holder_name"] = control_.holder() ? clients_.session(*control_.holder()).name() : "";
     clients_.send_to_all(text_of(message), false);
@@ -311,8 +317,8 @@ class Console {
   void start(ClientId id, const ordered_json& request) {
     if (running()) return refuse(id, run_->offered.title + " still runs");
     try {
-      const OfferedCommand& offered = command_of(options_.offered, request);
-      std::vector<std::string> words = words_of(options_.offered, request);
+      const OfferedCommand& offered = command_of(rig_.offered, request);
+      std::vector<std::string> words = words_of(rig_.offered, request);
       std::vector<std::string> command{options_.program};
       command.insert(command.end(), words.begin(), words.end());
       run_ = std::make_shared<Run>(io_, command, offered);
@@ -413,8 +419,9 @@ class Console {
     said["utc"] = utc_now();
     const Message message = text_of(said);
     if (kind != "told") {
-      std::erase_if(run_->newest, [&](const auto& known) { return known.first == kind; });
-      run_->newest.emplace_back(kind, message);
+      const std::string of = kind == "plot" ? kind + " " + text_at(said, "plot") : kind;
+      std::erase_if(run_->newest, [&](const auto& known) { return known.first == of; });
+      run_->newest.emplace_back(of, message);
     }
     clients_.send_to_all(message, false, kind == "state" || kind == "progress" ? kind : "");
   }
@@ -431,16 +438,41 @@ class Console {
 
   void look_at_rig() {
     try {
-      rig_ = options_.rig();
-      clients_.send_to_all(text_of({{"is", "rig"}, {"rig", rig_}}), false);
+      rig_ = options_.rig(chosen_);
+      tell_rig();
     } catch (const InputError& e) {
       tell_log(std::string("the rig: ") + e.what() + "\r\n");
     }
   }
 
+  /// What is known of the other one is forgotten, its last run too.
+  void choose_rig(ClientId id, const std::string& name) {
+    if (running()) return refuse(id, run_->offered.title + " still runs");
+    if (std::ranges::find(options_.rigs, name) == options_.rigs.end())
+      return refuse(id, "rig: found '" + shown_text(name) + "', expected one that is offered");
+    try {
+      rig_ = options_.rig(name);
+    } catch (const std::exception& e) {
+      return refuse(id, e.what());
+    }
+    chosen_ = name;
+    known_.clear();
+    run_.reset();
+    tell_rig();
+  }
+
+  void tell_rig() {
+    for (const ClientId browser : browsers_) {
+      ordered_json message{{"is", "rig"}};
+      message.update(rig_json(clients_.session(browser).role()));
+      clients_.send(browser, text_of(message), false);
+    }
+  }
+
   asio::io_context& io_;
   const ConsoleOptions& options_;
-  ordered_json rig_;
+  std::string chosen_;  // its name
+  ConsoleRig rig_;
   WebServer server_;
   Connections& clients_ = server_.clients();
   SessionDownloads downloads_;
@@ -449,7 +481,8 @@ class Console {
   std::map<std::string, Message> known_;  // the last answer to each question that is kept
   Control control_;
   std::shared_ptr<Run> run_;  // the last
-  int browsers_ = 0, questions_ = 0;
+  std::set<ClientId> browsers_;
+  int questions_ = 0;
 };
 
 }  // namespace

@@ -1,4 +1,4 @@
-// The operator's console: one rig, one run at a time, any number of browsers, one of which is in control.
+// The operator's console: one rig and one run at a time, any number of browsers, one of which is in control.
 #pragma once
 
 #include <filesystem>
@@ -14,20 +14,26 @@
 
 namespace tankrig {
 
-struct ConsoleOptions {
-  std::string program;  ///< its path
-  /// What the page says of the rig. Asked at the start and after a run of `calibrates`. Errors: InputError; then what was
-  /// known stays.
-  std::function<nlohmann::ordered_json()> rig;
+struct ConsoleRig {
+  nlohmann::ordered_json facts;  ///< what the page says of it
   std::vector<OfferedCommand> offered;
-  std::string make_safe;   ///< of those, what STOP starts where nothing runs
-  std::string calibrates;  ///< of those, what may change the rig's calibration
   std::map<std::string, std::vector<std::string>>
-      questions;               ///< /api/NAME: words after the program's name that print JSON
-  std::set<std::string> kept;  ///< of those, whose last answer all browsers are told, with its time
+      questions;  ///< /api/NAME: words after the program's name that print JSON
+};
+
+struct ConsoleOptions {
+  std::string program;            ///< its path
+  std::vector<std::string> rigs;  ///< that may be chosen; the first is, at the start
+  /// One of them. Asked when it is chosen, and after a run of `calibrates`. Errors: InputError; then what was known stays.
+  std::function<ConsoleRig(const std::string& name)> rig;
+  std::string make_safe;       ///< of what each offers, what STOP starts where nothing runs
+  std::string calibrates;      ///< likewise, what may change the rig's calibration
+  std::set<std::string> kept;  ///< of the questions, whose last answer all browsers are told, with its time
   /// What the page may have done without a run, by name: done at once, and answered. Errors: InputError, which the page shows.
   std::map<std::string, std::function<nlohmann::ordered_json(const nlohmann::ordered_json&)>> wishes;
   std::filesystem::path sessions;  ///< their folder
+  /// Folders of results, whose files are shown as those of sessions are, by the first part of their address.
+  std::map<std::string, std::filesystem::path> results;
   ListenOptions listen;
 };
 

@@ -25,6 +25,8 @@ inline constexpr std::array kRights{
     Right{"GET /console.js", Role::kWatch},
     Right{"GET /live", Role::kWatch},
     Right{"GET /sessions", Role::kWatch},
+    Right{"GET /benchmarks", Role::kWatch},
+    Right{"GET /experiments", Role::kWatch},
     Right{"GET /downloads", Role::kWatch},
     Right{"GET /api/sessions", Role::kWatch},
     Right{"say stop", Role::kWatch},
@@ -45,6 +47,7 @@ inline constexpr std::array kRights{
     Right{"say take", Role::kOperate},
     Right{"say offer", Role::kOperate},
     Right{"say release", Role::kOperate},
+    Right{"say rig", Role::kOperate},
     Right{"say start", Role::kOperate},
     Right{"say answer", Role::kOperate},
     Right{"say hold", Role::kOperate},
@@ -75,8 +78,8 @@ constexpr bool may(Role role, std::string_view act) { return role >= least_role(
 
 /// The act of asking for a decoded path: "GET /sessions" of all files of sessions.
 inline std::string get_act(std::string_view path) {
-  for (const std::string_view folder : {"/sessions", "/downloads", "/submissions", "/datasets", "/files",
-                                        "/api/datasets", "/api/submissions", "/api/path"})
+  for (const std::string_view folder : {"/sessions", "/benchmarks", "/experiments", "/downloads", "/submissions",
+                                        "/datasets", "/files", "/api/datasets", "/api/submissions", "/api/path"})
     if (path.starts_with(folder) && path.substr(folder.size()).starts_with('/')) path = folder;
   return "GET " + std::string(path);
 }

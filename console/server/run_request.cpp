@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/input_error.hpp"
+#include "core/range_words.hpp"
 #include "core/shown_text.hpp"
 
 namespace tankrig {
@@ -34,14 +35,35 @@ const char* to_string(FieldKind kind) {
 }
 
 [[noreturn]] void refuse(const RunField& field, const ordered_json& value, const std::string& expected) {
-  throw InputError(fmt::format("{}: found {}, expected {}", field.label,
+  throw InputError(fmt::format("{}: found '{}', expected {}", field.label,
                                shown_text(value.dump(-1, ' ', false, ordered_json::error_handler_t::replace)),
                                expected));
 }
 
+bool is_number(const RunField& field) {
+  return field.kind == FieldKind::kNumber || (field.kind == FieldKind::kWord && field.choices.empty());
+}
+
+/// "a number from 0 to 0.1", "a whole number of at least 0".
+std::string expected_number(const RunField& field) {
+  std::string words = in_words(field.range);
+  return field.whole ? words.insert(words.find("number"), "whole ") : words;
+}
+
 std::string number_of(const RunField& field, const ordered_json& value) {
-  if (!value.is_number() || !std::isfinite(value.get<double>())) refuse(field, value, "a number");
-  return fmt::format("{}", value.get<double>());
+  const double number = value.is_number() ? value.get<double>() : std::nan("");
+  if (!std::isfinite(number) || !holds(field.range, number) || (field.whole && number != std::floor(number)))
+    refuse(field, value, expected_number(field));
+  return field.whole ? fmt::format("{:.0f}", number) : fmt::format("{}", number);
+}
+
+/// So that the page refuses it where it is typed.
+ordered_json number_json(const RunField& field) {
+  const auto bound = [](double end) { return std::isfinite(end) ? ordered_json(end) : ordered_json(); };
+  return {{"least", bound(field.range.lower)},
+          {"most", bound(field.range.upper)},
+          {"whole", field.whole},
+          {"expected", expected_number(field)}};
 }
 
 std::string text_of(const RunField& field, const ordered_json& value) {
@@ -92,13 +114,15 @@ ordered_json forms_json(const std::vector<OfferedCommand>& offered) {
   ordered_json forms = ordered_json::array();
   for (const OfferedCommand& command : offered) {
     ordered_json fields = ordered_json::array();
-    for (const RunField& field : command.fields)
+    for (const RunField& field : command.fields) {
       fields.push_back({{"key", field.key},
                         {"label", field.label},
                         {"kind", to_string(field.kind)},
                         {"choices", field.choices},
                         {"help", field.help},
                         {"required", field.required}});
+      if (is_number(field)) fields.back()["number"] = number_json(field);
+    }
     forms.push_back({{"name", command.name},
                      {"title", command.title},
                      {"what", command.what},

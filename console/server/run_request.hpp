@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "core/config_node.hpp"
+
 namespace tankrig {
 
 enum class FieldKind { kText, kNumber, kChoice, kWord, kFolder };
@@ -18,6 +20,8 @@ struct RunField {
       {};  ///< of kChoice and kWord: nothing else is taken. A kWord with none is a number.
   std::string help = {};
   bool required = false;
+  ConfigRange range = {};  ///< of a number, as the command's own options have it
+  bool whole = false;      ///< the number
 };
 
 struct OfferedCommand {

@@ -1,4 +1,4 @@
-// Files below the folder of sessions, as a browser may have them.
+// Files below a folder of sessions or of results, as a browser may have them.
 #pragma once
 
 #include <filesystem>

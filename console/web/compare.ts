@@ -2,12 +2,13 @@
 //
 // Frame: o, the object's; z up. Units: metres.
 import * as THREE from 'three'
-import { byId, make } from './page'
+import { byId, figure, make } from './page'
 import { Fields, fieldsOf } from './ply'
 import { edgesOf, Stage } from './stage'
 
 interface Shown {
   name: string
+  score: string
   fields: Fields
   points: THREE.Points
 }
@@ -31,6 +32,20 @@ function meshOf(text: string): { vertices: number[][]; triangles: number[][] } {
     }
   }
   return { vertices, triangles }
+}
+
+interface Score {
+  mean_error_m: number | null
+  coverage: number | null
+  outliers: number | null
+}
+
+/** Its figures, so that sessions compare; nothing where it has none. */
+async function scoreOf(file: string): Promise<string> {
+  const answer = await fetch(file)
+  if (!answer.ok) return ''
+  const score = (await answer.json()) as Score
+  return `; mean error ${figure(score.mean_error_m, 1e3, 2, 'mm')}, coverage ${figure(score.coverage, 100, 1, '%')}, outliers ${figure(score.outliers, 100, 2, '%')} `
 }
 
 export class Compare {
@@ -79,7 +94,7 @@ export class Compare {
     geometry.setAttribute('position', new THREE.BufferAttribute(positions, 3))
     geometry.setAttribute('color', new THREE.BufferAttribute(new Uint8Array(3 * n), 3, true))
     const points = new THREE.Points(geometry, new THREE.PointsMaterial({ size: 2, sizeAttenuation: false, vertexColors: true }))
-    this.shown.push({ name, fields, points })
+    this.shown.push({ name, score: await scoreOf(`${place}/results/${method}.json`), fields, points })
     this.stage.world.add(points)
     if (!this.hasMesh) await this.addMesh(place)
     this.paint()
@@ -136,7 +151,7 @@ export class Compare {
         })
         const swatch = make('span', { className: 'swatch' })
         swatch.style.background = own[index % own.length]
-        return make('li', {}, swatch, make('label', {}, seen, ` ${cloud.name}: ${cloud.fields.x.length} points shown `), away)
+        return make('li', {}, swatch, make('label', {}, seen, ` ${cloud.name}: ${cloud.fields.x.length} points shown${cloud.score}`), away)
       }),
     )
     this.say()

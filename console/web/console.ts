@@ -4,8 +4,9 @@ import { Cloud, SceneMessage } from './cloud'
 import { Compare } from './compare'
 import { Corners, ToClick } from './corners'
 import { Judged, judgedCamera, JudgedMessage } from './judged'
-import { ask, byId, make, shown, Terminal } from './page'
+import { ask, byId, figure, make, shown, Terminal } from './page'
 import { PathView } from './path'
+import { addressOf, reportFrame } from './report'
 import { showSessions } from './sessions'
 import { Known, RigFacts, State } from './state'
 
@@ -16,6 +17,7 @@ interface Field {
   choices: string[]
   help: string
   required: boolean
+  number?: { least: number | null; most: number | null; whole: boolean; expected: string }
 }
 interface Form {
   name: string
@@ -32,14 +34,18 @@ interface Rig extends RigFacts {
   version: string
   click: ToClick | null
 }
-interface Hello {
+interface RigChoice {
+  chosen: string // its name
+  rig: Rig
+  forms: Form[]
+}
+interface Hello extends RigChoice {
   is: 'hello'
   page: string
   you: number
   user: string
   role: 'watch' | 'operate' | 'administer'
-  rig: Rig
-  forms: Form[]
+  rigs: string[] // that may be chosen
 }
 interface Run {
   is: 'run'
@@ -51,6 +57,13 @@ interface Run {
   stopping: boolean
   began_utc: string
   exit_code: number | null
+}
+interface ScoreOf {
+  method: string
+  mean_error_m: number | null
+  coverage: number | null
+  coverage_of_ceiling: number | null
+  outliers: number | null
 }
 interface Feed {
   is: 'feed'
@@ -67,11 +80,11 @@ type Message =
   | { is: 'refused'; why: string }
   | { is: 'granted'; wish: string; answer: { file: string } }
   | { is: 'alive'; utc: string }
-  | { is: 'rig'; rig: Rig }
+  | ({ is: 'rig' } & RigChoice)
   | ({ is: 'known' } & Known)
   | { is: 'disk'; utc: string; free_bytes?: number; bytes?: number }
 
-const old = 1000 // [ms] without a sign of life
+const old = 800 // [ms] without a sign of life; four come in a second
 const stopOnItsWay = 'STOP is on its way; wait for the devices to confirm.'
 const holdEvery = 100 // [ms]; the server lets go after 400
 
@@ -82,9 +95,12 @@ const path = new PathView(byId('path'), () => byId('form').querySelector<HTMLSel
 const judged = new Judged()
 const state = new State()
 const pictures = new Map<string, HTMLImageElement>()
+const plots = new Map<string, HTMLImageElement>()
+let report: string | undefined // the page that the run has left
 let socket: WebSocket | undefined
 let you = 0
 let role: Hello['role'] = 'watch'
+let chosenRig = '' // its name
 let forms: Form[] = []
 let toClick: ToClick | null = null
 let corners: Corners | undefined
@@ -123,6 +139,7 @@ function connect(): void {
   socket.addEventListener('close', () => {
     holder = null
     showControl()
+    showAge()
     void explainRefusal()
     setTimeout(connect, 1000)
   })
@@ -157,13 +174,14 @@ function checkVersion(server: string): void {
 }
 byId('outdated').querySelector('button')?.addEventListener('click', () => location.reload())
 
-setInterval(() => {
+function showAge(): void {
   const age = Date.now() - heard
-  const lost = heard === 0 || age > old
+  const lost = heard === 0 || age > old || socket?.readyState !== WebSocket.OPEN
   document.body.classList.toggle('stale', lost)
   byId('connection').textContent = !lost ? 'connected' : heard === 0 ? 'connecting' : `connection lost: what is shown is ${(age / 1000).toFixed(0)} s old`
   byId('connection').className = lost ? 'bad' : ''
-}, 200)
+}
+setInterval(showAge, 100)
 
 // What the server says.
 
@@ -172,16 +190,14 @@ function take(message: Message): void {
     case 'hello':
       checkVersion(message.page)
       you = message.you
-      forms = message.forms
       role = message.role
       byId('leave').hidden = message.user === ''
       byId('leave').title = `${message.user} may ${message.role}`
       state.allow(role !== 'watch')
-      takeRig(message.rig)
-      state.run(false, true)
-      void state.askLast()
-      if (byId<HTMLSelectElement>('command').length === 0) chooseForms()
+      offerRigs(message.rigs)
+      takeRig(message)
       forget()
+      state.run(false, true)
       break
     case 'control':
       holder = message.holder
@@ -212,7 +228,7 @@ function take(message: Message): void {
       state.alive(message.utc)
       break
     case 'rig':
-      takeRig(message.rig)
+      takeRig(message)
       break
     case 'known':
       state.known(message)
@@ -231,14 +247,36 @@ function takeRun(message: Run): void {
   showRun()
 }
 
-function takeRig(rig: Rig): void {
+function takeRig(choice: RigChoice): void {
+  const { rig } = choice
+  forms = choice.forms
   toClick = rig.click
   byId('rig').textContent = rig.name
   byId('rig').title = `${rig.description} (tankrig ${rig.version})`
   document.title = `${rig.name} - tankrig console`
   say('calibration', rig.calibration, rig.warnings.length > 0 ? 'bad' : '')
   byId('calibration').title = rig.warnings.join('; ')
+  const other = choice.chosen !== chosenRig
+  chosenRig = choice.chosen
+  if (other) forgetRig()
   state.know(rig)
+}
+
+function offerRigs(rigs: string[]): void {
+  const choice = byId<HTMLSelectElement>('rigs')
+  choice.replaceChildren(...rigs.map(name => make('option', { value: name }, name.split('/').filter(part => part).pop() ?? name)))
+  choice.closest('label')!.hidden = rigs.length < 2
+}
+
+/** Of the one before. */
+function forgetRig(): void {
+  byId<HTMLSelectElement>('rigs').value = chosenRig
+  corners = undefined
+  byId('corners').replaceChildren()
+  forget()
+  chooseForms()
+  state.run(false, true)
+  state.forgetDevices()
 }
 
 /** A new run has nothing of the last one. */
@@ -248,10 +286,12 @@ function forget(): void {
   terminal.clear()
   log.textContent = ''
   cloud.clear()
-  for (const id of ['cloud-box', 'look']) byId(id).hidden = true
+  for (const id of ['cloud-box', 'look', 'look-report', 'plots-box', 'report-box']) byId(id).hidden = true
   for (const id of ['stage', 'end', 'cloud-says']) say(id, '')
-  byId('cameras').replaceChildren()
+  for (const id of ['cameras', 'plots', 'report-box', 'scores']) byId(id).replaceChildren()
   pictures.clear()
+  plots.clear()
+  report = undefined
   judged.clear()
   byId<HTMLProgressElement>('progress').value = 0
   say('laser', '--')
@@ -278,7 +318,18 @@ function fed(message: Feed): void {
       cloud.setScene(message as unknown as SceneMessage)
       break
     case 'judged':
+      if (cloud.count === 0) byId('cloud-box').hidden = true // it stays empty
       judged.show(message as unknown as JudgedMessage)
+      break
+    case 'scores':
+      showScores(message.scores as ScoreOf[])
+      break
+    case 'plot':
+      showPlot(String(message.plot), String(message.title), String(message.svg))
+      break
+    case 'report':
+      report = addressOf(String(message.file))
+      byId('look-report').hidden = report === undefined
       break
     case 'told':
       if (message.level === 'warning') warn(String(message.text))
@@ -315,8 +366,30 @@ function showPicture(name: string, jpeg: Uint8Array): void {
     pictures.set(name, image)
     byId('cameras').append(make('figure', { className: 'box' }, make('figcaption', {}, name), image))
   }
+  renew(image, new Blob([jpeg.slice()], { type: 'image/jpeg' }))
+}
+
+function showScores(scores: ScoreOf[]): void {
+  const head = make('tr', {}, ...['method', 'mean error', 'coverage', 'of ceiling', 'outliers'].map(title => make('th', { scope: 'col' }, title)))
+  const rows = scores.map(s => make('tr', {}, make('th', { scope: 'row' }, s.method.replace('_', ' ')),
+    ...[figure(s.mean_error_m, 1e3, 2, 'mm'), figure(s.coverage, 100, 1, '%'), figure(s.coverage_of_ceiling, 100, 1, '%'), figure(s.outliers, 100, 2, '%')].map(text => make('td', { className: 'number' }, text))))
+  byId('scores').replaceChildren(make('table', {}, make('thead', {}, head), make('tbody', {}, ...rows)))
+}
+
+function showPlot(name: string, title: string, svg: string): void {
+  let image = plots.get(name)
+  if (!image) {
+    image = make('img', { alt: `${title}: curves of what is measured so far` })
+    plots.set(name, image)
+    byId('plots').append(make('figure', {}, make('figcaption', {}, title), image))
+    byId('plots-box').hidden = false
+  }
+  renew(image, new Blob([svg], { type: 'image/svg+xml' }))
+}
+
+function renew(image: HTMLImageElement, data: Blob): void {
   const before = image.src
-  image.src = URL.createObjectURL(new Blob([jpeg.slice()], { type: 'image/jpeg' }))
+  image.src = URL.createObjectURL(data)
   if (before) URL.revokeObjectURL(before)
 }
 
@@ -331,6 +404,7 @@ function showControl(): void {
   for (const id of ['begin', 'answer-form'])
     for (const part of byId(id).querySelectorAll<HTMLButtonElement | HTMLInputElement>('button, input')) part.disabled = !yours || (id === 'begin' ? !chosen()?.granted || (runs() && !run?.hold) : !runs())
   const form = chosen()
+  byId<HTMLSelectElement>('rigs').disabled = !yours || runs()
   for (const input of byId('form').querySelectorAll<HTMLInputElement | HTMLSelectElement>('input, select')) input.disabled = !form?.granted
   byId('why-not').textContent = form && !form.granted ? `This needs the role ${form.role}; yours is ${role}.` : !yours ? 'Take control to start it.' : ''
 }
@@ -382,10 +456,16 @@ byId('take').addEventListener('click', () => tell({ do: holder === you ? 'offer'
 
 function chooseForms(): void {
   const command = byId<HTMLSelectElement>('command')
+  const before = command.value
   command.replaceChildren(...forms.map(form => make('option', { value: form.name }, form.title)))
-  command.addEventListener('change', showForm)
+  if (forms.some(form => form.name === before)) command.value = before
   showForm()
 }
+byId('command').addEventListener('change', () => showForm())
+byId('rigs').addEventListener('change', () => {
+  tell({ do: 'rig', name: byId<HTMLSelectElement>('rigs').value })
+  byId<HTMLSelectElement>('rigs').value = chosenRig // until the server says so
+})
 
 /** A wish of another view: its form is filled in and started. */
 function begin(command: string, given: Record<string, string>): void {
@@ -411,8 +491,25 @@ function fieldOf(field: Field): HTMLElement {
   const input = list
     ? make('select', { name }, ...(field.required ? [] : [make('option', { value: '' }, 'as the rig file says')]), ...field.choices.map(c => make('option', { value: c }, label(c))))
     : make('input', { name, type: field.kind === 'text' || field.kind === 'folder' ? 'text' : 'number', required: field.required })
-  if (input instanceof HTMLInputElement && input.type === 'number') input.step = 'any'
-  return make('label', {}, field.label, ' ', input, ...(field.help ? [make('small', {}, field.help)] : []))
+  const notes: HTMLElement[] = field.help ? [make('small', {}, field.help)] : []
+  if (input instanceof HTMLInputElement && field.number) notes.push(refusing(input, field.number))
+  return make('label', {}, field.label, ' ', input, ...notes)
+}
+
+/** Refuses a number where it is typed, in the words in which the command would; returns the place for them. */
+function refusing(input: HTMLInputElement, { least, most, whole, expected }: NonNullable<Field['number']>): HTMLElement {
+  const says = make('small', { className: 'bad' })
+  says.setAttribute('role', 'status')
+  input.step = 'any'
+  input.addEventListener('input', () => {
+    const value = input.valueAsNumber
+    const fits = input.value === '' ? !input.validity.badInput : value >= (least ?? -Infinity) && value <= (most ?? Infinity) && (!whole || Number.isInteger(value))
+    const found = input.validity.badInput ? 'no number' : `'${input.value}'`
+    says.textContent = fits ? '' : `found ${found}, expected ${expected}`
+    input.setCustomValidity(says.textContent)
+    input.setAttribute('aria-invalid', String(!fits))
+  })
+  return says
 }
 
 function showForm(): void {
@@ -534,8 +631,27 @@ function show(view: string, newest = false): void {
   if (view === 'corners') showCorners()
   if (view === 'rig-view') void showRig()
 }
-for (const tab of tabs) tab.addEventListener('click', () => show(tab.dataset.view ?? ''))
+tabs.forEach((tab, i) => {
+  const view = tab.dataset.view ?? ''
+  tab.id = `tab-${view}`
+  tab.setAttribute('aria-controls', view)
+  byId(view).setAttribute('aria-labelledby', tab.id)
+  tab.addEventListener('click', () => show(view))
+  tab.addEventListener('keydown', event => {
+    const step = event.key === 'ArrowRight' ? 1 : event.key === 'ArrowLeft' ? tabs.length - 1 : 0
+    const next = tabs[(i + step) % tabs.length]
+    if (step === 0) return
+    next.focus()
+    show(next.dataset.view ?? '')
+  })
+})
 byId('look').addEventListener('click', () => show('sessions', true))
+byId('look-report').addEventListener('click', () => {
+  if (report === undefined) return
+  byId('report-box').hidden = false
+  byId('report-box').replaceChildren(make('h2', {}, 'Report'), reportFrame(report, 'Report'))
+  byId('report-box').scrollIntoView({ block: 'start' })
+})
 
 function darken(dark: boolean): void {
   document.body.classList.toggle('dark', dark)

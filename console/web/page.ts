@@ -21,6 +21,9 @@ export function byId<T extends HTMLElement = HTMLElement>(id: string): T {
 /** Never "-0.00". */
 export const degrees = (value: number) => `${(Math.round(100 * value) / 100 + 0).toFixed(2)}°`
 
+/** "0.15 mm", or that there is none. */
+export const figure = (value: number | null, factor: number, digits: number, unit: string) => (value === null ? 'none' : `${(factor * value).toFixed(digits)} ${unit}`)
+
 const words = (key: string) => key.replace(/_/g, ' ')
 
 function plain(value: unknown): string {
@@ -29,9 +32,16 @@ function plain(value: unknown): string {
   return value === null || value === undefined ? '--' : String(value)
 }
 
-function cell(value: unknown): HTMLTableCellElement {
+/** What a person must see at once: verdicts, and what is refused. The words say the same as the colours. */
+function judgement(key: string, value: unknown): string {
+  if (key === 'verdict') return value === 'bad' ? 'bad' : value === 'good' ? 'good' : ''
+  return (key === 'refused' && value === true) || (key === 'can_run' && value === false) ? 'bad' : ''
+}
+
+function cell(key: string, value: unknown): HTMLTableCellElement {
   const td = make('td', { className: typeof value === 'number' ? 'number' : '' })
-  td.append(typeof value === 'object' && value !== null ? shown(value) : plain(value))
+  const judged = judgement(key, value)
+  td.append(typeof value === 'object' && value !== null ? shown(value) : judged ? make('strong', { className: judged }, plain(value)) : plain(value))
   return td
 }
 
@@ -42,11 +52,11 @@ export function shown(value: unknown): HTMLElement {
     if (value.every(v => typeof v !== 'object' || v === null)) return make('span', {}, value.map(plain).join(', '))
     const keys = [...new Set(value.flatMap(v => (typeof v === 'object' && v !== null ? Object.keys(v) : [])))]
     const head = make('tr', {}, ...keys.map(k => make('th', {}, words(k))))
-    const rows = value.map(v => make('tr', {}, ...keys.map(k => cell((v as Record<string, unknown>)[k]))))
+    const rows = value.map(v => make('tr', {}, ...keys.map(k => cell(k, (v as Record<string, unknown>)[k]))))
     return make('div', { className: 'scroll' }, make('table', {}, make('thead', {}, head), make('tbody', {}, ...rows)))
   }
   if (typeof value === 'object' && value !== null) {
-    const rows = Object.entries(value).map(([k, v]) => make('tr', {}, make('th', { scope: 'row' }, words(k)), cell(v)))
+    const rows = Object.entries(value).map(([k, v]) => make('tr', {}, make('th', { scope: 'row' }, words(k)), cell(k, v)))
     return make('table', {}, make('tbody', {}, ...rows))
   }
   return make('span', {}, plain(value))

@@ -1,6 +1,7 @@
 // The list of sessions, and one of them: its report, its frames in time, its files.
 import { csvOf } from './ply'
 import { ask, byId, degrees, make } from './page'
+import { reportFrame } from './report'
 
 interface Listed {
   session: string
@@ -83,10 +84,6 @@ async function downloadCsv(folder: string, method: string, place: HTMLElement): 
   setTimeout(() => URL.revokeObjectURL(url), 60_000)
 }
 
-/** A report may open nothing itself; it asks for a file of its own session. Of the report that is shown. */
-let opens: ((event: MessageEvent) => void) | undefined
-window.addEventListener('message', event => opens?.(event))
-
 /** Starts a command of the forms. */
 type Begin = (command: string, given: Record<string, string>) => void
 type ShowCloud = (session: string, method: string) => void
@@ -120,14 +117,9 @@ async function open(folder: string, place: HTMLElement, begin: Begin, showCloud:
     button.addEventListener('click', () => download(`/downloads/${encodeURIComponent(folder)}.${kind}`, said))
     downloads.append(button)
   }
-  const report = make('iframe', { title: `Report of ${folder}`, src: at(folder, 'report.html') })
+  const report = reportFrame(at(folder, 'report.html'), `Report of ${folder}`)
   const reported = await fetch(report.src)
   void reported.body?.cancel()
-  report.setAttribute('sandbox', 'allow-scripts')
-  opens = event => {
-    const file = event.source === report.contentWindow ? (event.data as { open?: unknown } | null)?.open : undefined
-    if (typeof file === 'string' && /^(clouds|results)\/[\w.-]+$/.test(file)) make('a', { href: at(folder, file), target: '_blank', rel: 'noopener' }).click()
-  }
   place.replaceChildren(
     make('div', { className: 'box' }, make('h2', {}, folder), line, wishes, downloads, said),
     make('div', { className: 'box' }, make('h2', {}, 'Report'), reported.ok ? report : 'There is none: the scan was not reconstructed. "Reconstruct anew" makes one.'),
@@ -142,10 +134,18 @@ const shownAs: Record<string, (value: unknown) => string> = {
 }
 const columns = ['session', 'status', 'created_utc', 'rig', 'lux_before', 'operator', 'frames']
 
+/** One word of a search: "lux>100" and "lux<200" compare, any other is to be found somewhere in what is known. */
+function fits(s: Listed, word: string): boolean {
+  const [, sign, limit] = /^lux([<>])([\d.]+)$/.exec(word) ?? []
+  if (!sign) return JSON.stringify(s).toLowerCase().includes(word)
+  const lux = Number(s.lux_before ?? s.lux_after ?? NaN)
+  return sign === '<' ? lux < Number(limit) : lux > Number(limit)
+}
+
 /** `newest`: is opened at once. */
 export async function showSessions(begin: Begin, showCloud: ShowCloud, newest = false): Promise<void> {
   const view = byId('sessions')
-  const filter = make('input', { type: 'search', placeholder: 'rig, date, operator, status' })
+  const filter = make('input', { type: 'search', placeholder: 'rig, date, operator, status, lux>100' })
   const place = make('div')
   const body = make('tbody')
   const says = make('p')
@@ -165,7 +165,7 @@ export async function showSessions(begin: Begin, showCloud: ShowCloud, newest = 
   }
   const show = () => {
     const wanted = filter.value.toLowerCase().split(/\s+/).filter(w => w)
-    const found = all.filter(s => wanted.every(w => JSON.stringify(s).toLowerCase().includes(w))).reverse() // the newest first
+    const found = all.filter(s => wanted.every(word => fits(s, word))).reverse() // the newest first
     says.textContent = all.length === 0 ? 'There are no sessions yet.' : `${found.length} of ${all.length} sessions`
     body.replaceChildren(
       ...found.map(s => {

@@ -141,6 +141,17 @@ export class State {
     if (ended) void this.askLast()
   }
 
+  /** What devices and sessions of another rig have said. */
+  forgetDevices(): void {
+    this.arm = this.doctor = this.session = []
+    for (const card of ['Arm', 'Laser', 'Cameras', 'Real time', 'Light'] as const) {
+      this.facts.delete(card)
+      this.places.get(card)?.body.replaceChildren('--')
+      this.places.get(card)?.from.replaceChildren('not known')
+    }
+    this.drawTroubles()
+  }
+
   private forget(): void {
     this.troubles = []
     this.lost = {}
@@ -175,7 +186,9 @@ export class State {
   }
 
   know(rig: RigFacts): void {
+    const other = this.rig?.name !== rig.name
     this.rig = rig
+    if (other) void this.askLast()
     const made = rig.calibration_made_utc
     const verdict = rig.calibration_verdict
     this.put('Calibration', '', '', [
@@ -207,7 +220,7 @@ export class State {
     }
     if (what === 'doctor') {
       const findings = (answer as { findings?: Finding[] } | null)?.findings ?? []
-      const bad = findings.filter(f => f.verdict === 'bad' || f.verdict === 'not there')
+      const bad = findings.filter(f => f.verdict === 'bad' || (f.verdict === 'not there' && f.cure !== ''))
       this.doctor = bad.map(f => ({ text: `${f.what}: ${f.measured}`, cure: f.cure, from: 'doctor', at }))
       if (failure) this.doctor.push({ text: failure, cure: '', from: 'doctor', at })
       const latency = findings.find(f => f.what.includes('latency'))
@@ -290,7 +303,7 @@ export class State {
     const place = this.places.get(card)
     if (!fact || !place) return
     const since = this.now - fact.at
-    const live = (fact.from === 'the run' && this.running && since < fresh) || (fact.from === 'this server' && since < 2 * fresh)
+    const live = ((fact.from === 'the run' || fact.from === 'the lux meter') && this.running && since < fresh) || (fact.from === 'this server' && since < 2 * fresh)
     place.from.textContent = fact.from === '' ? '' : live ? 'live' : `${fact.from}, ${age(since)} ago`
     place.body.classList.toggle('old', fact.from !== '' && !live)
     const made = place.body.querySelector<HTMLElement>('p.age')

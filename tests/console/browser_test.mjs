@@ -1,8 +1,8 @@
 // The console as an operator meets it: `tankrig serve` and a browser. Arguments: rig, program, folder with node_modules,
 // browser.
 import assert from 'node:assert/strict'
-import { execFileSync, spawn } from 'node:child_process'
-import { cpSync, existsSync, mkdirSync, mkdtempSync, readdirSync, readFileSync, rmSync } from 'node:fs'
+import { execFileSync, spawn, spawnSync } from 'node:child_process'
+import { cpSync, existsSync, mkdirSync, mkdtempSync, readdirSync, readFileSync, renameSync, rmSync, writeFileSync } from 'node:fs'
 import http from 'node:http'
 import { createRequire } from 'node:module'
 import { tmpdir } from 'node:os'
@@ -296,8 +296,122 @@ test('the path of a scan is drawn before it runs, with its clearance', { skip: w
   assert.deepEqual(page.bad, [])
 })
 
+test('a number out of range is refused where it is typed, in the words of the command', { skip: wires && 'the form is the same' }, async () => {
+  const page = await open()
+  const refused = words => spawnSync(program, ['scan', '--rig', join(folder, 'rig'), ...words], { cwd: folder, encoding: 'utf8' }).stderr
+  const field = name => page.locator(`[name=${name}]`)
+  const note = name => page.locator(`label:has([name=${name}]) .bad`)
+  await page.getByRole('button', { name: 'Take control' }).click()
+  await page.locator('#control', { hasText: 'yours' }).waitFor()
+  for (const [name, bad, good] of [['light', '-0.1', '1'], ['noise', '7', '0.02'], ['lux', '20000000', '150']]) {
+    const input = field(name)
+    await input.fill(bad)
+    const said = await note(name).textContent()
+    assert.match(said, /^found '.*', expected a number from \d/)
+    const [found, expected] = said.split(', expected ')
+    const words = refused([`--${name}=${bad}`])
+    assert.ok(words.includes(`--${name}: ${found}, `) && words.includes(expected), words)
+    await page.locator('#start').click()
+    assert.equal(await input.evaluate(element => element === document.activeElement), true, 'the browser leads to it')
+    await input.fill(good)
+    assert.equal(await note(name).textContent(), '')
+  }
+  await field('seed').fill('1.5')
+  assert.equal(await note('seed').textContent(), "found '1.5', expected a whole number of at least 0")
+  await page.locator('#start').click()
+  assert.equal(await run(page).textContent(), 'nothing runs')
+  assert.deepEqual(sessions(), [])
+})
+
+/** Texts whose contrast is below what WCAG 2.1 AA asks for, and controls without a name. */
+const hardToUse = page => page.evaluate(() => {
+  const parse = colour => (/rgba?\(([^)]+)\)/.exec(colour)?.[1].split(/[ ,/]+/).map(Number) ?? [0, 0, 0, 0])
+  const over = ([r, g, b, a = 1], [R, G, B]) => [r * a + R * (1 - a), g * a + G * (1 - a), b * a + B * (1 - a)]
+  const light = rgb => rgb.map(c => (c / 255 <= 0.03928 ? c / 255 / 12.92 : ((c / 255 + 0.055) / 1.055) ** 2.4)).reduce((sum, c, i) => sum + c * [0.2126, 0.7152, 0.0722][i], 0)
+  const behind = element => {
+    const layers = []
+    for (let at = element; at; at = at.parentElement) layers.push(parse(getComputedStyle(at).backgroundColor))
+    return layers.reverse().reduce((under, layer) => over(layer, under), [255, 255, 255])
+  }
+  const found = []
+  const texts = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT)
+  while (texts.nextNode()) {
+    const element = texts.currentNode.parentElement
+    if (!texts.currentNode.textContent.trim() || !element.checkVisibility() || element.closest('option, script, svg, :disabled')) continue
+    const style = getComputedStyle(element), ground = behind(element)
+    let clear = 1
+    for (let at = element; at; at = at.parentElement) clear *= Number(getComputedStyle(at).opacity)
+    const [r, g, b] = parse(style.color)
+    const [more, less] = [light(over([r, g, b, clear], ground)), light(ground)].sort((p, q) => q - p)
+    const contrast = (more + 0.05) / (less + 0.05)
+    const large = parseFloat(style.fontSize) >= 24 || (parseFloat(style.fontSize) >= 18.66 && Number(style.fontWeight) >= 700)
+    if (contrast < (large ? 3 : 4.5)) found.push(`${texts.currentNode.textContent.trim().slice(0, 40)}: ${contrast.toFixed(1)}`)
+  }
+  for (const element of document.querySelectorAll('button, input, select, iframe, img, canvas, progress')) {
+    const name = element.getAttribute('aria-label') || element.getAttribute('alt') || element.title || element.labels?.[0]?.textContent || element.closest('label')?.textContent || (element.tagName === 'BUTTON' && element.textContent)
+    if (element.checkVisibility() && !name) found.push(`${element.outerHTML.slice(0, 80)}: no name`)
+  }
+  return found
+})
+
+test('what is bad stands out, and all can be read, in a dark room too', { skip: wires && 'the page is the same' }, async () => {
+  const page = await open()
+  const finding = (what, verdict, more = {}) => ({ what, verdict, measured: 'as it is', cure: '', refused: false, ...more })
+  await page.route('**/api/doctor', route => route.fulfill({ json: { rig: 'tank', can_run: false, findings: [finding('kernel', 'good'), finding('disk', 'bad', { cure: 'another disk', refused: true }), finding('governor', 'not there')] } }))
+  await page.getByRole('tab', { name: 'Run' }).focus()
+  await page.keyboard.press('ArrowLeft')
+  assert.equal(await page.getByRole('tabpanel', { name: 'Rig' }).isVisible(), true, 'tabs by arrow keys')
+  const strong = kind => page.locator(`#rig-view strong.${kind}`).allTextContents()
+  for (const dark of [false, true]) {
+    if (dark) await page.getByRole('button', { name: 'Dark room' }).click()
+    for (const tab of ['Run', 'Sessions', 'Clouds', 'Corners', 'Rig']) {
+      await page.getByRole('tab', { name: tab }).click()
+      if (tab === 'Rig') {
+        await page.getByRole('button', { name: 'What this machine and rig can do' }).click()
+        await page.getByText('another disk').waitFor()
+        assert.deepEqual([await strong('bad'), await strong('good')], [['no', 'bad', 'yes'], ['good']])
+      }
+      assert.deepEqual(await hardToUse(page), [], `${tab}${dark ? ', dark' : ''}`)
+    }
+  }
+})
+
+test('an experiment shows its plots as they come, and its report', { skip: wires && 'the simulated tank says enough' }, async () => {
+  server.kill('SIGINT')
+  await server.over
+  const measure = '<startOn><type>onInit</type></startOn><stopOn><type>never</type></stopOn>'
+  mkdirSync(join(folder, 'benchmarks'))
+  writeFileSync(join(folder, 'benchmarks/levels.xml'), `<benchmark><measures><reconstruction3D detailedResultsToGlobals="true"><name>laser</name><target>object</target><topic>laser</topic><from>base</from>${measure}</reconstruction3D></measures>${measure}<function>laser.coverage</function><sceneUpdater><luxUpdater><level>30</level><level>150</level><interval>0</interval></luxUpdater></sceneUpdater></benchmark>\n`)
+  await begin()
+  const page = await open()
+  await page.getByRole('button', { name: 'Take control' }).click()
+  await page.locator('#control', { hasText: 'yours' }).waitFor()
+  await page.locator('#command').selectOption('experiment')
+  await page.getByLabel('Benchmark file').selectOption('levels.xml')
+  await page.locator('#start').click()
+  const coverage = page.getByAltText(/^coverage/).first()
+  await coverage.waitFor({ timeout: 3 * patience })
+  assert.match(await run(page).textContent(), /runs$/, 'a plot of the first level, while the second is recorded')
+  const first = await coverage.getAttribute('src')
+  await until('the end', async () => (await run(page).textContent()) === 'Experiment: done', 3 * patience)
+  assert.notEqual(await coverage.getAttribute('src'), first)
+  assert.ok(await coverage.evaluate(image => image.decode().then(() => image.naturalWidth > 100)))
+  const later = await open()
+  await later.getByAltText(/^coverage/).first().waitFor()
+  await page.getByRole('button', { name: 'Look at the report' }).click()
+  const report = page.frameLocator('#report-box iframe')
+  await report.getByText('levels').first().waitFor()
+  await keep(page, 'console_experiment')
+  const frame = page.frames().find(at => at.url().endsWith('/experiments/levels/report.html'))
+  await frame.evaluate(() => parent.postMessage({ open: '../../sessions/x/report.html' }, '*'))
+  const [opened] = await Promise.all([page.context().waitForEvent('page'), frame.evaluate(() => document.querySelector('a[href^="sessions/"]').click())])
+  await until('the session of a level', () => /\/experiments\/levels\/sessions\/\w+\/report\.html$/.test(opened.url()), 5000)
+  assert.deepEqual(page.bad, [])
+})
+
 test('a scan is started, watched and looked at', async t => {
   const page = await open()
+  await page.getByLabel('Operator').fill('Anna')
   await start(page, 'scan', brief)
   if (!(await sweeps(page, t))) return
   const first = await points(page)
@@ -308,6 +422,7 @@ test('a scan is started, watched and looked at', async t => {
   await keep(page, 'console_scan')
   if (!(await brings(page, t, 'the end', async () => (await run(page).textContent()) === 'Scan: done', 2 * patience))) return
   assert.equal(await page.locator('#end').textContent(), 'Laser off, arm at rest')
+  assert.match(await page.locator('#scores').textContent(), /laser0\.\d\d mm\d+\.\d %\d+\.\d %\d+\.\d\d %.*stereo/)
   assert.ok((await points(page)) > 10_000, `${await points(page)} points`)
   await until('the cloud', async () => (await coloured(page.locator('#cloud canvas'))) > 0.01, 5000)
 
@@ -329,7 +444,7 @@ test('a scan is started, watched and looked at', async t => {
   await page.getByRole('tab', { name: 'Sessions' }).click()
   await page.locator('#sessions tbody button').first().click()
   await page.getByRole('button', { name: 'Show stereo', exact: true }).click()
-  await page.getByText(/, stereo: \d+ points shown/).waitFor()
+  await page.getByText(/, stereo: \d+ points shown; mean error \d\.\d\d mm, coverage \d+\.\d %, outliers \d+\.\d\d %/).waitFor()
   for (const mode of ['verdict', 'error', 'sigma', 'cloud, each its own']) {
     await page.getByRole('button', { name: mode, exact: true }).click()
     await until(mode, async () => (await coloured(page.locator('#compare canvas'))) > 0.01, 5000)
@@ -398,18 +513,19 @@ test('a server that is asked for what it does not offer says no', async () => {
     const said = []
     socket.addEventListener('message', event => { if (typeof event.data === 'string') said.push(JSON.parse(event.data)) })
     await new Promise(done => socket.addEventListener('open', done))
-    for (const text of ['{"do":"start","command":"scan"}', '{"do":"take"}', '{"do":"start","command":"emulate"}', '{"do":"start","command":"scan","options":{"out":"/x"}}', 'no JSON', '[]', '{"do":{}}',
-      '{"do":"corners","folder":"../x","corners":[]}', '{"do":"corners"}'])
+    for (const text of ['{"do":"start","command":"scan"}', '{"do":"rig","name":"tank-wire"}', '{"do":"take"}', '{"do":"start","command":"emulate"}', '{"do":"start","command":"scan","options":{"out":"/x"}}', 'no JSON', '[]', '{"do":{}}',
+      '{"do":"corners","folder":"../x","corners":[]}', '{"do":"corners"}', '{"do":"rig","name":"/etc"}'])
       socket.send(text)
     socket.send('{"do":"nothing more"}') // answered last
     const refusals = () => said.filter(message => message.is === 'refused').map(message => message.why)
-    await new Promise(done => socket.addEventListener('message', () => refusals().length === 9 && done()))
+    await new Promise(done => socket.addEventListener('message', () => refusals().length === 11 && done()))
     return refusals()
   })
-  assert.match(refused[0], /not in control/)
-  assert.match(refused[1], /emulate/)
-  assert.match(refused[2], /out/)
-  assert.equal(refused.length, 9)
+  for (const why of refused.slice(0, 2)) assert.match(why, /not in control/)
+  assert.match(refused[2], /emulate/)
+  assert.match(refused[3], /out/)
+  assert.match(refused[9], /rig: found '\/etc', expected one that is offered/)
+  assert.equal(refused.length, 11)
   assert.deepEqual(sessions(), [])
 })
 
@@ -425,13 +541,21 @@ test('the browser in control dies: everything stops', async t => {
   assert.equal(await watcher.locator('#end').textContent(), 'Laser off, arm at rest')
 })
 
-test('the server is killed: the page says so within a second and a half, and the scan stops', async t => {
+test('the server is killed or silent: the page says so within a second, and the scan stops', async t => {
   const page = await open()
   await start(page)
   if (!(await sweeps(page, t))) return
-  server.kill('SIGKILL')
-  const after = await until('stale', () => page.evaluate(() => document.body.classList.contains('stale')), 5000)
-  if (after >= 1500) skipIfLate(t, `said after ${after} ms`)
+  const stale = () => page.evaluate(() => document.body.classList.contains('stale'))
+  const said = async signal => {
+    server.kill(signal)
+    const after = await until('stale', stale, 5000)
+    if (after >= 1000) skipIfLate(t, `said ${after} ms after ${signal}`)
+  }
+  await said('SIGSTOP')
+  assert.match(await page.locator('#connection').textContent(), /^connection lost: what is shown is \d+ s old$/)
+  server.kill('SIGCONT')
+  await until('all is fresh', async () => !(await stale()), 5000)
+  await said('SIGKILL')
   await until('the stop', () => status(sessions()[0]).includes('stopped'))
 })
 
@@ -449,7 +573,9 @@ test('the guided calibration shows its pictures as they come, and says which do 
   server.kill('SIGINT')
   await server.over
   rmSync(join(folder, 'rig'), { recursive: true })
-  smallRig(program, rig, join(folder, 'rig'), 2)
+  mkdirSync(join(folder, 'new'))
+  smallRig(program, rig, join(folder, 'new', rig), 2)
+  renameSync(join(folder, 'new', rig), join(folder, 'rig'))
   edit(join(folder, 'rig/rig.yaml'), ['pictures: 60', 'pictures: 24'], ['postures: 24', 'postures: 20'], ['from_rad: 1.3', 'from_rad: 1.5'], ['to_rad: 2.1', 'to_rad: 1.9'])
   edit(join(folder, 'rig/tank.xml'), ['<count>30</count>', '<count>12</count>'], ['<y>-0.07</y><z>0.0405</z>', '<y>-0.07</y><z>0.2405</z>'], ['<pattern>checkerboard</pattern><columns>9</columns>', '<pattern>checkerboard</pattern><columns>8</columns>'])
   await begin()
@@ -506,6 +632,33 @@ test('STOP of what neither moves nor shines waits for no device', { skip: wires 
   await page.getByRole('button', { name: 'STOP' }).click()
   await until('the end', async () => /done|in part/.test(await run(page).textContent()))
   assert.equal(await page.locator('#end').textContent(), '')
+})
+
+test('another rig is chosen: nothing of the one before is left', { skip: wires && 'the page is the same' }, async () => {
+  const page = await open()
+  const other = await open()
+  const choice = page.locator('#rigs')
+  assert.equal(await choice.isDisabled(), true, 'without control')
+  await page.getByRole('button', { name: 'Take control' }).click()
+  await page.getByRole('button', { name: 'Read the arm' }).first().click()
+  await page.locator('#state-arm', { hasText: 'arm status' }).waitFor()
+  await page.locator('#command').selectOption('park')
+  await page.locator('#start').click()
+  await until('the end', async () => (await run(page).textContent()) === 'Park: done')
+  await choice.selectOption('lab-published')
+  for (const browser of [page, other]) {
+    await browser.locator('#rig', { hasText: 'lab-published' }).waitFor()
+    assert.equal(await run(browser).textContent(), 'nothing runs')
+    assert.match(await browser.locator('#state-arm').textContent(), /not known/)
+    assert.equal(await browser.locator('#command').inputValue(), 'park')
+  }
+  const drawn = await page.evaluate(async () => (await fetch('/api/path')).json())
+  const planned = await page.evaluate(async () => (await fetch('/api/plan')).json())
+  const truth = JSON.parse(execFileSync(program, ['scan', '--dry-run', '--json', '--rig', 'lab-published'], { cwd: folder, stdio: ['ignore', 'pipe', 'ignore'] }))
+  for (const plan of [drawn, planned]) assert.equal(plan.clearance_m, truth.clearance_m)
+  const later = await open()
+  assert.equal(await later.locator('#rig').textContent(), 'lab-published')
+  assert.deepEqual(page.bad, [])
 })
 
 test('a hundred watch: nothing is lost, the server stays small', async t => {

@@ -14,6 +14,7 @@
 
 #include "console/feed/feed_format.hpp"
 #include "console/server/terminal_program.hpp"
+#include "tests/program/benchmark_text.hpp"
 #include "tests/program/program.hpp"
 
 namespace tankrig::test {
@@ -116,6 +117,11 @@ TEST(Feed, OfAScanTellsTheSceneTheSweepAndTheEnd) {
   ASSERT_EQ(heard.of("end").size(), 1U);
   EXPECT_EQ(heard.of("end")[0].at("laser_dark"), true);
   EXPECT_EQ(heard.of("end")[0].at("arm_at_rest"), true);
+  ASSERT_EQ(heard.of("scores").size(), 1U);
+  const json best = heard.of("scores")[0].at("scores").at(0);
+  EXPECT_EQ(best.at("method"), "laser");
+  EXPECT_LT(best.at("mean_error_m").get<double>(), 0.002);
+  EXPECT_GT(best.at("coverage_of_ceiling").get<double>(), 0.5);
   ASSERT_FALSE(heard.of("progress").empty());
   EXPECT_EQ(heard.of("progress").back().at("fraction"), 1.0);
 }
@@ -168,6 +174,27 @@ TEST(Feed, OfTheGuidedCalibrationShowsTheBoardsAsTheyCome) {
   EXPECT_THAT(
       boards.front().at("missing").get<std::string>(),
       testing::ContainsRegex("^(0 pictures|1 picture) of the board by camera [a-z]+ counts?, expected 10: hold it"));
+}
+
+TEST(Feed, OfASweepDrawsItsCurvesAsTheyComeAndNamesItsReport) {
+  const std::filesystem::path folder = scratch_folder(), file = folder / "levels.xml";
+  write_text(file,
+             "<benchmark><measures>" + cloud("laser") + "</measures>" + kAlways +
+                 "<function>laser.coverage</function><sceneUpdater><luxUpdater><level>30</level><level>100</level>"
+                 "<interval>0</interval></luxUpdater></sceneUpdater></benchmark>\n");
+  const std::filesystem::path rig = small_rig(folder / "rig");
+  for (const std::string command : {"bench", "experiment"}) {
+    const Heard heard = run_on_terminal({command, file, "--rig", rig, "--out", folder / command});
+    ASSERT_EQ(heard.exit_code, 0) << heard.screen;
+    std::vector<std::string> coverage;
+    for (const json& plot : heard.of("plot"))
+      if (plot.at("plot") == "coverage") coverage.push_back(plot.at("svg"));
+    ASSERT_GE(coverage.size(), 2U);
+    EXPECT_TRUE(coverage.front().starts_with("<svg"));
+    EXPECT_LT(coverage.front().size(), coverage.back().size()) << "one level, then both";
+    ASSERT_EQ(heard.of("report").size(), 1U);
+    EXPECT_TRUE(std::filesystem::exists(heard.of("report")[0].at("file").get<std::string>()));
+  }
 }
 
 TEST(Feed, IsNotMissedWhereNobodyListens) {

@@ -13,6 +13,7 @@ import { watch } from './watcher.mjs'
 const [rig, program] = process.argv.slice(2)
 const most = 1.1 // of the latency without watchers
 const patience = 240_000 // [ms] for a scan
+const mostOfACamera = 0.1 // of a processor, for its pictures on the page
 
 /** The cycle's wake-up latency of a session [us]. */
 function latencyOf(session) {
@@ -20,6 +21,21 @@ function latencyOf(session) {
   const [, p50, p99] = /wake_up_us:\s*\{p50: ([\d.e+]+), p99: ([\d.e+]+)/.exec(text) ?? []
   assert.ok(p99, text)
   return { p50: Number(p50), p99: Number(p99) }
+}
+
+/** Of the thread that makes the page's pictures, in a child of `server`: its processor time [s]; nothing if there is none. */
+function picturesTime(server) {
+  try {
+    const children = readFileSync(`/proc/${server}/task/${server}/children`, 'utf8').split(' ').filter(pid => pid)
+    for (const pid of children)
+      for (const thread of readdirSync(`/proc/${pid}/task`)) {
+        const [, name, rest] = /\((.*)\) (.*)/.exec(readFileSync(`/proc/${pid}/task/${thread}/stat`, 'utf8'))
+        if (name === 'pictures') return rest.split(' ').slice(11, 13).reduce((sum, ticks) => sum + Number(ticks) / 100, 0)
+      }
+  } catch {
+    // it has just ended
+  }
+  return undefined
 }
 
 test('ten watchers do not delay the cycle', async t => {
@@ -41,7 +57,17 @@ test('ten watchers do not delay the cycle', async t => {
       const before = operator.texts.length
       operator.say({ do: 'start', command: 'scan', options: {} })
       const ended = () => operator.texts.slice(before).some(text => text.is === 'run' && Number.isInteger(text.exit_code))
-      await until('the end', ended, patience)
+      let first, last, looked = 0 // of the pictures' thread: when it was looked at, and its time
+      await until('the end', () => {
+        if (Date.now() < looked + 500) return ended()
+        looked = Date.now()
+        const used = picturesTime(server.pid)
+        if (used !== undefined) last = { at: looked, used }
+        first ??= last
+        return ended()
+      }, patience)
+      const cameras = operator.texts.findLast(text => text.feed === 'cameras')?.cameras.length ?? NaN
+      const share = last ? (last.used - first.used) / ((last.at - first.at) / 1000) / cameras : NaN
       const pictures = Math.min(...others.map(other => other.pictures))
       for (const other of others) {
         assert.equal(other.closed, false)
@@ -49,13 +75,15 @@ test('ten watchers do not delay the cycle', async t => {
       }
       const exitCode = operator.last('run').exit_code
       const session = join(folder, 'sessions', readdirSync(join(folder, 'sessions')).filter(name => name.includes('-2')).sort().at(-1))
-      return { exitCode, pictures, session, log: operator.texts.filter(text => text.is === 'log').map(text => text.text).join('').trim().split('\n').at(-1) }
+      return { exitCode, pictures, share, session, log: operator.texts.filter(text => text.is === 'log').map(text => text.text).join('').trim().split('\n').at(-1) }
     }
     const runs = []
     for (const watchers of [0, 10, 0]) {
       const run = await scan(watchers)
       if (run.exitCode !== 0) return t.skip(`skipped: this machine is too slow for a scan over wires: ${run.log}`)
       if (watchers > 0) assert.ok(run.pictures > 0)
+      console.log(`pictures of a camera: ${(100 * run.share).toFixed(1)} % of a processor (${watchers} watchers)`)
+      assert.ok(run.share < mostOfACamera, `${run.share} of a processor`)
       runs.push(latencyOf(run.session))
     }
     operator.end()

@@ -13,15 +13,21 @@
 #include <boost/asio/read.hpp>
 #include <boost/asio/write.hpp>
 #include <cerrno>
+#include <functional>
 #include <future>
+#include <mutex>
 #include <thread>
 
 #include "console/platform/platform.hpp"
+#include "console/platform/store.hpp"
+#include "core/text_files.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace {
 
 std::atomic<int> syncs_until_failure{-1};  // negative: none fails
+std::mutex after_sync_mutex;
+std::function<void()> after_sync;  // guarded by it
 
 }  // namespace
 
@@ -31,7 +37,10 @@ extern "C" int syncfs(int descriptor) {
     errno = EIO;
     return -1;
   }
-  return static_cast<int>(::syscall(SYS_syncfs, descriptor));
+  const int result = static_cast<int>(::syscall(SYS_syncfs, descriptor));
+  const std::scoped_lock lock(after_sync_mutex);
+  if (after_sync) after_sync();
+  return result;
 }
 
 namespace fs = std::filesystem;
@@ -70,9 +79,15 @@ class PlatformDiskTest : public ::testing::Test {
   }
   ~PlatformDiskTest() override {
     syncs_until_failure = -1;
+    do_after_sync({});
     ::close(held_);
     over_ = true;
     server_.join();
+  }
+
+  static void do_after_sync(std::function<void()> what) {
+    const std::scoped_lock lock(after_sync_mutex);
+    after_sync = std::move(what);
   }
 
   std::string asked(const std::string& request, const std::string& body = "") {
@@ -115,6 +130,23 @@ TEST_F(PlatformDiskTest, WhoIsToldOfAFailureHasSentNothing) {
   EXPECT_EQ(folders(), 1U);
   EXPECT_THAT(send("fourth"), StartsWith("HTTP/1.1 202 "));
   EXPECT_THAT(newest(), HasSubstr("fourth"));
+}
+
+TEST_F(PlatformDiskTest, WhatWasAnsweredIsThereAfterAPowerCut) {
+  const fs::path cut = folder_.path() / "after_the_cut";
+  const fs::path& store = options_.store;
+  do_after_sync([&] {  // all that is written later is lost
+    fs::remove_all(cut);
+    fs::create_directory(cut);
+    for (const char* part : {"platform.db", "platform.db-wal", "submissions"})
+      if (fs::exists(store / part)) fs::copy(store / part, cut / part, fs::copy_options::recursive);
+  });
+  for (const char* name : {"first", "second", "third"}) ASSERT_THAT(send(name), StartsWith("HTTP/1.1 202 "));
+  do_after_sync({});
+  const Store left(cut);
+  const std::vector<Submission> newest = left.newest("tank", 10);
+  EXPECT_EQ(newest.size(), 3U);
+  for (const Submission& s : newest) EXPECT_EQ(read_whole_file(left.place_of(s.id) / s.file), "ply\n") << s.name;
 }
 
 TEST_F(PlatformDiskTest, WhatIsScoredAlreadyIsNotTakenBack) {

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include "console/server/counted_address.hpp"
+
 namespace tankrig {
 namespace {
 
@@ -39,6 +41,13 @@ TEST_F(RateLimits, OfRequestsTakeNoEndlessMemory) {
   EXPECT_TRUE(limit.take("7", now)) << "an address that is known is not pushed out";
   now += 1s;
   EXPECT_TRUE(limit.take("one more", now)) << "full buckets are forgotten";
+}
+
+TEST_F(RateLimits, CountANetworkOfIPv6AsOneAddress) {
+  const auto counted = [](const char* address) { return counted_address(boost::asio::ip::make_address(address)); };
+  EXPECT_EQ(counted("2001:db8:1:2::1"), counted("2001:db8:1:2:ffff:ffff:ffff:ffff"));
+  EXPECT_NE(counted("2001:db8:1:2::1"), counted("2001:db8:1:3::1"));
+  EXPECT_NE(counted("192.168.1.4"), counted("192.168.1.5"));
 }
 
 TEST_F(RateLimits, OfPasswordsGrowWithEachWrongOne) {

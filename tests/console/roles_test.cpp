@@ -17,13 +17,14 @@ struct Expected {
 const std::vector<Expected>& manual() {
   static const std::vector<Expected> table{
       {Role::kWatch,
-       {"GET /", "GET /console.css", "GET /console.js", "GET /live", "GET /sessions", "GET /downloads",
-        "GET /api/sessions", "say stop", "GET /platform.js", "GET /api/platform", "GET /api/datasets",
-        "GET /api/submissions", "GET /submissions", "GET /datasets", "GET /files"}},
+       {"GET /", "GET /console.css", "GET /console.js", "GET /live", "GET /sessions", "GET /benchmarks",
+        "GET /experiments", "GET /downloads", "GET /api/sessions", "say stop", "GET /platform.js", "GET /api/platform",
+        "GET /api/datasets", "GET /api/submissions", "GET /submissions", "GET /datasets", "GET /files"}},
       {Role::kOperate,
-       {"GET /api/arm", "GET /api/doctor", "GET /api/plan", "GET /api/path",  "say take",    "say offer", "say release",
-        "say start",    "say answer",      "say hold",      "run scan",       "run preview", "run lit",   "run jog",
-        "run park",     "run home",        "run make_safe", "run experiment", "run bench",   "run check", "upload"}},
+       {"GET /api/arm",   "GET /api/doctor", "GET /api/plan", "GET /api/path", "say take", "say offer",
+        "say release",    "say start",       "say answer",    "say hold",      "run scan", "run preview",
+        "run lit",        "run jog",         "say rig",       "run park",      "run home", "run make_safe",
+        "run experiment", "run bench",       "run check",     "upload"}},
       {Role::kAdminister,
        {"say corners", "run calibrate", "run report", "run recover", "", "say ", "run ", "say anything", "run emulate",
         "GET /anything", "GET /api/anything", "stop", "run scan --out=/x", "SAY STOP"}}};
@@ -50,6 +51,7 @@ TEST(Roles, HaveNoRightThatTheManualDoesNotName) {
 TEST(Roles, SeeWhatLiesInAFolderByOneRight) {
   EXPECT_EQ(get_act("/sessions/a/report.html"), "GET /sessions");
   EXPECT_EQ(get_act("/downloads/a.zip"), "GET /downloads");
+  EXPECT_EQ(get_act("/experiments/a/report.html"), "GET /experiments");
   EXPECT_EQ(get_act("/sessionsx"), "GET /sessionsx");
   EXPECT_EQ(get_act("/api/submissions/7"), "GET /api/submissions");
   EXPECT_EQ(get_act("/api/path/fine"), "GET /api/path");

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "core/input_error.hpp"
@@ -21,7 +22,16 @@ std::vector<OfferedCommand> offered() {
            "Scans.",
            {"scan", "--rig", "tank-sim"},
            {{"preset", "Preset", "--preset", FieldKind::kChoice, {"fine"}},
-            {"light", "Light", "--light", FieldKind::kNumber},
+            {"light", "Light", "--light", FieldKind::kNumber, {}, "", false, {0, 0.1}},
+            {"seed",
+             "Seed",
+             "--seed",
+             FieldKind::kNumber,
+             {},
+             "",
+             false,
+             {0, std::numeric_limits<double>::infinity()},
+             true},
             {"notes", "Notes", "--notes"}}},
           {"jog",
            "Jog",
@@ -52,8 +62,10 @@ std::string refusal(const char* request) { return refusal(ordered_json::parse(re
 
 TEST(RunRequest, BecomesTheWordsOfACommand) {
   EXPECT_THAT(words(R"({"command": "scan"})"), ElementsAre("scan", "--rig", "tank-sim"));
-  EXPECT_THAT(words(R"({"command": "scan", "options": {"notes": "a b", "light": 0.5, "preset": "fine"}})"),
-              ElementsAre("scan", "--rig", "tank-sim", "--preset=fine", "--light=0.5", "--notes=a b"));
+  EXPECT_THAT(
+      words(R"({"command": "scan", "options": {"notes": "a b", "seed": 1e17, "light": 0.05, "preset": "fine"}})"),
+      ElementsAre("scan", "--rig", "tank-sim", "--preset=fine", "--light=0.05", "--seed=100000000000000000",
+                  "--notes=a b"));
   EXPECT_THAT(words(R"({"command": "jog", "options": {"joint": "elbow", "angle": -5}})"),
               ElementsAre("arm", "jog", "elbow", "-5"));
 }
@@ -89,11 +101,25 @@ TEST(RunRequest, RefusesByNameWhatIsNotOffered) {
   EXPECT_THAT(refusal(R"({"command": "jog", "options": {"joint": "elbow"}})"), HasSubstr("found nothing"));
 }
 
+TEST(RunRequest, RefusesANumberOutOfItsRangeInTheProgramsWords) {
+  EXPECT_EQ(refusal(R"({"command": "scan", "options": {"light": 7}})"),
+            "Light: found '7', expected a number from 0 to 0.1");
+  EXPECT_EQ(refusal(R"({"command": "scan", "options": {"light": -0.01}})"),
+            "Light: found '-0.01', expected a number from 0 to 0.1");
+  EXPECT_EQ(refusal(R"({"command": "scan", "options": {"seed": 1.5}})"),
+            "Seed: found '1.5', expected a whole number of at least 0");
+  EXPECT_EQ(refusal(R"({"command": "scan", "options": {"light": 0.1, "seed": 0}})"), "taken");
+}
+
 TEST(RunRequest, DescribesEachFieldForThePage) {
   const ordered_json forms = forms_json(offered());
   ASSERT_EQ(forms.size(), 3U);
   EXPECT_EQ(forms[0]["fields"][0]["kind"], "choice");
   EXPECT_EQ(forms[0]["fields"][0]["choices"][0], "fine");
+  const ordered_json light{{"least", 0.0}, {"most", 0.1}, {"whole", false}, {"expected", "a number from 0 to 0.1"}};
+  EXPECT_EQ(forms[0]["fields"][1]["number"], light);
+  EXPECT_FALSE(forms[0]["fields"][3].contains("number")) << "a text";
+  EXPECT_EQ(forms[1]["fields"][1]["number"]["least"], nullptr);
   EXPECT_EQ(forms[1]["hold"], true);
   EXPECT_EQ(forms[1]["fields"][1]["required"], true);
 }

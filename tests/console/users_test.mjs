@@ -335,7 +335,7 @@ test('each role may do its part, whatever a request is made by hand', async () =
   await serve(...withUsers)
   const starts = ['scan', 'preview', 'lit', 'jog', 'park', 'home', 'make_safe', 'calibrate', 'report', 'check', 'recover', 'experiment', 'bench'].map(command => ({ do: 'start', command, options: {} }))
   const anna = await watch(address, await letIn('anna'))
-  const wishes = [{ do: 'take' }, ...starts, { do: 'offer' }, { do: 'release' }, { do: 'answer', text: 'y' }, { do: 'hold' }, { do: 'corners', folder: 'x', corners: [] }]
+  const wishes = [{ do: 'take' }, { do: 'rig', name: 'tank-wire' }, ...starts, { do: 'offer' }, { do: 'release' }, { do: 'answer', text: 'y' }, { do: 'hold' }, { do: 'corners', folder: 'x', corners: [] }]
   for (const [i, why] of (await refusals(anna, wishes)).entries()) assert.match(why, /this needs the role (operate|administer)/, JSON.stringify(wishes[i]))
   assert.equal(anna.last('control').holder, null)
   assert.equal(anna.last('run'), undefined)

@@ -133,6 +133,8 @@ TEST(Usage, AnOptionThatIsWrongOrMissingIsNamed) {
   const std::pair<std::vector<std::string>, std::string> wrong[] = {
       {{"evaluate", "c.ply", "--objcet", "box.obj", "--pose", "pose.yaml"}, "not expected: --objcet"},
       {{"evaluate", "c.ply", "d.ply", "--object", "box.obj"}, "--pose is required"},
+      {{"scan", "--noise", "7"}, "--noise: found '7', expected a number from 0 to 0.1"},
+      {{"scan", "--noise", "loud"}, "--noise: found 'loud', expected a number from 0 to 0.1"},
       {{"session", "info", "--jsno"}, "not expected: --jsno"},
       {{"session", "info"}, "session is required"},
       {{"session", "export", "s"}, "is required"},

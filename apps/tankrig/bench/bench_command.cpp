@@ -14,12 +14,15 @@
 #include "apps/tankrig/bench/bench_run.hpp"
 #include "apps/tankrig/bench/bench_slurm.hpp"
 #include "apps/tankrig/bench/external_cloud.hpp"
+#include "apps/tankrig/bench/live_plots.hpp"
 #include "apps/tankrig/bench/run_cost.hpp"
 #include "apps/tankrig/bench/shards.hpp"
+#include "apps/tankrig/command_line/feed.hpp"
 #include "apps/tankrig/command_line/output.hpp"
 #include "apps/tankrig/command_line/rig_files.hpp"
 #include "apps/tankrig/command_line/stop.hpp"
 #include "apps/tankrig/commands.hpp"
+#include "apps/tankrig/devices/world_options.hpp"
 #include "bench/benchmark/point_store.hpp"
 #include "bench/external/limited_run.hpp"
 #include "bench/sweep/point_views.hpp"
@@ -132,6 +135,7 @@ class Sweep {
     const std::lock_guard lock(mutex_);
     if (!evaluated.views.empty()) add_views(folder_, point, evaluated.views);
     store_.add(point, evaluated.row);
+    plots_.tell(store_.rows());
     --left_;
     const std::size_t done = total_ - left_;
     const double to_go = elapsed_s(began_) / static_cast<double>(done) * static_cast<double>(left_);
@@ -146,6 +150,7 @@ class Sweep {
   PointStore& store_;
   Progress& progress_;
   std::mutex mutex_;  // guards what follows, and the store's rows
+  LivePlots plots_{run_.benchmark()};
   std::size_t next_, end_, left_ = 0, total_ = 0;
   const Clock_::time_point began_ = Clock_::now();
   Clock_::time_point told_{};
@@ -246,6 +251,8 @@ int bench(const BenchOptions& options) {
   progress.finish_line();
   if (!StopOnSignal::requested() && shard.index == 1) run.write_pictures(folder);
   const std::size_t failed = write_results(folder, run.benchmark(), store.rows());
+  LivePlots(run.benchmark()).tell(store.rows(), true);
+  Feed::one().report(folder / "report.html");
   const std::size_t missing = shard.missing(store.rows(), points);
   if (missing > 0)
     progress.warn(fmt::format("stopped: {} configurations are missing; the same command goes on", missing));
@@ -305,7 +312,7 @@ void add_bench(CLI::App& app, ChosenCommand& chosen) {
   c->add_option("file", o.file, "Benchmark file, XML (docs/reference/benchmark.md)")->check(CLI::ExistingFile);
   add_rig_option(c, o.rig);
   c->add_option("--preset", o.preset, "Preset of the rig file");
-  c->add_option("--sensor", o.world.sensor, "Simulated sensor model")->check(CLI::IsMember({"gaussian", "emva1288"}));
+  c->add_option("--sensor", o.world.sensor, "Simulated sensor model")->check(CLI::IsMember(kSensors));
   c->add_option("--seed", o.world.seed, "Seed of the first iteration")->capture_default_str();
   c->add_option("--jobs", o.jobs,
                 "Cores, and configurations at a time; the results do not depend on it (default: all; of a task: 1)")

@@ -9,6 +9,7 @@
 #include "apps/tankrig/calibrate_all/guided_calibration.hpp"
 #include "apps/tankrig/calibrate_all/truth.hpp"
 #include "apps/tankrig/command_line/commissioned.hpp"
+#include "apps/tankrig/command_line/feed.hpp"
 #include "apps/tankrig/command_line/output.hpp"
 #include "apps/tankrig/command_line/rig_files.hpp"
 #include "apps/tankrig/devices/scene_check.hpp"
@@ -76,6 +77,7 @@ int calibrate_all(const GuidedOptions& options) {
   if (!rig.scene.empty())
     truth = compare_with_truth(rig, calibration.bMo_clicked(), load_world(rig, options.scan.world));
   write_calibration_page(options.folder, rig, drawn, calibration.joint_outcome(), truth);
+  Feed::one().report(options.folder / "report" / "calibration.html");
   progress.finish_line();
   if (options.scan.json)
     print_json(json_of(judged, calibration.joint_outcome(), truth, calibration.file()));

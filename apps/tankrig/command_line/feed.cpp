@@ -57,6 +57,8 @@ void Feed::tell(const nlohmann::ordered_json& message) noexcept {
   if (heard()) send(begin(FeedKind::kText) + message.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
 }
 
+void Feed::report(const std::filesystem::path& file) { tell({{"feed", "report"}, {"file", file.string()}}); }
+
 void Feed::points(const std::vector<CloudPoint>& points) noexcept {
   if (!heard()) return;
   for (std::size_t from = 0; from < points.size(); from += kMostPoints) {

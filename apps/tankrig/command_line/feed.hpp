@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <filesystem>
 #include <nlohmann/json_fwd.hpp>
 #include <opencv2/core.hpp>
 #include <string>
@@ -21,6 +22,8 @@ class Feed {
 
   bool heard() const noexcept { return socket_.load(std::memory_order_relaxed) >= 0; }
   void tell(const nlohmann::ordered_json& message) noexcept;
+  /// The page that a command has left; a path from the working directory.
+  void report(const std::filesystem::path& file);
   /// Frame: b.
   void points(const std::vector<CloudPoint>& points) noexcept;
   /// 8 bits, grey or BGR.

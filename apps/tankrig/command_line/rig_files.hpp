@@ -7,6 +7,9 @@
 
 namespace tankrig::app {
 
+/// Names of the rigs that are found without a path.
+std::vector<std::string> known_rigs();
+
 /// The rig.yaml that `name_or_path` means.
 /// Errors: InputError listing the rigs that exist.
 std::filesystem::path find_rig(const std::string& name_or_path);

@@ -1,18 +1,18 @@
 #include "apps/tankrig/devices/world_options.hpp"
 
+#include "apps/tankrig/command_line/number_in.hpp"
 #include "core/text_files.hpp"
 
 namespace tankrig::app {
 
 void add_world_options(CLI::App* command, sim::WorldOptions& world) {
   command->add_option("--light", world.light, "Simulated ambient light: 0 is darkness, 1 the reference")
-      ->check(CLI::Range(0.0, 1.0));
+      ->check(number_in(kLightRange));
   command->add_option("--noise", world.noise, "Simulated camera noise: standard deviation as a share of full scale")
-      ->check(CLI::Range(0.0, 0.1));
-  command->add_option("--sensor", world.sensor, "Simulated sensor model")
-      ->check(CLI::IsMember({"gaussian", "emva1288"}));
+      ->check(number_in(kNoiseRange));
+  command->add_option("--sensor", world.sensor, "Simulated sensor model")->check(CLI::IsMember(kSensors));
   command->add_option("--particles", world.particles_per_m3, "Simulated particles per cubic metre of water")
-      ->check(CLI::Range(0.0, 1e5));
+      ->check(number_in(kParticlesRange));
   command
       ->add_option("--board", world.boards, "Simulated calibration board of the scene that is there; may be repeated")
       ->allow_extra_args(false);

@@ -7,9 +7,11 @@
 
 #include "apps/tankrig/bench/bench_results.hpp"
 #include "apps/tankrig/bench/evaluation.hpp"
+#include "apps/tankrig/bench/live_plots.hpp"
 #include "apps/tankrig/bench/scan_trace.hpp"
 #include "apps/tankrig/bench/session_scan.hpp"
 #include "apps/tankrig/command_line/commissioned.hpp"
+#include "apps/tankrig/command_line/feed.hpp"
 #include "apps/tankrig/command_line/output.hpp"
 #include "apps/tankrig/command_line/rig_files.hpp"
 #include "apps/tankrig/command_line/stop.hpp"
@@ -237,6 +239,7 @@ std::size_t Experiment::write(const PointStore& store) {
 
 int Experiment::run() {
   PointStore store(folder_, evaluation_.identity());
+  LivePlots plots(benchmark());
   set_aside_what_comes_again();
   keep_benchmark(folder_, options_.file);
   for (std::size_t point = 0; point < benchmark().points(); ++point) {
@@ -251,10 +254,14 @@ int Experiment::run() {
       if (const Evaluated evaluated = measured(point, recipe, std::move(*opened), hash); !evaluated.row.is_null()) {
         if (!evaluated.views.empty()) add_views(folder_, point, evaluated.views);
         store.add(point, evaluated.row);
+        plots.tell(store.rows());
       }
     if (StopOnSignal::requested()) break;
   }
-  return told(store, write(store));
+  const std::size_t failed = write(store);
+  plots.tell(store.rows(), true);
+  Feed::one().report(folder_ / "report.html");
+  return told(store, failed);
 }
 
 int Experiment::told(const PointStore& store, std::size_t failed) {

@@ -8,6 +8,7 @@
 
 #include "apps/tankrig/command_line/stop.hpp"
 #include "apps/tankrig/devices/scene_check.hpp"
+#include "apps/tankrig/scan/shown_scan.hpp"
 #include "core/input_error.hpp"
 #include "core/text_files.hpp"
 
@@ -50,6 +51,7 @@ void LightOperator::wait_for_meter(const LuxLevel& level, const std::string& com
   progress_.note("set the light to " + wanted(level) + " at the lux meter; the scan begins when it reads that");
   const auto found = wait_for_level(
       backend->lux_meter(), backend->clock(), level, StopOnSignal::requested(), [&](const Result<LuxReading>& reading) {
+        if (reading.ok()) show_lux(reading.value().lux, "meter");
         progress_.update(
             "light for " + wanted(level), 0,
             reading.ok() ? fmt::format("now {:.1f} lx", reading.value().lux) : std::string(reading.error().where));

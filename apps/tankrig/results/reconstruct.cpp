@@ -3,12 +3,14 @@
 #include <nlohmann/json.hpp>
 
 #include "apps/tankrig/bench/bench_results.hpp"
+#include "apps/tankrig/command_line/feed.hpp"
 #include "apps/tankrig/command_line/output.hpp"
 #include "apps/tankrig/command_line/rig_files.hpp"
 #include "apps/tankrig/command_line/stop.hpp"
 #include "apps/tankrig/commands.hpp"
 #include "apps/tankrig/results/coverage_option.hpp"
 #include "apps/tankrig/results/summary.hpp"
+#include "apps/tankrig/scan/shown_scan.hpp"
 #include "apps/tankrig/session/open_session.hpp"
 #include "core/input_error.hpp"
 #include "core/shown_text.hpp"
@@ -104,6 +106,8 @@ int report(const ReportOptions& options) {
     return kPartial;
   }
   warn_of(*scores, progress);
+  show_scores(*scores);
+  Feed::one().report(session.path / "report.html");
   if (options.json)
     print_json(scores_json(*scores));
   else

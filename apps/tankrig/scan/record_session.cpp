@@ -18,6 +18,9 @@
 #include "apps/tankrig/scan/used_calibration.hpp"
 #include "core/camera_file.hpp"
 #include "core/input_error.hpp"
+#include "core/range_words.hpp"
+#include "core/shown_text.hpp"
+#include "core/text_files.hpp"
 #include "core/utc.hpp"
 #include "rig/capture/beam_view.hpp"
 #include "rig/plan/plan_csv.hpp"
@@ -196,15 +199,9 @@ void as_far_as_possible(Keep keep) {
 
 void check_lux(const std::string& lux) {
   if (lux == "auto") return;
-  std::size_t used = 0;
-  double value = -1;
-  try {
-    value = std::stod(lux, &used);
-  } catch (const std::exception&) {
-    used = std::string::npos;
-  }
-  if (used != lux.size() || !(value >= 0 && value <= kMaxLux))
-    throw InputError("--lux: found '" + lux + "', expected auto or a number from 0 to 10000000");
+  double value = 0;
+  if (!parse_number(lux, value) || !holds(kLuxRange, value))
+    throw InputError("--lux: found '" + shown_text(lux) + "', expected auto or " + in_words(kLuxRange));
 }
 
 fs::path default_session(std::string rig) {

@@ -15,6 +15,7 @@
 #include "pipeline/live_reconstruction.hpp"
 #include "rig/config/rig_config.hpp"
 #include "rig/scan/scan.hpp"
+#include "session/reading/session.hpp"
 #include "sim_backends/world/tank_world.hpp"
 
 namespace tankrig::app {
@@ -37,7 +38,9 @@ struct ScanOptions {
   std::function<void(const FrameRecord&, const cv::Mat&)> on_frame;
 };
 
-/// Errors: InputError unless --lux is "auto" or a number of at least 0.
+inline constexpr ConfigRange kLuxRange{0, kMaxLux};  ///< of --lux [lx]
+
+/// Errors: InputError unless --lux is "auto" or a number of kLuxRange.
 void check_lux(const std::string& lux);
 
 struct Recording {

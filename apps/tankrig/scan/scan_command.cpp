@@ -23,6 +23,7 @@
 #include "apps/tankrig/scan/plan_check.hpp"
 #include "apps/tankrig/scan/ready_rig.hpp"
 #include "apps/tankrig/scan/record_session.hpp"
+#include "apps/tankrig/scan/shown_scan.hpp"
 #include "apps/tankrig/scan/timing.hpp"
 #include "apps/tankrig/scan/used_calibration.hpp"
 #include "core/input_error.hpp"
@@ -208,6 +209,7 @@ int scan(const ScanOptions& options) {
     return kPartial;
   }
   warn_of(*scores, progress);
+  show_scores(*scores);
   const double wall = seconds_since(began);
   if (options.json)
     print_json(scan_json(rig, session, *scores, recording, report_s, wall));

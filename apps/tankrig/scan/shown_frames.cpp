@@ -1,6 +1,7 @@
 #include "apps/tankrig/scan/shown_frames.hpp"
 
 #include <fmt/format.h>
+#include <pthread.h>
 #include <sys/resource.h>
 #include <sys/syscall.h>
 #include <unistd.h>
@@ -51,6 +52,7 @@ void ShownFrames::frame(const FrameRecord& record, const cv::Mat& image) {
 }
 
 void ShownFrames::run() {
+  ::pthread_setname_np(::pthread_self(), "pictures");
   ::setpriority(PRIO_PROCESS, static_cast<id_t>(::syscall(SYS_gettid)), kNice);
   std::unique_lock lock(mutex_);
   while (!wake_.wait_for(lock, kPeriod, [this] { return ends_; })) {

@@ -91,4 +91,15 @@ void show_end(const EndState& left) {
     Feed::one().tell({{"feed", "end"}, {"laser_dark", left.laser_dark}, {"arm_at_rest", left.arm_at_rest}});
 }
 
+void show_scores(const std::vector<Score>& scores) {
+  if (!Feed::one().heard()) return;
+  nlohmann::ordered_json shown = nlohmann::ordered_json::array();
+  for (const auto& [method, score] : tabled(scores)) {
+    shown.push_back({{"method", method}});
+    for (const char* figure : {"points", "mean_error_m", "coverage", "coverage_of_ceiling", "outliers"})
+      shown.back()[figure] = score.at(figure);
+  }
+  Feed::one().tell({{"feed", "scores"}, {"scores", shown}});
+}
+
 }  // namespace tankrig::app

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <nlohmann/json.hpp>
+#include <vector>
 
+#include "pipeline/score_session.hpp"
 #include "rig/config/rig_config.hpp"
 #include "rig/executive/safe_end.hpp"
 #include "rig/scan/scan.hpp"
@@ -19,5 +21,7 @@ void show_state(const RigConfig& rig, const ScanProgress& progress);
 void show_lux(double lux, const std::string& source);
 /// What was confirmed at the end.
 void show_end(const EndState& left);
+/// How good its clouds are.
+void show_scores(const std::vector<Score>& scores);
 
 }  // namespace tankrig::app

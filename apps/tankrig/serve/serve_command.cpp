@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -10,6 +11,8 @@
 #include "apps/tankrig/command_line/rig_files.hpp"
 #include "apps/tankrig/command_line/stop.hpp"
 #include "apps/tankrig/commands.hpp"
+#include "apps/tankrig/devices/world_options.hpp"
+#include "apps/tankrig/scan/record_session.hpp"
 #include "apps/tankrig/scan/used_calibration.hpp"
 #include "apps/tankrig/serve/click_corners.hpp"
 #include "apps/tankrig/serve/listen_options.hpp"
@@ -34,21 +37,29 @@ struct ServeOptions {
 };
 
 constexpr char kMakeSafe[] = "make_safe", kCalibrate[] = "calibrate";
-constexpr char kSessions[] = "sessions";  ///< where `tankrig scan` puts them
+constexpr double kNoLimit = std::numeric_limits<double>::infinity();
+// Where `tankrig scan`, `bench` and `experiment` put what they make.
+constexpr char kSessions[] = "sessions", kBenchmarks[] = "benchmarks", kExperiments[] = "experiments";
 
 std::vector<std::string> presets_of(const RigConfig& rig) {
   const auto presets = rig.root.optional_child("presets");
   return presets ? presets->keys() : std::vector<std::string>{};
 }
 
-/// The benchmark files that come with the program, beside its rigs.
-std::vector<std::string> benchmark_files(const fs::path& rig_file) {
+/// The benchmark files that come with the program, beside its rigs, and those of this folder.
+std::vector<std::string> benchmark_files() {
   std::vector<std::string> files;
   std::error_code none;
-  for (const auto& entry : fs::directory_iterator(rig_file.parent_path() / "../../benchmarks", none))
-    if (entry.path().extension() == ".xml") files.push_back(entry.path().lexically_normal().string());
+  for (const fs::path& folder : {find_rig("tank-sim").parent_path() / "../../benchmarks", fs::path(kBenchmarks)})
+    for (const auto& entry : fs::directory_iterator(folder, none))
+      if (entry.path().extension() == ".xml") files.push_back(entry.path().lexically_normal().string());
   std::ranges::sort(files);
   return files;
+}
+
+/// The option is called like its key.
+RunField number(const std::string& key, const std::string& label, const std::string& help, const ConfigRange& range) {
+  return {key, label, "--" + key, FieldKind::kNumber, {}, help, false, range};
 }
 
 std::vector<RunField> scan_fields(const RigConfig& rig) {
@@ -56,20 +67,23 @@ std::vector<RunField> scan_fields(const RigConfig& rig) {
   if (const auto presets = presets_of(rig); !presets.empty())
     fields.push_back({"preset", "Preset", "--preset", FieldKind::kChoice, presets});
   if (!rig.scene.empty()) {
-    fields.push_back({"light", "Light", "--light", FieldKind::kNumber, {}, "0 is darkness, 1 the reference"});
-    fields.push_back({"noise", "Noise", "--noise", FieldKind::kNumber, {}, "a share of full scale, 0 to 0.1"});
-    fields.push_back({"sensor", "Sensor", "--sensor", FieldKind::kChoice, {"gaussian", "emva1288"}});
-    fields.push_back({"seed", "Seed", "--seed", FieldKind::kNumber});
+    fields.push_back(number("light", "Light", "0 is darkness, 1 the reference", kLightRange));
+    fields.push_back(
+        number("noise", "Noise", fmt::format("a share of full scale, at most {:g}", kNoiseRange.upper), kNoiseRange));
+    fields.push_back({"sensor", "Sensor", "--sensor", FieldKind::kChoice, kSensors});
+    fields.push_back(number("seed", "Seed", "", {0, kNoLimit}));
+    fields.back().whole = true;
   }
-  fields.push_back({"lux", "Ambient light [lx]", "--lux", FieldKind::kNumber, {}, "empty: the lux meter is read"});
+  fields.push_back(number("lux", "Ambient light [lx]", "empty: the lux meter is read", kLuxRange));
   fields.push_back({"operator", "Operator", "--operator"});
   fields.push_back({"notes", "Notes", "--notes"});
   return fields;
 }
 
-std::vector<OfferedCommand> offered(const ServeOptions& options, const RigConfig& rig) {
+/// `name`: as it is typed.
+std::vector<OfferedCommand> offered(const std::string& name, const RigConfig& rig) {
   const auto on_rig = [&](std::vector<std::string> words) {
-    words.insert(words.end(), {"--rig", options.rig});
+    words.insert(words.end(), {"--rig", name});
     return words;
   };
   std::vector<std::string> cameras, joints(kJointNames.begin(), kJointNames.end());
@@ -125,7 +139,7 @@ std::vector<OfferedCommand> offered(const ServeOptions& options, const RigConfig
                  "Rescues a session after a kill, a full disk or a power cut.",
                  {"session", "recover"},
                  {session}});
-  if (const auto files = benchmark_files(find_rig(options.rig)); !files.empty()) {
+  if (const auto files = benchmark_files(); !files.empty()) {
     const RunField file{"file", "Benchmark file", "", FieldKind::kWord, files, "", true};
     all.push_back({"experiment",
                    "Experiment",
@@ -134,8 +148,11 @@ std::vector<OfferedCommand> offered(const ServeOptions& options, const RigConfig
                    {file, {"operator", "Operator", "--operator"}},
                    false,
                    true});
-    all.push_back(
-        {"bench", "Benchmark", "Sweeps light and noise in the simulated tank; moves no device.", {"bench"}, {file}});
+    all.push_back({"bench",
+                   "Benchmark",
+                   "Sweeps light and noise in the simulated tank; moves no device.",
+                   rig.scene.empty() ? std::vector<std::string>{"bench"} : on_rig({"bench"}),
+                   {file}});
   }
   return all;
 }
@@ -162,6 +179,23 @@ ordered_json facts_of(const RigConfig& rig) {
           {"joints", joints_of(rig)}};
 }
 
+ConsoleRig rig_of_page(const std::string& name) {
+  const RigConfig rig = load_rig(find_rig(name));
+  ConsoleRig out{facts_of(rig),
+                 offered(name, rig),
+                 {{"sessions", {"session", "list", kSessions, "--json"}},
+                  {"arm", {"arm", "status", "--rig", name, "--json"}},
+                  {"doctor", {"doctor", "--rig", name, "--json"}},
+                  {"plan", {"scan", "--dry-run", "--rig", name, "--json"}},
+                  {"path", {"scan", "--dry-run", "--rig", name, "--json", "--draw"}}}};
+  for (const std::string& preset : presets_of(rig)) {
+    std::vector<std::string>& words = out.questions["path/" + preset];
+    words = out.questions.at("path");
+    words.insert(words.end(), {"--preset", preset});
+  }
+  return out;
+}
+
 int serve(const ServeOptions& options) {
   ListenOptions listen;
   try {
@@ -171,26 +205,19 @@ int serve(const ServeOptions& options) {
     return kUsage;
   }
   if (options.platform.on) return run_platform(options.platform, listen);
-  const RigConfig rig = load_rig(find_rig(options.rig));
   ConsoleOptions console;
   console.program = fs::read_symlink("/proc/self/exe").string();
-  console.rig = [&] { return facts_of(load_rig(find_rig(options.rig))); };
-  console.offered = offered(options, rig);
+  console.rigs = {options.rig};
+  for (const std::string& name : known_rigs())
+    if (name != options.rig) console.rigs.push_back(name);
+  console.rig = rig_of_page;
   console.sessions = kSessions;
+  for (const char* folder : {kBenchmarks, kExperiments}) console.results[folder] = folder;
   console.wishes = {{"corners", [](const ordered_json& wish) { return save_clicked_corners(kSessions, wish); }}};
   console.listen = listen;
   console.make_safe = kMakeSafe;
   console.calibrates = kCalibrate;
   console.kept = {"arm", "doctor"};
-  console.questions = {{"sessions", {"session", "list", kSessions, "--json"}},
-                       {"arm", {"arm", "status", "--rig", options.rig, "--json"}},
-                       {"doctor", {"doctor", "--rig", options.rig, "--json"}},
-                       {"plan", {"scan", "--dry-run", "--rig", options.rig, "--json"}},
-                       {"path", {"scan", "--dry-run", "--rig", options.rig, "--json", "--draw"}}};
-  for (const std::string& preset : presets_of(rig)) {
-    console.questions["path/" + preset] = console.questions.at("path");
-    console.questions["path/" + preset].insert(console.questions["path/" + preset].end(), {"--preset", preset});
-  }
   fs::create_directories(kSessions);
   const StopOnSignal stop_on_signal;
   const auto first = StopOnSignal::from_now_on();
