@@ -650,8 +650,8 @@ test('another rig is chosen: nothing of the one before is left', { skip: wires &
     await browser.locator('#rig', { hasText: 'lab-published' }).waitFor()
     assert.equal(await run(browser).textContent(), 'nothing runs')
     assert.match(await browser.locator('#state-arm').textContent(), /not known/)
-    assert.equal(await browser.locator('#command').inputValue(), 'park')
   }
+  assert.equal(await page.locator('#command').inputValue(), 'park')
   const drawn = await page.evaluate(async () => (await fetch('/api/path')).json())
   const planned = await page.evaluate(async () => (await fetch('/api/plan')).json())
   const truth = JSON.parse(execFileSync(program, ['scan', '--dry-run', '--json', '--rig', 'lab-published'], { cwd: folder, stdio: ['ignore', 'pipe', 'ignore'] }))
