@@ -50,7 +50,7 @@ const main = byId('main')
 const every = 1500 // [ms] between two looks at what has not ended
 
 const mebibytes = (bytes: number) => `${(bytes / 2 ** 20).toPrecision(3)} MiB`
-const when = (seconds: number) => new Date(1000 * seconds).toISOString().slice(0, 16).replace('T', '\u00a0') // stays on one line
+const when = (seconds: number) => new Date(1000 * seconds).toISOString().slice(0, 16).replace('T', '\u00a0').replace(/-/g, '\u2011') // stays on one line
 
 function warn(text: string): void {
   byId('warning').hidden = text === ''

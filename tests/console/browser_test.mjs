@@ -552,6 +552,7 @@ test('the server is killed or silent: the page says so within a second, and the 
     if (after >= 1000) skipIfLate(t, `said ${after} ms after ${signal}`)
   }
   await said('SIGSTOP')
+  assert.equal(await page.locator('#connection').getAttribute('class'), 'bad')
   assert.match(await page.locator('#connection').textContent(), /^connection lost: what is shown is \d+ s old$/)
   server.kill('SIGCONT')
   await until('all is fresh', async () => !(await stale()), 5000)
