@@ -419,6 +419,7 @@ function showRun(): void {
   document.body.classList.toggle('running', !over && !run.hold)
   byId('look').hidden = !over || run.command !== 'scan'
   if (over) letGo()
+  if (over && cloud.count === 0) byId('cloud-box').hidden = true
   if (over && byId('end').textContent === stopOnItsWay) say('end', run.moves ? 'It has ended: see what it says. STOP asks laser and arm anew.' : '')
   showControl()
 }
