@@ -167,49 +167,49 @@ JointLinear JointLeastSquares::linear() {
   ceres::Problem::EvaluateOptions options;
   options.apply_loss_function = false;
   options.num_threads = 1;
-  const auto block = [&](double* numbers, const std::vector<int>& free, bool of_rig, const auto& name_of,
+  using Block = std::function<double*(JointState&)>;
+  const auto block = [&](const Block& of, const std::vector<int>& free, JointColumn::Of kind, const auto& name_of,
                          const auto& unit_of) {
+    double* const numbers = of(state_);
     if (free.empty() || !ceres_.HasParameterBlock(numbers)) return;
     options.parameter_blocks.push_back(numbers);
-    for (const int i : free) out.numbers.push_back({name_of(i), unit_of(i), numbers + i, of_rig});
+    for (const int i : free) out.numbers.push_back({name_of(i), unit_of(i), kind, of, i});
   };
-  const std::vector<int> six{0, 1, 2, 3, 4, 5};
-  const auto pose = [&](double* numbers, const std::string& name, bool of_rig) {
+  const auto pose = [&](const Block& of, const std::string& name, JointColumn::Of kind) {
     block(
-        numbers, six, of_rig, [&](int i) { return name + " " + kPoseNames[i]; },
+        of, {0, 1, 2, 3, 4, 5}, kind, [&](int i) { return name + " " + kPoseNames[i]; },
         [](int i) { return std::string(i < 3 ? "rad" : "m"); });
   };
   const auto named = [](const std::string& name) { return [name](int) { return name; }; };
   for (std::size_t k = 0; k < state_.lenses.size(); ++k)
-    block(
-        state_.lenses[k].data(), free_parameters(problem_.boards.lens), true,
-        [&](int i) { return problem_.cameras[k] + " " + kCameraParameterNames[static_cast<std::size_t>(i)]; },
-        [](int i) { return unit_of(static_cast<std::size_t>(i)); });
+    block([k](JointState& s) { return s.lenses[k].data(); }, free_parameters(problem_.boards.lens), JointColumn::kRig,
+          [&](int i) { return problem_.cameras[k] + " " + kCameraParameterNames[static_cast<std::size_t>(i)]; },
+          [](int i) { return unit_of(static_cast<std::size_t>(i)); });
   for (std::size_t k = 1; k < state_.kMc.size(); ++k)
-    pose(state_.kMc[k].data(), problem_.cameras[0] + " in " + problem_.cameras[k], true);
-  pose(state_.cMb.data(), "base in " + problem_.cameras[0], true);
-  pose(state_.eMg.data(), "marker in gripper", true);
+    pose([k](JointState& s) { return s.kMc[k].data(); }, problem_.cameras[0] + " in " + problem_.cameras[k],
+         JointColumn::kRig);
+  pose([](JointState& s) { return s.cMb.data(); }, "base in " + problem_.cameras[0], JointColumn::kRig);
+  pose([](JointState& s) { return s.eMg.data(); }, "marker in gripper", JointColumn::kRig);
   std::vector<int> zeros;
   for (int i = 0; i < 4; ++i)
     if (problem_.refined_zeros[static_cast<std::size_t>(i)]) zeros.push_back(i);
-  block(
-      state_.zeros.data(), zeros, true,
-      [](int i) { return std::string(kJointNames[static_cast<std::size_t>(i)]) + " zero"; }, named("rad"));
-  block(
-      state_.plane.data(), {0, 1, 2}, true,
-      [](int i) {
-        return std::string(i == 0 ? "laser tilt u" : i == 1 ? "laser tilt v" : "laser distance");
-      },
-      [](int i) { return std::string(i < 2 ? "rad" : "m"); });
-  block(
-      state_.sweep.data(), {0, 1}, false,
-      [](int i) { return std::string(i == 0 ? "slew" : "shoulder") + " in the sweep"; }, named("rad"));
-  if (problem_.boards.bends) block(state_.bend.data(), {0, 1}, false, named("the target's bend"), named("m"));
+  block([](JointState& s) { return s.zeros.data(); }, zeros, JointColumn::kRig,
+        [](int i) { return std::string(kJointNames[static_cast<std::size_t>(i)]) + " zero"; }, named("rad"));
+  block([](JointState& s) { return s.plane.data(); }, {0, 1, 2}, JointColumn::kRig,
+        [](int i) { return std::string(kPlaneNames[static_cast<std::size_t>(i)]); },
+        [](int i) { return std::string(i < 2 ? "rad" : "m"); });
+  block([](JointState& s) { return s.sweep.data(); }, {0, 1}, JointColumn::kSweep,
+        [](int i) { return std::string(i == 0 ? "slew" : "shoulder") + " in the sweep"; }, named("rad"));
+  if (problem_.boards.bends)
+    block([](JointState& s) { return s.bend.data(); }, {0, 1}, JointColumn::kPicture, named("the target's bend"),
+          named("m"));
   for (std::size_t v = 0; v < state_.views.size(); ++v)
-    pose(state_.views[v].data(), problem_.boards.views[v].name, false);
-  for (std::size_t s = 0; s < state_.sheets.size(); ++s) pose(state_.sheets[s].data(), problem_.sheets[s].name, false);
+    pose([v](JointState& s) { return s.views[v].data(); }, problem_.boards.views[v].name, JointColumn::kPicture);
+  for (std::size_t i = 0; i < state_.sheets.size(); ++i)
+    pose([i](JointState& s) { return s.sheets[i].data(); }, problem_.sheets[i].name, JointColumn::kPicture);
   for (std::size_t v = 0; v < state_.joints.size(); ++v)
-    block(state_.joints[v].data(), {0, 1, 2, 3}, false, named("joints of " + problem_.postures[v].name), named("rad"));
+    block([v](JointState& s) { return s.joints[v].data(); }, {0, 1, 2, 3}, JointColumn::kPicture,
+          named("joints of " + problem_.postures[v].name), named("rad"));
   for (std::size_t k = 0; k < knocks_.size(); ++k) {
     if (!ceres_.HasParameterBlock(knocks_[k].data())) continue;
     ceres_.SetParameterBlockVariable(knocks_[k].data());

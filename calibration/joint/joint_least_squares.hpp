@@ -3,6 +3,8 @@
 
 #include <ceres/problem.h>
 
+#include <functional>
+
 #include "calibration/joint/joint_errors.hpp"
 
 namespace tankrig {
@@ -33,10 +35,16 @@ struct JointGroups {
 
 /// One number of the state that is looked for.
 struct JointColumn {
+  enum Of { kRig, kSweep, kPicture };  ///< kPicture: of one picture, or of one posture
+
   std::string name, unit;
-  double* number = nullptr;
-  bool of_rig = true;  ///< false: of one picture, or of one posture
+  Of of = kRig;
+  std::function<double*(JointState&)> block;
+  int at = 0;  ///< in the block
+
+  double& in(JointState& state) const { return block(state)[at]; }
 };
+inline constexpr std::array<const char*, 3> kPlaneNames{"laser tilt u", "laser tilt v", "laser distance"};
 
 /// Around a solution.
 struct JointLinear {
