@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 
+#include "calibration/laser_plane/stripe_stretches.hpp"
 #include "core/input_error.hpp"
 #include "core/ray_meeting.hpp"
 
@@ -15,16 +16,11 @@ constexpr double kLensLimit_px = 0.4, kMarkerLimit_px = 1.0, kStereoLimit_mm = 1
 constexpr double kMountLimit_px = 1.0;
 constexpr double kOutOfView_px = 1e4;
 constexpr std::size_t kLeastCorners = 6;  // of a board, in both pictures
-// Points of a stripe that are judged by their mean: squares' edges pull single ones.
-constexpr std::size_t kStretch = 32;
-// A stretch this far off its board is no stripe of the sheet, if only so many of all are.
-constexpr double kStray_mm = 10, kMostStrays = 0.05;
 
 class RootMeanSquare {
  public:
   void add(double value) { squares_ += value * value, ++count_; }
   void add(const RootMeanSquare& others) { squares_ += others.squares_, count_ += others.count_; }
-  double count() const { return static_cast<double>(count_); }
   /// Infinite of nothing.
   double value() const { return count_ ? std::sqrt(squares_ / static_cast<double>(count_)) : HUGE_VAL; }
 
@@ -139,25 +135,15 @@ CalibrationCheck marker_check(const RigCamera& camera, const ArmModel& arm, cons
 
 CalibrationCheck sheet_check(const RigCamera& camera, const ArmModel& arm, const Plane& ePl,
                              const std::vector<SheetViews>& boards) {
-  RootMeanSquare near, strays;
+  std::vector<double> off;
   for (const SheetViews& board : boards)
     for (const SheetView& view : board.views) {
       const Plane cPl = camera.bMc.inverse() * arm.bMe(view.q) * ePl;
-      double off = 0;
-      std::size_t points = 0;
-      for (const PlacedStripePoint& point : view.points) {
-        const Vector2d pixel = camera.model.project(point.p).value();  // it was found there
-        const Vector3d ray = camera.model.ray(pixel.x(), pixel.y());
-        const Vector3d placed = point.p - cPl.distance(point.p) / cPl.normal.dot(ray) * ray;
-        off += (board.board.cMt.inverse() * placed).z();
-        if (++points < kStretch) continue;
-        const double mean_mm = 1e3 * off / kStretch;
-        (std::abs(mean_mm) < kStray_mm ? near : strays).add(mean_mm);
-        off = 0, points = 0;
-      }
+      const std::vector<double> of_view = stretches_off(camera.model, cPl, board.board.cMt, view.points);
+      off.insert(off.end(), of_view.begin(), of_view.end());
     }
-  RootMeanSquare error = near;
-  if (strays.count() > kMostStrays * (near.count() + strays.count())) error.add(strays);
+  RootMeanSquare error;
+  if (const auto rms = rms_of_stretches(off)) error.add(1e3 * *rms);
   return check("laser: stripe on boards", error, kSheetLimit_mm, "mm");
 }
 

@@ -25,8 +25,7 @@ CalibrationCheck mount_check(const RigCamera& from, const RigCamera& camera, con
 CalibrationCheck marker_check(const RigCamera& camera, const ArmModel& arm, const Transform& eMg,
                               const std::vector<HandEyeView>& views);
 
-/// How far the laser places stretches of the stripe off the leaning boards it lies on. Up to 5 % that lie 10 mm off or more
-/// are left out: what was found there is no stripe of the sheet.
+/// How far the laser places stretches of the stripe off the leaning boards it lies on.
 CalibrationCheck sheet_check(const RigCamera& camera, const ArmModel& arm, const Plane& ePl,
                              const std::vector<SheetViews>& boards);
 
