@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/input_error.hpp"
+#include "core/lens_numbers.hpp"
 #include "core/model_yaml.hpp"
 #include "core/session_names.hpp"
 #include "core/settings_table.hpp"
@@ -51,10 +52,11 @@ const Setting<CalibratedLens> kLensRows[] = {
     {"", kSource},
 };
 void check_lens(const ConfigNode& node, const CalibratedLens& lens) {
-  if (lens.sigma.size() != 9 && !(lens.model.port && lens.sigma.size() == 12))
-    node.fail("sigma", "found " + std::to_string(lens.sigma.size()) +
-                           " numbers, expected 9: of fx, fy, cx, cy, k1, k2, p1, p2, k3; behind a port also 12: of its "
-                           "distance, and of its normal's x and y over z");
+  constexpr std::size_t kOfLens = kLensNumbers.size(), kWithPort = kOfLens + 3;
+  if (lens.sigma.size() != kOfLens && !(lens.model.port && lens.sigma.size() == kWithPort))
+    node.fail("sigma", "found " + std::to_string(lens.sigma.size()) + " numbers, expected " + std::to_string(kOfLens) +
+                           ": of fx, fy, cx, cy, k1, k2, p1, p2, k3; behind a port also " + std::to_string(kWithPort) +
+                           ": of its distance, and of its normal's x and y over z");
 }
 constexpr SettingsTable<CalibratedLens> kLens{kLensRows, check_lens};
 

@@ -6,6 +6,7 @@
 #include "calibration/budget/error_budget.hpp"
 #include "calibration/intrinsics/board_bundle.hpp"
 #include "core/angles.hpp"
+#include "core/lens_numbers.hpp"
 
 namespace tankrig {
 namespace {
@@ -14,9 +15,7 @@ using PickCamera = BudgetCamera& (*)(MeasuringRig&);
 
 CameraModel between(const CameraModel& from, const CameraModel& to, double share) {
   CameraModel model = from;
-  for (const auto member : {&CameraModel::fx, &CameraModel::fy, &CameraModel::cx, &CameraModel::cy, &CameraModel::k1,
-                            &CameraModel::k2, &CameraModel::p1, &CameraModel::p2, &CameraModel::k3})
-    model.*member += share * (to.*member - from.*member);
+  for (const auto member : kLensNumbers) model.*member += share * (to.*member - from.*member);
   if (from.port && to.port) {
     PortParameters port = parameters_of(*from.port);
     const PortParameters other = parameters_of(*to.port);

@@ -7,6 +7,7 @@
 #include "calibration/budget/error_budget.hpp"
 #include "calibration/intrinsics/board_bundle.hpp"
 #include "core/angles.hpp"
+#include "core/lens_numbers.hpp"
 
 namespace tankrig {
 namespace {
@@ -52,10 +53,9 @@ void add_pose(std::vector<Uncertainty>& all, const std::string& name, Camera cam
 
 void add_port(std::vector<Uncertainty>& all, const BudgetCamera& seen, Camera camera, const CalibratedLens* lens) {
   if (!seen.model.port) return;
-  constexpr std::size_t kOfLens = 9;
-  const bool measured = lens && lens->sigma.size() > kOfLens;
+  const bool measured = lens && lens->sigma.size() > kLensNumbers.size();
   PortParameters sigma{kPortDistance, kTurn, kTurn};
-  if (measured) std::copy(lens->sigma.begin() + kOfLens, lens->sigma.end(), sigma.begin());
+  if (measured) std::copy(lens->sigma.begin() + kLensNumbers.size(), lens->sigma.end(), sigma.begin());
   Uncertainty port{seen.name + ": flat port",
                    millimetres(sigma[0]) + ", " + milliradians(std::max(sigma[1], sigma[2])),
                    measured,
@@ -71,9 +71,6 @@ void add_port(std::vector<Uncertainty>& all, const BudgetCamera& seen, Camera ca
 }
 
 void add_lens(std::vector<Uncertainty>& all, const BudgetCamera& seen, Camera camera, const CalibratedLens* lens) {
-  static constexpr double CameraModel::*kMembers[] = {&CameraModel::fx, &CameraModel::fy, &CameraModel::cx,
-                                                      &CameraModel::cy, &CameraModel::k1, &CameraModel::k2,
-                                                      &CameraModel::p1, &CameraModel::p2, &CameraModel::k3};
   const double assumed[] = {kFocalShare * seen.model.fx,
                             kFocalShare * seen.model.fy,
                             kCentre,
@@ -88,13 +85,13 @@ void add_lens(std::vector<Uncertainty>& all, const BudgetCamera& seen, Camera ca
     Uncertainty uncertainty{seen.name + ": " + name, words, lens != nullptr, {}};
     for (std::size_t i = from; i < to; ++i)
       uncertainty.freedoms.push_back({sigma(i), [camera, i](MeasuringRig& rig, JointVector&, double amount) {
-                                        camera(rig).model.*kMembers[i] += amount;
+                                        camera(rig).model.*kLensNumbers[i] += amount;
                                       }});
     all.push_back(std::move(uncertainty));
   };
   part("focal lengths", 0, 2, fmt::format("{:.2g} px", sigma(0)));
   part("principal point", 2, 4, fmt::format("{:.2g} px", sigma(2)));
-  part("distortion", 4, 9, fmt::format("k1 {:.2g}", sigma(4)));
+  part("distortion", 4, kLensNumbers.size(), fmt::format("k1 {:.2g}", sigma(4)));
   add_port(all, seen, camera, lens);
 }
 

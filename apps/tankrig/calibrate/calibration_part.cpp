@@ -9,6 +9,7 @@
 #include "calibration/estimate/rotation_vector.hpp"
 #include "core/atomic_file.hpp"
 #include "core/input_error.hpp"
+#include "core/lens_numbers.hpp"
 #include "core/shown_text.hpp"
 #include "core/utc.hpp"
 #include "session/checking/sha256.hpp"
@@ -100,7 +101,7 @@ CalibratedLens calibrated_lens(const CameraModel& model, const std::vector<Estim
         std::find_if(estimates.begin(), estimates.end(), [name](const Estimate& e) { return e.name == name; });
     return found == estimates.end() ? 0 : found->sigma;
   };
-  for (const char* name : {"fx", "fy", "cx", "cy", "k1", "k2", "p1", "p2", "k3"}) lens.sigma.push_back(sigma(name));
+  for (std::size_t i = 0; i < kLensNumbers.size(); ++i) lens.sigma.push_back(sigma(kCameraParameterNames[i]));
   if (model.port)
     for (const char* name : kPortParameterNames) lens.sigma.push_back(sigma(name));
   return lens;

@@ -27,6 +27,7 @@
 #include "calibration/stereo/pair_agreement.hpp"
 #include "core/atomic_file.hpp"
 #include "core/input_error.hpp"
+#include "core/lens_numbers.hpp"
 #include "core/shown_text.hpp"
 #include "rig/plan/operator_plan.hpp"
 #include "session/recording/png_file.hpp"

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "core/input_error.hpp"
+#include "core/lens_numbers.hpp"
 
 namespace fs = std::filesystem;
 
