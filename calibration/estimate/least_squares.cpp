@@ -1,6 +1,5 @@
 #include "calibration/estimate/least_squares.hpp"
 
-#include <ceres/solver.h>
 #include <fmt/core.h>
 
 #include <Eigen/Eigenvalues>
@@ -12,9 +11,9 @@
 
 namespace tankrig {
 
-void minimise(ceres::Problem& problem, const std::string& what) {
+ceres::Solver::Options solver_options(ceres::LinearSolverType linear) {
   ceres::Solver::Options options;
-  options.linear_solver_type = ceres::DENSE_QR;
+  options.linear_solver_type = linear;
   options.num_threads = 1;  // more change the order of sums
   options.logging_type = ceres::SILENT;
   options.max_num_iterations = 200;
@@ -23,8 +22,12 @@ void minimise(ceres::Problem& problem, const std::string& what) {
   options.function_tolerance = 1e-14;
   options.gradient_tolerance = 1e-14;
   options.parameter_tolerance = 1e-12;
+  return options;
+}
+
+void minimise(ceres::Problem& problem, const std::string& what) {
   ceres::Solver::Summary summary;
-  ceres::Solve(options, &problem, &summary);
+  ceres::Solve(solver_options(ceres::DENSE_QR), &problem, &summary);
   if (!summary.IsSolutionUsable() || !std::isfinite(summary.final_cost))
     throw InputError(fmt::format("{}: found no minimum ({})", what, summary.message));
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <ceres/problem.h>
+#include <ceres/solver.h>
 
 #include <Eigen/Core>
 #include <string>
@@ -11,7 +12,10 @@
 
 namespace tankrig {
 
-/// Minimises in one thread by a dense QR.
+/// How every solver here has Ceres: one thread and nothing said, as far as doubles go.
+ceres::Solver::Options solver_options(ceres::LinearSolverType linear);
+
+/// Minimises by a dense QR.
 /// Errors: InputError with `what` if no usable solution is found.
 void minimise(ceres::Problem& problem, const std::string& what);
 

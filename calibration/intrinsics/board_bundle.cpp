@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "calibration/estimate/differentiable.hpp"
+#include "calibration/estimate/least_squares.hpp"
 #include "calibration/intrinsics/reprojection.hpp"
 
 namespace tankrig {
@@ -77,16 +78,8 @@ class LeastSquares {
   }
 
   BundleFit solve(BoardBundle& out) {
-    ceres::Solver::Options options;
-    options.num_threads = 1;
-    options.linear_solver_type = ceres::DENSE_SCHUR;
-    options.max_num_iterations = 200;
-    options.function_tolerance = 1e-13;
-    options.gradient_tolerance = 1e-12;
-    options.parameter_tolerance = 1e-12;
-    options.logging_type = ceres::SILENT;
     ceres::Solver::Summary summary;
-    ceres::Solve(options, &problem_, &summary);
+    ceres::Solve(solver_options(ceres::DENSE_SCHUR), &problem_, &summary);
     for (std::size_t k = 0; k < cameras_.size(); ++k) {
       out.cameras[k] = camera_of(out.cameras[k], cameras_[k]);
       if (auto& port = out.cameras[k].port) port = port_of(*port, ports_[k]);
