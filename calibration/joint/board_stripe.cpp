@@ -47,7 +47,8 @@ Line line_of(const std::vector<BoardPoint>& points, const std::vector<bool>& use
 }  // namespace
 
 std::optional<BoardStripe> board_stripe(const CameraModel& camera, const Transform& cMt,
-                                        const std::vector<PlacedStripePoint>& points, const JointVector& q) {
+                                        const std::vector<PlacedStripePoint>& points, const JointVector& q,
+                                        const JointVector& velocity) {
   if (points.size() < kLeastOfStripe) return std::nullopt;
   const Transform tMc = cMt.inverse();
   std::vector<double> sigmas;
@@ -69,7 +70,7 @@ std::optional<BoardStripe> board_stripe(const CameraModel& camera, const Transfo
     line = line_of(on_board, use);
   }
   if (line.spread < kLeastSpread) return std::nullopt;
-  BoardStripe stripe{q, {}};
+  BoardStripe stripe{q, velocity, {}};
   for (const int side : {0, 1}) {
     const Vector2d t = line.middle + (side ? line.spread : -line.spread) * line.along;
     const auto pixel = camera.project(cMt * Vector3d(t.x(), t.y(), 0));

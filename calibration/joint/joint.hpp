@@ -3,7 +3,8 @@
 //
 // Every group of measurements is weighed by what it errs, and that is measured with the rest: variance components (W. Foerstner
 // 1979). Errors that neighbours share make a group count for less. What moves between postures is part of the problem: joints stand
-// elsewhere than they read, another way in each posture; in the sweep, slew and shoulder rest, and are off by the same all along.
+// elsewhere than they read, another way in each posture; in the sweep, slew and shoulder rest, and are off by the same all along. Pictures
+// that are taken while a joint moves show it where it was a delay before: linear in the delay, by the joint's speed.
 #pragma once
 
 #include <optional>
@@ -31,14 +32,15 @@ struct MarkerPosture {
 /// One picture's stripe on a flat board, as two places on it that err independently: to either side of its middle, as far as its
 /// points are spread.
 struct BoardStripe {
-  JointVector q = JointVector::Zero();
+  JointVector q = JointVector::Zero(), velocity = JointVector::Zero();  ///< at the picture's stamp
   std::array<Vector2d, 2> pixels;
 };
 
 /// The straight line through a stripe's points. Nothing if they are no line of some length.
 /// `points`: in c.
 std::optional<BoardStripe> board_stripe(const CameraModel& camera, const Transform& cMt,
-                                        const std::vector<PlacedStripePoint>& points, const JointVector& q);
+                                        const std::vector<PlacedStripePoint>& points, const JointVector& q,
+                                        const JointVector& velocity);
 
 /// A flat board that stands still under the sweep, seen by camera 0.
 struct SheetBoard {
@@ -47,6 +49,13 @@ struct SheetBoard {
   std::vector<Vector2d> corners;  ///< where camera 0 sees them, all of them
   Transform cMt = Transform::Identity();
   std::vector<BoardStripe> stripes;  ///< one after another in time
+};
+
+/// Camera 0's delay, t_camera - t_joints, as a sweep there and back over any surface tells it: that says nothing else of the rig, and
+/// nothing else of the rig says that (time_offset.hpp).
+struct SweepDelay {
+  double value = 0;       ///< beyond what stamps were corrected by [s]
+  double half_width = 0;  ///< of its 95 % interval [s]
 };
 
 /// Frames: c is camera 0, that which sees the stripe.
@@ -60,6 +69,7 @@ struct JointProblem {
   std::vector<MarkerPosture> postures;
   std::vector<SheetBoard> sheets;
   Plane ePl;
+  std::optional<SweepDelay> delay;  ///< nothing: stripes of both directions tell it
 };
 
 /// What a group of measurements errs.
@@ -74,7 +84,10 @@ struct ErrorGroup {
 struct Discrepancy {
   std::string name;
   double sigmas = 0;  ///< root of what the sum of squares would fall by: Mahalanobis' distance, of six freedoms
-  std::optional<double> moved, turned;  ///< [m, rad]; nothing where the measurements do not tell all six
+  struct Size {
+    double moved = 0, turned = 0;  ///< [m, rad]
+  };
+  std::optional<Size> size;  ///< nothing where the measurements do not tell all six
 };
 /// Six freedoms by chance: one in fifty thousand is beyond.
 inline constexpr double kMostSigmas = 5.8;
@@ -84,11 +97,11 @@ struct JointSolution {
   BoardBundle boards;
   Transform cMb = Transform::Identity(), eMg = Transform::Identity();
   ArmModel arm;
-  Plane ePl;                        ///< for joints as they read in the sweep
+  Plane ePl;                        ///< for joints as they read in the sweep, the delay taken off
   Vector3d centre, axis_u, axis_v;  ///< of the stripes, in e, and in the plane: what its numbers are about
   std::vector<Estimate>
-      parameters;  ///< lenses, kMc, cMb, eMg, zeros, the laser's tilts and distance from where the steps have it;
-                   ///< effects: the worse of laser and stereo
+      parameters;  ///< lenses, kMc, cMb, eMg, zeros, the laser's tilts and distance from where the steps have it, the
+                   ///< delay beyond what stamps were corrected by; effects: the worse of laser and stereo
   Eigen::MatrixXd covariance;  ///< of `parameters`
   std::vector<Transform> bMk;  ///< of every camera
   std::vector<Eigen::Matrix<double, 6, 6>>

@@ -68,9 +68,9 @@ std::vector<Discrepancy> discrepancies_of(const JointFit& fit) {
     Eigen::VectorXd change = Eigen::VectorXd::Zero(fit.normal.covariance.rows() + fit.normal.knocks.rows());
     change.head(fit.normal.covariance.rows()) = -fit.normal.covariance * across * step;
     change.segment<6>(fit.normal.covariance.rows() + at) = step;
-    Discrepancy& found = all.emplace_back(Discrepancy{fit.linear.knocks[k], sigmas_better(fit, change), {}, {}});
+    Discrepancy& found = all.emplace_back(Discrepancy{fit.linear.knocks[k], sigmas_better(fit, change), {}});
     // Of camera 0 the stripes tell how their plane has moved: not all six freedoms.
-    if (k > 0) found.moved = step.tail<3>().norm(), found.turned = step.head<3>().norm();
+    if (k > 0) found.size = {step.tail<3>().norm(), step.head<3>().norm()};
   }
   std::stable_sort(all.begin(), all.end(),
                    [](const Discrepancy& a, const Discrepancy& b) { return a.sigmas > b.sigmas; });

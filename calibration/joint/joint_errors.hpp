@@ -36,6 +36,16 @@ TransformOf<T> arm_at(const ArmModel& arm, const JointVector& q, const T* more) 
   return end_effector(arm, q, added);
 }
 
+/// By how much joints stand beyond what they read at a picture's stamp, in a sweep. `sweep`: slew and shoulder, the same all along;
+/// `delay`: of the stamp [s].
+template <class T>
+std::array<T, 4> beyond_reading(const T* zeros, const T* sweep, const T& delay, const JointVector& velocity) {
+  std::array<T, 4> more;
+  for (int i = 0; i < 4; ++i) more[static_cast<std::size_t>(i)] = zeros[i] - velocity[i] * delay;
+  more[0] += sweep[0], more[1] += sweep[1];
+  return more;
+}
+
 /// All points of the marker in one camera's picture.
 struct MarkerInPicture {
   const ArmModel* arm = nullptr;
@@ -100,12 +110,12 @@ struct StripeInPicture {
   Vector2d across_t, across_px;      ///< unit, across the stripe, on the board and in the picture
   double offset_weight = 1, slope_weight = 1;
 
-  /// `sweep`: by how much slew and shoulder stand beyond what they read; `knock`: how cMb differs from that of the marker.
+  /// `sweep`, `delay`: of beyond_reading(); `knock`: how cMb differs from that of the marker.
   template <class T>
   bool operator()(const T* lens, const T* cMt, const T* cMb, const T* zeros, const T* plane, const T* sweep,
-                  const T* knock, T* out) const {
-    const T more[4] = {zeros[0] + sweep[0], zeros[1] + sweep[1], zeros[2], zeros[3]};
-    const TransformOf<T> cMe = stepped(pose_of(cMb), knock) * arm_at(*arm, stripe->q, more);
+                  const T* delay, const T* knock, T* out) const {
+    const std::array<T, 4> more = beyond_reading(zeros, sweep, *delay, stripe->velocity);
+    const TransformOf<T> cMe = stepped(pose_of(cMb), knock) * arm_at(*arm, stripe->q, more.data());
     const TransformOf<T> board = pose_of(cMt);
     const VectorOf<T> normal = cMe.linear() * frame->normal_of(plane);
     const VectorOf<T> on_plane = cMe * frame->centre.cast<T>();
@@ -134,6 +144,17 @@ struct AboutZero {
   template <class T>
   bool operator()(const T* numbers, T* out) const {
     for (int i = 0; i < size; ++i) out[i] = weight * numbers[i];
+    return true;
+  }
+};
+
+/// A number that was measured by itself.
+struct Measured {
+  double value = 0, weight = 1;
+
+  template <class T>
+  bool operator()(const T* number, T* out) const {
+    out[0] = weight * (number[0] - value);
     return true;
   }
 };

@@ -90,8 +90,8 @@ std::vector<std::vector<double>> JointFit::rows_of(std::size_t group, const Eige
 }
 
 Plane JointFit::plane(const JointState& numbers) const {
-  const Vector3d normal = frame.normal_of(numbers.plane.data());
-  return {normal, numbers.plane[2] - normal.dot(frame.centre)};
+  const Vector3d across = frame.normal_of(numbers.plane.data());
+  return {across, numbers.plane[2] - across.dot(frame.centre)};
 }
 
 CameraModel JointFit::camera(const JointState& numbers, std::size_t k) const {
@@ -99,10 +99,9 @@ CameraModel JointFit::camera(const JointState& numbers, std::size_t k) const {
 }
 
 std::array<double, 2> JointFit::distances(std::size_t sheet, const BoardStripe& stripe) const {
-  const double more[4] = {state.zeros[0] + state.sweep[0], state.zeros[1] + state.sweep[1], state.zeros[2],
-                          state.zeros[3]};
+  const auto more = beyond_reading(state.zeros.data(), state.sweep.data(), state.delay, stripe.velocity);
   const Transform cMt = transform_of(state.sheets[sheet]),
-                  eMc = (transform_of(state.cMb) * arm_at(problem.arm, stripe.q, more)).inverse();
+                  eMc = (transform_of(state.cMb) * arm_at(problem.arm, stripe.q, more.data())).inverse();
   const CameraModel lens = camera(state, 0);
   const Plane ePl = plane(state);
   std::array<double, 2> out{};

@@ -35,6 +35,14 @@ struct JointFit {
 /// Variance of a mean of many in a row over that of as many independent ones, from how they go together within each row.
 double serial_allowance(const std::vector<std::vector<double>>& rows);
 
+/// How well the delay is known. The elbow errs alike from frame to frame, and other numbers take none of that from the difference of
+/// both directions: so what the stripes say of it varies by the slowest waves along the sweep, as in time_offset.cpp.
+struct DelaySpread {
+  double sigma = 0;    ///< [s]
+  double freedom = 0;  ///< degrees of it
+};
+DelaySpread delay_spread(const JointFit& fit);
+
 /// Moves that would make the measurements agree better, the worst first.
 std::vector<Discrepancy> discrepancies_of(const JointFit& fit);
 

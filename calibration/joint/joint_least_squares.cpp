@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibration/estimate/least_squares.hpp"
 #include "core/input_error.hpp"
 
 namespace tankrig {
@@ -114,15 +115,20 @@ void JointLeastSquares::add_sheets() {
                      along_px = sheet.stripes[i].pixels[1] - sheet.stripes[i].pixels[0];
       error.across_t = Vector2d(-along_t.y(), along_t.x()).normalized();
       error.across_px = Vector2d(-along_px.y(), along_px.x()).normalized();
-      add(cost_of<StripeInPicture, 2, kCameraParameters, 6, 6, 4, 3, 2, 6>(error),
+      add(cost_of<StripeInPicture, 2, kCameraParameters, 6, 6, 4, 3, 2, 1, 6>(error),
           {state_.lenses[0].data(), state_.sheets[s].data(), state_.cMb.data(), state_.zeros.data(),
-           state_.plane.data(), state_.sweep.data(), knocks_[0].data()},
+           state_.plane.data(), state_.sweep.data(), &state_.delay, knocks_[0].data()},
           {at_.offset(), at_.slope()});
     }
   }
   // Joints at rest err as they do in any posture.
   ceres_.AddResidualBlock(cost_of<AboutZero<2>, 2, 2>({weight(at_.joints())}), nullptr, state_.sweep.data());
   group_of_row_.insert(group_of_row_.end(), 2, -1);
+  if (const auto& swept = problem_.delay) {
+    ceres_.AddResidualBlock(cost_of<Measured, 1, 1>({swept->value, kWidth / swept->half_width}), nullptr,
+                            &state_.delay);
+    group_of_row_.push_back(-1);
+  }
 }
 
 void JointLeastSquares::hold_what_is_not_free() {
@@ -148,16 +154,8 @@ void JointLeastSquares::hold_what_is_not_free() {
 }
 
 void JointLeastSquares::solve() {
-  ceres::Solver::Options options;
-  options.num_threads = 1;  // more change the order of sums
-  options.linear_solver_type = ceres::DENSE_SCHUR;
-  options.max_num_iterations = 100;
-  options.function_tolerance = 1e-12;
-  options.gradient_tolerance = 1e-12;
-  options.parameter_tolerance = 1e-11;
-  options.logging_type = ceres::SILENT;
   ceres::Solver::Summary summary;
-  ceres::Solve(options, &ceres_, &summary);
+  ceres::Solve(solver_options(ceres::DENSE_SCHUR), &ceres_, &summary);
   if (!summary.IsSolutionUsable() || !std::isfinite(summary.final_cost))
     throw InputError(fmt::format("joint refinement: found no minimum ({})", summary.message));
 }
@@ -198,6 +196,8 @@ JointLinear JointLeastSquares::linear() {
   block([](JointState& s) { return s.plane.data(); }, {0, 1, 2}, JointColumn::kRig,
         [](int i) { return std::string(kPlaneNames[static_cast<std::size_t>(i)]); },
         [](int i) { return std::string(i < 2 ? "rad" : "m"); });
+  block([](JointState& s) { return &s.delay; }, {0}, JointColumn::kRig, named(problem_.cameras[0] + " delay"),
+        named("s"));
   block([](JointState& s) { return s.sweep.data(); }, {0, 1}, JointColumn::kSweep,
         [](int i) { return std::string(i == 0 ? "slew" : "shoulder") + " in the sweep"; }, named("rad"));
   if (problem_.boards.bends)

@@ -16,9 +16,12 @@ struct JointState {
   PoseNumbers cMb{}, eMg{};
   std::array<double, 4> zeros{};              ///< beyond those of JointProblem::arm
   std::array<double, 3> plane{};              ///< as PlaneFrame has it
+  double delay = 0;                           ///< of camera 0's stamps, beyond what they were corrected by [s]
   std::array<double, 2> sweep{};              ///< by how much slew and shoulder stand beyond what they read, all along
   std::vector<std::array<double, 4>> joints;  ///< likewise all four, posture by posture
 };
+
+inline constexpr double kWidth = 1.96;  ///< of 95 % intervals, in sigmas
 
 /// What is measured, in groups that err alike. With K cameras: boards by camera, markers by camera, then these.
 struct JointGroups {

@@ -17,10 +17,9 @@ void fold_sweep(const JointFit& fit, JointState& state) {
   for (const SheetBoard& sheet : fit.problem.sheets)
     for (const BoardStripe& stripe : sheet.stripes) q += stripe.q, ++stripes;
   q /= stripes;
-  const double more[4] = {state.zeros[0] + state.sweep[0], state.zeros[1] + state.sweep[1], state.zeros[2],
-                          state.zeros[3]};
+  const auto more = beyond_reading(state.zeros.data(), state.sweep.data(), 0.0, JointVector::Zero());
   const ArmModel& arm = fit.problem.arm;
-  const Plane ePl = arm_at(arm, q, state.zeros.data()).inverse() * arm_at(arm, q, more) * fit.plane(state);
+  const Plane ePl = arm_at(arm, q, state.zeros.data()).inverse() * arm_at(arm, q, more.data()) * fit.plane(state);
   // As numbers about the frame: its normal is n + a u + b v, made a unit.
   const PlaneFrame& frame = fit.frame;
   const double along = ePl.normal.dot(frame.normal);
@@ -61,7 +60,7 @@ struct RigNumbers {
   JointState state;
   Columns columns;
   Eigen::MatrixXd covariance;
-  Eigen::VectorXd sigmas;
+  Eigen::VectorXd sigmas, widths;  ///< widths: half of the 95 % intervals'
 
   Eigen::MatrixXd by(const std::function<Eigen::VectorXd(const JointState&)>& of) const {
     return derivatives(state, columns, sigmas, of);
@@ -75,7 +74,7 @@ struct RigNumbers {
 };
 
 RigNumbers rig_numbers(const JointFit& fit) {
-  RigNumbers out{fit.state, columns_of(fit.linear, JointColumn::kRig), {}, {}};
+  RigNumbers out{fit.state, columns_of(fit.linear, JointColumn::kRig), {}, {}, {}};
   fold_sweep(fit, out.state);
   // And the sweep's joints, which the plane takes up.
   Columns looked_for = out.columns;
@@ -92,17 +91,24 @@ RigNumbers rig_numbers(const JointFit& fit) {
   };
   const Eigen::MatrixXd by = derivatives(fit.state, looked_for, covariance.diagonal().cwiseSqrt(), folded);
   out.covariance = by * covariance * by.transpose();
+  const DelaySpread spread = delay_spread(fit);
+  const auto delay =
+      std::find_if(out.columns.begin(), out.columns.end(), [](const auto* c) { return c->unit == "s"; }) -
+      out.columns.begin();
+  const double wider = spread.sigma / std::sqrt(out.covariance(delay, delay));
+  out.covariance.row(delay) *= wider, out.covariance.col(delay) *= wider;
   out.sigmas = out.covariance.diagonal().cwiseSqrt();
+  out.widths = kWidth * out.sigmas;
+  out.widths[delay] = interval_factor(spread.freedom) * spread.sigma;
   return out;
 }
 
 void add_parameters(const RigNumbers& rig, JointSolution& out) {
-  constexpr double kWidth = 1.96;
   JointState state = rig.state;
   for (std::size_t k = 0; k < rig.columns.size(); ++k) {
-    const double sigma = rig.sigmas[static_cast<Eigen::Index>(k)];
+    const auto at = static_cast<Eigen::Index>(k);
     out.parameters.push_back(
-        {rig.columns[k]->name, rig.columns[k]->unit, rig.columns[k]->in(state), sigma, kWidth * sigma, 0});
+        {rig.columns[k]->name, rig.columns[k]->unit, rig.columns[k]->in(state), rig.sigmas[at], rig.widths[at], 0});
   }
   out.covariance = rig.covariance;
 }
@@ -111,7 +117,7 @@ void add_parameters(const RigNumbers& rig, JointSolution& out) {
 void add_effects(const JointFit& fit, const RigNumbers& rig, JointSolution& out) {
   struct Place {
     Vector2d pixel;
-    JointVector q;
+    JointVector q, velocity;
     std::optional<std::array<Vector2d, 2>> by_eyes;
   };
   std::vector<Place> places;
@@ -122,7 +128,7 @@ void add_effects(const JointFit& fit, const RigNumbers& rig, JointSolution& out)
       if (fit.strays[s][i]) continue;
       const BoardStripe& stripe = fit.problem.sheets[s].stripes[i];
       for (const Vector2d& pixel : stripe.pixels) {
-        Place place{pixel, stripe.q, {}};
+        Place place{pixel, stripe.q, stripe.velocity, {}};
         if (eyes) {
           const CameraModel in_left = fit.camera(rig.state, 1), in_right = fit.camera(rig.state, 2);
           const Transform cMt = transform_of(rig.state.sheets[s]);
@@ -141,7 +147,8 @@ void add_effects(const JointFit& fit, const RigNumbers& rig, JointSolution& out)
     const CameraModel lens = fit.camera(state, 0);
     const Transform cMb = transform_of(state.cMb);
     for (std::size_t i = 0; i < places.size(); ++i) {
-      const Plane cPl = cMb * arm_at(fit.problem.arm, places[i].q, state.zeros.data()) * ePl;
+      const auto more = beyond_reading(state.zeros.data(), state.sweep.data(), state.delay, places[i].velocity);
+      const Plane cPl = cMb * arm_at(fit.problem.arm, places[i].q, more.data()) * ePl;
       const Vector3d ray = lens.ray(places[i].pixel.x(), places[i].pixel.y());
       all.segment<3>(3 * static_cast<Eigen::Index>(i)) = -cPl.offset / cPl.normal.dot(ray) * ray;
     }

@@ -62,6 +62,8 @@ void check(const JointProblem& problem) {
     for (const BoardStripe& stripe : sheet.stripes) elbows.push_back(stripe.q[kElbow]);
   }
   check_elbow("from stripe to stripe", elbows);
+  if (problem.delay && !(problem.delay->half_width > 0))
+    refuse(fmt::format("found a delay known to {:g} s, expected more than 0", problem.delay->half_width));
 }
 
 PlaneFrame plane_frame(const JointProblem& problem) {

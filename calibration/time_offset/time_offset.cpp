@@ -16,9 +16,7 @@
 namespace tankrig {
 namespace {
 
-constexpr double kReach = 0.1;                // [s] of joints wanted before and after each stripe
-constexpr std::ptrdiff_t kLeastReadings = 6;  // within the reach, for a parabola
-constexpr double kLeastSine = 0.02;           // of the angle between ray and laser plane
+constexpr double kLeastSine = 0.02;  // of the angle between ray and laser plane
 constexpr std::size_t kLeastPairs = 200;
 constexpr double kLeastFrames = 21;  // of a pass that see places of the other
 constexpr int kLeastWaves = 2;
@@ -31,27 +29,6 @@ constexpr int kIterations = 20;
 
 using Parameters = Eigen::Vector2d;  // offset [s], backlash [rad]
 
-/// Readings come in whole ticks: a parabola through those of the time around `when` errs by a part of one.
-JointVector joints_at(const std::vector<TimedJoints>& joints, Stamp when) {
-  const auto earlier = [](const TimedJoints& j, Stamp t) { return j.stamp < t; };
-  const auto first = std::lower_bound(joints.begin(), joints.end(), when - from_seconds(kReach), earlier);
-  const auto last = std::lower_bound(first, joints.end(), when + from_seconds(kReach), earlier);
-  Eigen::Matrix3d h = Eigen::Matrix3d::Zero();
-  Eigen::Matrix<double, 3, JointVector::RowsAtCompileTime> g;
-  g.setZero();
-  for (auto j = first; j != last; ++j) {
-    const double t = seconds(j->stamp - when) / kReach;
-    const Eigen::Vector3d powers(1, t, t * t);
-    h += powers * powers.transpose();
-    g += powers * j->q.transpose();
-  }
-  if (last - first >= kLeastReadings) return h.ldlt().solve(g).row(0);
-  const auto after = std::clamp(std::lower_bound(joints.begin(), joints.end(), when, earlier),
-                                std::next(joints.begin()), std::prev(joints.end()));
-  const TimedJoints &a = *std::prev(after), &b = *after;
-  return a.q + (b.q - a.q) * (seconds(when - a.stamp) / seconds(b.stamp - a.stamp));
-}
-
 /// One recording with its pairs, and what does not change while the offset is looked for.
 struct Sweeps {
   const TimeOffsetRecording* recording = nullptr;
@@ -63,8 +40,8 @@ struct Sweeps {
 
 bool covered(const TimeOffsetRecording& recording, std::size_t stripe) {
   const Stamp when = recording.stripes[stripe].stamp;
-  return when - from_seconds(kReach) >= recording.joints.front().stamp &&
-         when + from_seconds(kReach) <= recording.joints.back().stamp;
+  return when - from_seconds(kMotionReach) >= recording.joints.front().stamp &&
+         when + from_seconds(kMotionReach) <= recording.joints.back().stamp;
 }
 
 Sweeps prepare(const TimeOffsetProblem& problem, const TimeOffsetRecording& recording) {
@@ -99,7 +76,7 @@ Sweeps prepare(const TimeOffsetProblem& problem, const TimeOffsetRecording& reco
 std::vector<Plane> planes(const TimeOffsetProblem& problem, const Sweeps& sweeps, const Parameters& p) {
   std::vector<Plane> out(sweeps.recording->stripes.size());
   for (std::size_t s = 0; s < out.size(); ++s) {
-    JointVector q = joints_at(sweeps.recording->joints, sweeps.recording->stripes[s].stamp - from_seconds(p[0]));
+    JointVector q = motion_at(sweeps.recording->joints, sweeps.recording->stripes[s].stamp - from_seconds(p[0])).q;
     q[sweeps.joint] -= 0.5 * p[1] * sweeps.direction[s];
     out[s] = (problem.cMb * problem.arm.bMe(q)) * problem.ePl;
   }
@@ -265,7 +242,7 @@ Spread spread_of(const std::vector<Sweeps>& recordings, const Linear& l, const N
     double total = 0;
     std::vector<std::pair<double, Eigen::Index>> places;  // in the order in which the sweep comes by
     for (const StripePair& p : s.pairs) {
-      places.emplace_back(joints_at(s.recording->joints, s.recording->stripes[p.single].stamp)[s.joint], first);
+      places.emplace_back(motion_at(s.recording->joints, s.recording->stripes[p.single].stamp).q[s.joint], first);
       total += information(first++);
     }
     if (!(total > 0)) throw InputError("time offset: no place of a recording agrees in both directions");

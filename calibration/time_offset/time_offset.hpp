@@ -18,17 +18,12 @@
 #include <optional>
 #include <vector>
 
+#include "calibration/time_offset/joint_motion.hpp"
 #include "core/arm_model.hpp"
 #include "core/camera_model.hpp"
 #include "core/time.hpp"
 
 namespace tankrig {
-
-/// The joints at one instant of their own clock.
-struct TimedJoints {
-  Stamp stamp{};
-  JointVector q = JointVector::Zero();
-};
 
 /// A point of the stripe.
 /// Units: pixels.

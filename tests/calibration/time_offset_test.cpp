@@ -71,6 +71,25 @@ TEST(TimeOffset, HasASigmaThatIsWhatTheSolutionsScatterBy) {
   EXPECT_LT(worst, 4 * scatter);  // a sigma of two waves is itself uncertain: what one is worth, Interval shows
 }
 
+TEST(JointMotion, IsThatOfTheLinkThoughReadingsComeInTicks) {
+  for (const double velocity : {0.065, 0.1, 0.2}) {
+    GeneratedSweep sweep;
+    sweep.velocity = velocity;
+    const TimeOffsetProblem problem = sweep.problem();
+    const auto& [joints, stripes] = problem.recordings[0];
+    for (const TimedStripe& stripe : stripes) {
+      const double expected = stripe.pass == 0 ? velocity : -velocity;
+      EXPECT_NEAR(motion_at(joints, stripe.stamp).velocity[kElbow], expected, 0.03 * velocity);
+    }
+    // At rest before the sweep; and where readings are few.
+    EXPECT_NEAR(motion_at(joints, joints[20].stamp).velocity.norm(), 0, 1e-12);
+    const std::vector<TimedJoints> two{{Stamp{}, JointVector::Zero()},
+                                       {Stamp{} + from_seconds(2), JointVector::Ones()}};
+    EXPECT_NEAR(motion_at(two, Stamp{} + from_seconds(0.5)).q[0], 0.25, 1e-12);
+    EXPECT_NEAR(motion_at(two, Stamp{} + from_seconds(0.5)).velocity[0], 0.5, 1e-12);
+  }
+}
+
 struct Conditions {
   const char* name;
   double noise_px, velocity, to;

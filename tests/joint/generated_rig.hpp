@@ -31,6 +31,9 @@ struct GeneratedRig {
   double point_px = 0.15, speckle_px = 0.1;  ///< of a stripe's point; shared by points near each other
   double jitter_rad = 0.1e-3;                ///< of the elbow in motion; neighbouring frames share it
   double shoulder_zero = 0.008, elbow_zero = -0.012;
+  double delay = 0;              ///< of the mono camera's stamps, beyond what they were corrected by [s]
+  bool back = false;             ///< the sweep over the boards goes back, too
+  double delay_sigma = 0.05e-3;  ///< of the sweep over the object, which tells the delay [s]
   Transform left_knock = Transform::Identity();  ///< of the left eye in itself, after the boards
   Transform mono_knock = Transform::Identity();  ///< of the mono camera, after the marker
 
@@ -50,11 +53,16 @@ struct GeneratedRig {
   JointVector sweep_off = JointVector::Zero();  ///< by how much joints stand beyond what they read, all along the sweep
   BoardBundle bundle;                           ///< with a guess of cameras and places
   std::vector<MarkerPosture> seen_postures;     ///< by Eye
+  struct SheetStripe {
+    JointVector q, velocity;
+    StripeLine line;
+  };
   struct Sheet {
     FoundBoard corners;
-    std::vector<std::pair<JointVector, StripeLine>> stripes;
+    std::vector<SheetStripe> stripes;
   };
   std::vector<Sheet> sheets;
+  SweepDelay swept;
 
   ArmModel true_arm() const {
     ArmModel arm = arm5e();
@@ -78,6 +86,7 @@ struct GeneratedRig {
     for (int joint = 0; joint < 4; ++joint) sweep_off[joint] = joint_rad * normal(random);
     generate_sheet({-0.17, 0.03, 0.97}, {0.62, 0.08, -0.78}, random, normal);
     generate_sheet({-0.40, 0.02, 0.98}, {0.75, 0.02, -0.66}, random, normal);
+    swept = {delay + delay_sigma * normal(random), 1.96 * delay_sigma};
   }
 
   /// Places off the box's faces, root mean square: with the object where the mono camera sees it, and in the arm's base [m].
@@ -201,11 +210,15 @@ struct GeneratedRig {
     const Vector2d more = Vector2d::Constant(0.9 * sheet.spacing), most = sheet.points().back().head<2>() + more;
     const ArmModel arm = true_arm();
     double jitter = 0;
-    for (double elbow = sweep().from; elbow < sweep().to; elbow += 0.006) {
-      JointVector q = sweep().posture;
-      q[kElbow] = elbow;
+    std::vector<std::pair<double, double>> frames;  // elbow, its velocity
+    for (double elbow = sweep().from; elbow < sweep().to; elbow += 0.006) frames.emplace_back(elbow, sweep().velocity);
+    for (std::size_t i = back ? frames.size() : 0; i > 0; --i)
+      frames.emplace_back(frames[i - 1].first, -sweep().velocity);
+    for (const auto& [elbow, speed] : frames) {
+      JointVector q = sweep().posture, velocity = JointVector::Zero();
+      q[kElbow] = elbow, velocity[kElbow] = speed;
       jitter = 0.8 * jitter + 0.6 * jitter_rad * normal(random);
-      JointVector stands = q + sweep_off;
+      JointVector stands = q + sweep_off - delay * velocity;
       stands[kElbow] += jitter;
       const Plane tPl = (arm.bMe(stands).inverse() * bMt).inverse() * ePl;
       // Over the board's columns of points, where the sheet is.
@@ -231,7 +244,7 @@ struct GeneratedRig {
             {at, pixels[i][b] + share * (pixels[i + 1][b] - pixels[i][b]) + speckle + point_px * normal(random),
              std::hypot(point_px, speckle_px)});
       }
-      out.stripes.emplace_back(q, std::move(line));
+      out.stripes.push_back({q, velocity, std::move(line)});
     }
     sheets.push_back(std::move(out));
   }
@@ -276,7 +289,7 @@ inline SteppedCalibration by_steps(const GeneratedRig& rig) {
     board.corners = sheet.corners.pixels;
     board.cMt = board_pose({mono}, board.points, sheet.corners)->cMt;
     const Vector2d more = Vector2d::Constant(0.9 * rig.sheet.spacing);
-    for (const auto& [q, line] : sheet.stripes) {
+    for (const auto& [q, velocity, line] : sheet.stripes) {
       const auto points = points_on_board(mono, line, board.cMt, {-more, rig.sheet.points().back().head<2>() + more});
       if (points.size() < 30) continue;
       const int group = static_cast<int>(plane.groups.size());
@@ -284,11 +297,12 @@ inline SteppedCalibration by_steps(const GeneratedRig& rig) {
       const Transform eMc = (arm.cMb * arm.arm.bMe(q)).inverse();
       for (std::size_t i = 0; i < points.size(); i += std::max<std::size_t>(1, points.size() / 60))
         plane.points.push_back({eMc * points[i].p, std::max(points[i].sigma, 1e-5), group});
-      if (const auto stripe = board_stripe(mono, board.cMt, points, q)) board.stripes.push_back(*stripe);
+      if (const auto stripe = board_stripe(mono, board.cMt, points, q, velocity)) board.stripes.push_back(*stripe);
     }
     joint.sheets.push_back(std::move(board));
   }
   joint.ePl = solve(plane).plane;
+  joint.delay = rig.swept;
 
   BelievedRig& believed = out.believed;
   for (const RationalCamera& camera : cameras.bundle.cameras) believed.lenses.push_back(camera);

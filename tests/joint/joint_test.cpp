@@ -12,6 +12,7 @@
 #include "calibration/intrinsics/reprojection.hpp"
 #include "core/input_error.hpp"
 #include "tests/joint/generated_rig.hpp"
+#include "tests/support/seeds.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace tankrig {
@@ -57,6 +58,7 @@ std::map<std::string, double> true_numbers(const GeneratedRig& rig, const JointP
   out["laser tilt u"] = ePl.normal.dot(found.axis_u) / along;
   out["laser tilt v"] = ePl.normal.dot(found.axis_v) / along;
   out["laser distance"] = ePl.distance(found.centre);
+  out["mono delay"] = rig.delay;
   return out;
 }
 
@@ -118,8 +120,9 @@ TEST(JointStudy, IsNoWorseThanTheStepsAndItsIntervalsHoldTheTruth) {
 }
 
 void print(const Discrepancy& d) {
-  std::printf("%s: %.1f sigmas, %.2f mm, %.2f mrad (0: not told)\n", d.name.c_str(), d.sigmas,
-              1e3 * d.moved.value_or(0), 1e3 * d.turned.value_or(0));
+  const Discrepancy::Size size = d.size.value_or(Discrepancy::Size());
+  std::printf("%s: %.1f sigmas, %.2f mm, %.2f mrad (0: not told)\n", d.name.c_str(), d.sigmas, 1e3 * size.moved,
+              1e3 * size.turned);
 }
 
 TEST(Joint, NamesTheCameraThatWasKnockedBetweenBoardsAndMarker) {
@@ -132,8 +135,8 @@ TEST(Joint, NamesTheCameraThatWasKnockedBetweenBoardsAndMarker) {
   print(worst);
   EXPECT_EQ(worst.name, "left, between boards and marker");
   EXPECT_GT(worst.sigmas, kMostSigmas);
-  ASSERT_TRUE(worst.turned);
-  EXPECT_NEAR(*worst.turned, 0.005, 0.002);
+  ASSERT_TRUE(worst.size);
+  EXPECT_NEAR(worst.size->turned, 0.005, 0.002);
 }
 
 TEST(Joint, NamesTheCameraThatWasKnockedBetweenMarkerAndSheet) {
@@ -146,8 +149,69 @@ TEST(Joint, NamesTheCameraThatWasKnockedBetweenMarkerAndSheet) {
   EXPECT_EQ(worst.name, "mono, or the arm, between marker and sheet");
   EXPECT_GT(worst.sigmas, kMostSigmas);
   // Stripes tell how their plane has moved, not where the camera stands now.
-  EXPECT_FALSE(worst.moved);
-  EXPECT_FALSE(worst.turned);
+  EXPECT_FALSE(worst.size);
+}
+
+JointProblem there_and_back(unsigned seed, double delay) {
+  GeneratedRig rig;
+  rig.seed = seed, rig.delay = delay, rig.back = true;
+  rig.generate();
+  JointProblem problem = by_steps(rig).problem;
+  problem.delay.reset();
+  return problem;
+}
+
+const Estimate& delay_of(const JointSolution& found) { return *found.parameter("mono delay"); }
+
+/// The boards alone tell it, from their stripes there and back: no sweep over the object has.
+TEST(Joint, FindsTheDelayByIntervalsThatHoldIt) {
+  constexpr double kDelay = 4e-3;
+  const int seeds = testing_support::seeds(30);
+  int held = 0;
+  double squares = 0, variances = 0;
+  for (int seed = 1; seed <= seeds; ++seed) {
+    const Estimate found = delay_of(solve(there_and_back(static_cast<unsigned>(seed), kDelay)));
+    const double error = found.value - kDelay;
+    held += std::abs(error) <= found.half_width;
+    squares += error * error / seeds, variances += found.sigma * found.sigma / seeds;
+    EXPECT_LT(std::abs(error), 0.25 * kDelay) << "seed " << seed;
+    EXPECT_GT(found.effect, 0) << "seed " << seed;
+  }
+  std::printf("seeds 1..%d: the delay is off by %.4f ms, sigma %.4f ms (both rms); ", seeds, 1e3 * std::sqrt(squares),
+              1e3 * std::sqrt(variances));
+  expect_honest(held, seeds);
+}
+
+TEST(Joint, WeighsTheSweepsDelayAgainstThatOfTheStripes) {
+  JointProblem problem = there_and_back(2, 4e-3);
+  const Estimate stripes = delay_of(solve(problem));
+  problem.delay = SweepDelay{stripes.value + 3 * stripes.sigma, stripes.half_width};
+  const Estimate both = delay_of(solve(problem));
+  EXPECT_NEAR(both.value, stripes.value + 1.5 * stripes.sigma, 0.3 * stripes.sigma);
+  EXPECT_NEAR(both.sigma, M_SQRT1_2 * stripes.sigma, 0.1 * stripes.sigma);
+}
+
+TEST(Joint, KeepsTheSweepsDelayWhereStripesGoOneWay) {
+  GeneratedRig rig;
+  rig.seed = 3, rig.delay = 4e-3;
+  rig.generate();
+  JointProblem problem = by_steps(rig).problem;
+  const JointSolution found = solve(problem);
+  EXPECT_NEAR(delay_of(found).value, rig.swept.value, 1e-3 * rig.swept.half_width);
+  EXPECT_NEAR(delay_of(found).half_width, rig.swept.half_width, 1e-3 * rig.swept.half_width);
+  // A scan that way meets the plane where it was found, whatever the delay.
+  const double known = found.laser_sigma;
+  problem.delay->half_width *= 20;
+  EXPECT_NEAR(solve(problem).laser_sigma, known, 0.02 * known);
+  problem.delay.reset();
+  EXPECT_THAT(message_of<InputError>([&] { solve(problem); }), HasSubstr("the data leaves mono delay open"));
+}
+
+TEST(Joint, RefusesADelayThatJointsAtRestCannotTell) {
+  JointProblem problem = there_and_back(4, 0);
+  for (SheetBoard& sheet : problem.sheets)
+    for (BoardStripe& stripe : sheet.stripes) stripe.velocity.setZero();
+  EXPECT_THAT(message_of<InputError>([&] { solve(problem); }), HasSubstr("the data leaves mono delay open"));
 }
 
 TEST(Joint, LeavesOutStripesOfReflections) {
@@ -191,6 +255,7 @@ TEST(Joint, SaysWhatIsMissing) {
               HasSubstr("found 1 boards under the stripe, expected 2 at least"));
   EXPECT_THAT(refusal([](JointProblem& p) { p.sheets[1].stripes.resize(4); }),
               HasSubstr("board 2: found 4 stripes, expected 10 at least"));
+  EXPECT_THAT(refusal([](JointProblem& p) { p.delay->half_width = 0; }), HasSubstr("found a delay known to 0 s"));
   EXPECT_THAT(refusal([](JointProblem& p) { p.sheets[0].corners.pop_back(); }),
               HasSubstr("board 1: found 53 corners of 54"));
   EXPECT_THAT(refusal([](JointProblem& p) { p.boards.views.resize(2), p.boards.cMt.resize(2); }),

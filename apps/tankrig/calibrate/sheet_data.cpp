@@ -37,9 +37,10 @@ SheetViews sheet_views(const OpenedSession& opened, const RigCamera& camera, con
     line.points.push_back({static_cast<int>(std::lround(row.peak.column)), row.peak.position, row.peak.sigma_px});
   }
   const BoardArea area = area_of(checkerboard);
+  const std::vector<TimedJoints> joints = timed_joints(opened);
   for (const FrameRecord& frame : session.frames) {
     if (frame.camera != camera.name || !lit_sweep(frame) || !stripes.contains(frame.index)) continue;
-    SheetView view{frame.index, frame.pass, *frame.q,
+    SheetView view{frame.index, frame.pass, *frame.q, motion_at(joints, frame.stamp).velocity,
                    points_on_board(camera.model, stripes[frame.index], out.board.cMt, area)};
     if (view.points.size() >= kLeastOnSheet) out.views.push_back(std::move(view));
   }

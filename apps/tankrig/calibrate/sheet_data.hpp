@@ -20,7 +20,7 @@ inline constexpr std::size_t kLeastOnSheet = 30;
 /// The stripe in one frame, where its points are known otherwise than by the laser.
 struct SheetView {
   int frame = 0, pass = 0;
-  JointVector q = JointVector::Zero();
+  JointVector q = JointVector::Zero(), velocity = JointVector::Zero();
   std::vector<PlacedStripePoint> points;  ///< in c
 };
 /// On the board that leans in the tank.

@@ -29,9 +29,7 @@ TimeOffsetRecording recording_of(const OpenedSession& opened, const CalibratedCa
   const std::vector<const FrameRecord*> frames = frames_of(session, camera, lit_sweep);
   check_passes(session, frames);
   TimeOffsetRecording recording;
-  if (opened.joints.empty())
-    throw InputError(session.path / "joints.csv", "found no joint samples, expected those of a scan");
-  for (const JointState& state : opened.joints) recording.joints.push_back({state.stamp, state.q});
+  recording.joints = timed_joints(opened);
   const Reconstruction found = reconstruct_session(session, pipeline_parameters(session), "laser", progress.callback());
   rows = found.orientation == StripeOrientation::kRows;
   std::map<int, std::size_t> stripe_of;
@@ -49,6 +47,15 @@ TimeOffsetRecording recording_of(const OpenedSession& opened, const CalibratedCa
 }  // namespace
 
 bool lit_sweep(const FrameRecord& frame) { return frame.phase == Phase::kSweep && frame.laser_on && frame.q; }
+
+std::vector<TimedJoints> timed_joints(const OpenedSession& opened) {
+  std::vector<TimedJoints> joints;
+  for (const JointState& state : opened.joints) joints.push_back({state.stamp, state.q});
+  if (joints.size() < 2)
+    throw InputError(opened.session.path / "joints.csv",
+                     "found " + std::to_string(joints.size()) + " joint samples, expected those of a scan");
+  return joints;
+}
 
 std::vector<fs::path> recorded_files(const std::vector<OpenedSession>& sessions) {
   std::vector<fs::path> files;

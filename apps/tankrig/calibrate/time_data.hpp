@@ -13,6 +13,10 @@ namespace tankrig::app {
 /// Laser on, arm sweeping, joints known.
 bool lit_sweep(const FrameRecord& frame);
 
+/// The recorded readings.
+/// Errors: InputError if there are fewer than two.
+std::vector<TimedJoints> timed_joints(const OpenedSession& opened);
+
 /// Tables and lit frames of the sessions.
 std::vector<std::filesystem::path> recorded_files(const std::vector<OpenedSession>& sessions);
 

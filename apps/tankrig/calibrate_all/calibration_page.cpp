@@ -119,10 +119,13 @@ std::vector<Row> joint_rows(const JointOutcome& joint) {
                     fmt::format("{:.3f} {}", (angle ? 1e3 : 1) * group.sigma, angle ? "mrad" : group.unit),
                     group.allowance > 1 ? fmt::format("neighbours err alike: times {:.2f}", group.allowance) : ""});
   }
+  for (const Estimate& e : joint.solution->parameters)
+    if (e.unit == "s")
+      rows.push_back({e.name, "", fmt::format("{:.3f} ms", 1e3 * e.sigma),
+                      fmt::format("{:+.3f} ms from what the sweep told", 1e3 * e.value)});
   for (const Discrepancy& d : joint.solution->discrepancies) {
-    const std::string size = size_in_words(d);
     rows.push_back({d.name, "", fmt::format("{:.1f} sigmas", d.sigmas),
-                    fmt::format("{}limit {} sigmas", size.empty() ? "" : size + "; ", kMostSigmas)});
+                    fmt::format("{}limit {} sigmas", d.size ? size_in_words(*d.size) + "; " : "", kMostSigmas)});
   }
   return rows;
 }

@@ -207,7 +207,7 @@ void GuidedCalibration::boards() {
   RigCamera* const cameras[] = {&left, &mono, &right};
   for (std::size_t k = 0; k < found.bundle.cameras.size(); ++k) {
     cameras[k]->model = found.bundle.cameras[k];
-    std::vector<double> sigma(found.sigma[k].begin(), found.sigma[k].begin() + 9);
+    std::vector<double> sigma(found.sigma[k].begin(), found.sigma[k].begin() + kLensNumbers.size());
     sigma.insert(sigma.end(), found.port_sigma[k].begin(), found.port_sigma[k].end());
     part.values.camera(cameras[k]->name).lens = {boards_source_, cameras[k]->model, std::move(sigma), found.rms,
                                                  static_cast<int>(found.bundle.views.size())};
@@ -335,6 +335,7 @@ void GuidedCalibration::sweep() {
   part.values.camera(camera.name).time = {
       CalibrationPart::source("there and back", recorded.path, recorded_files(sessions)), offset,
       from_seconds(found.sigma)};
+  joint_.problem.delay = SweepDelay{0, found.half_width};  // the sheets are recorded with what was found
   part.write();
   progress_.note(
       fmt::format("{}: stamps are {:.3f} +- {:.3f} ms late", camera.name, 1e3 * seconds(offset), 1e3 * found.sigma));
@@ -373,7 +374,7 @@ void GuidedCalibration::sheet() {
                      place.board.cMt,
                      {}};
     for (const SheetView& view : place.views)
-      if (const auto stripe = board_stripe(camera.model, board.cMt, view.points, view.q))
+      if (const auto stripe = board_stripe(camera.model, board.cMt, view.points, view.q, view.velocity))
         board.stripes.push_back(*stripe);
     joint_.problem.sheets.push_back(std::move(board));
   }

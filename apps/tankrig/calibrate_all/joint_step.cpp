@@ -15,17 +15,24 @@ namespace {
 // A figure may be worse by this share: by chance it is, one way or the other.
 constexpr double kNoWorse = 1.02;
 
-/// The stripe placed on its board by another lens.
-SheetViews placed_by(const CameraModel& lens, const CameraModel& before, const SheetViews& sheet) {
+/// Of camera `name`'s stamps, beyond what they were corrected by [s].
+const Estimate& delay_of(const JointSolution& found, const std::string& name) {
+  return *found.parameter(name + " delay");
+}
+
+/// The stripe placed on its board by another lens, at the joints of other stamps.
+SheetViews placed_by(const CameraModel& lens, const CameraModel& before, double delay, const SheetViews& sheet) {
   SheetViews out = sheet;
   if (const auto pose = planar_pose(lens, {sheet.board.points, sheet.board.corners})) out.board.cMt = pose->cMg;
   const Plane board = out.board.cMt * Plane{Vector3d::UnitZ(), 0};
-  for (SheetView& view : out.views)
+  for (SheetView& view : out.views) {
+    view.q -= delay * view.velocity;
     for (PlacedStripePoint& point : view.points) {
       const auto pixel = before.project(point.p);
       const Vector3d ray = lens.ray(pixel->x(), pixel->y());
       point.p = -board.offset / board.normal.dot(ray) * ray;
     }
+  }
   return out;
 }
 
@@ -41,7 +48,8 @@ std::vector<CalibrationCheck> checks_of(const JointStep& step, const JointSoluti
   }
   const BoardTarget& target = step.problem.boards.target;
   std::vector<SheetViews> back;
-  for (const SheetViews& sheet : step.ways_back) back.push_back(placed_by(mono.model, before, sheet));
+  const double delay = delay_of(found, mono.name).value;
+  for (const SheetViews& sheet : step.ways_back) back.push_back(placed_by(mono.model, before, delay, sheet));
   return {lens_check(mono, target, step.mono_boards), stereo_check(left, right, target, step.both_eyes),
           mount_check(left, mono, target, step.left_and_mono), marker_check(mono, found.arm, found.eMg, step.marker),
           sheet_check(mono, found.arm, found.ePl, back)};
@@ -52,7 +60,7 @@ void put(CalibrationPart& part, const CalibrationSource& source, const JointSolu
   for (std::size_t k = 0; k < std::size(roles); ++k) {
     CameraCalibration& camera = part.values.camera(part.camera(roles[k]).name);
     std::vector<double> sigma;
-    for (std::size_t i = 0; i < 9; ++i) {
+    for (std::size_t i = 0; i < kLensNumbers.size(); ++i) {
       const Estimate* const e = found.parameter(part.camera(roles[k]).name + " " + kCameraParameterNames[i]);
       sigma.push_back(e ? e->sigma : 0);
     }
@@ -61,6 +69,10 @@ void put(CalibrationPart& part, const CalibrationSource& source, const JointSolu
     if (roles[k] != CameraRole::kRight)
       camera.mount = {source, calibrated_pose(found.bMk[k], found.mount_covariance[k])};
   }
+  const std::string& mono = part.camera(CameraRole::kMono).name;
+  const Estimate& delay = delay_of(found, mono);
+  std::optional<CalibratedTime>& time = part.values.camera(mono).time;
+  time = {source, time->offset + from_seconds(delay.value), from_seconds(delay.sigma)};
   part.values.stereo = {source, calibrated_pose(found.lMr, found.pair_covariance)};
   part.values.gripper = {source, calibrated_pose(found.eMg, found.gripper_covariance)};
   if (part.values.joints) {
@@ -76,11 +88,8 @@ void put(CalibrationPart& part, const CalibrationSource& source, const JointSolu
 
 }  // namespace
 
-std::string size_in_words(const Discrepancy& apart) {
-  std::string words;
-  if (apart.moved) words = fmt::format("{:.2f} mm", 1e3 * *apart.moved);
-  if (apart.turned) words += fmt::format("{}{:.2f} mrad", words.empty() ? "" : " and ", 1e3 * *apart.turned);
-  return words;
+std::string size_in_words(const Discrepancy::Size& size) {
+  return fmt::format("{:.2f} mm and {:.2f} mrad", 1e3 * size.moved, 1e3 * size.turned);
 }
 
 JointOutcome refine_jointly(const JointStep& step, const std::vector<CalibrationCheck>& checks, const fs::path& folder,
@@ -107,9 +116,9 @@ JointOutcome refine_jointly(const JointStep& step, const std::vector<Calibration
   const Discrepancy* const apart =
       !found.discrepancies.empty() && found.discrepancies[0].sigmas > kMostSigmas ? &found.discrepancies[0] : nullptr;
   out.taken = worst <= kNoWorse && !apart;
-  if (const std::string size = apart ? size_in_words(*apart) : ""; apart)
+  if (apart)
     out.why = fmt::format("the steps' result is kept: {}, something has moved{} ({:.1f} sigmas)", apart->name,
-                          size.empty() ? "" : " by " + size, apart->sigmas);
+                          apart->size ? " by " + size_in_words(*apart->size) : "", apart->sigmas);
   else
     out.why = fmt::format("{}; of what was held back it is worst for {}",
                           out.taken ? "taken" : "the steps' result is kept", figure);
@@ -136,15 +145,13 @@ nlohmann::ordered_json joint_json(const JointOutcome& outcome) {
                              {"sigma", group.sigma},
                              {"unit", group.unit},
                              {"allowance", group.allowance}});
-  const auto thousandths = [](const std::optional<double>& size) {
-    return size ? nlohmann::ordered_json(1e3 * *size) : nlohmann::ordered_json();
-  };
+  using Json = nlohmann::ordered_json;
   for (const Discrepancy& d : outcome.solution->discrepancies)
     out["moves"].push_back({{"name", d.name},
                             {"sigmas", d.sigmas},
                             {"limit_sigmas", kMostSigmas},
-                            {"mm", thousandths(d.moved)},
-                            {"mrad", thousandths(d.turned)}});
+                            {"mm", d.size ? Json(1e3 * d.size->moved) : Json()},
+                            {"mrad", d.size ? Json(1e3 * d.size->turned) : Json()}});
   for (const Estimate& e : outcome.solution->parameters)
     out["parameters"].push_back(
         {{"name", e.name}, {"unit", e.unit}, {"value", e.value}, {"sigma", e.sigma}, {"effect_mm", 1e3 * e.effect}});

@@ -38,8 +38,8 @@ struct JointOutcome {
 JointOutcome refine_jointly(const JointStep& step, const std::vector<CalibrationCheck>& checks,
                             const std::filesystem::path& folder, CalibrationPart& part);
 
-/// "3.20 mm and 5.00 mrad"; less, or nothing, where it is not known.
-std::string size_in_words(const Discrepancy& apart);
+/// "3.20 mm and 5.00 mrad".
+std::string size_in_words(const Discrepancy::Size& size);
 
 nlohmann::ordered_json joint_json(const JointOutcome& outcome);
 

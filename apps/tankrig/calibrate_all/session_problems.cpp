@@ -112,7 +112,8 @@ std::vector<SheetView> stereo_views(const OpenedSession& opened, const RigCamera
     const StripeLine a = line(detect_stripe(session.image(frame), left_dark, {})),
                      b = line(detect_stripe(session.image(**other), right_dark, {}));
     if (a.rows != b.rows) return;
-    all[k] = {frame.index, frame.pass, q.value().q, points_by_stereo(left.model, right.model, cMr, a, b)};
+    all[k] = {frame.index, frame.pass, q.value().q, q.value().velocity,
+              points_by_stereo(left.model, right.model, cMr, a, b)};
   });
   std::erase_if(all, [](const SheetView& view) { return view.points.size() < kLeastOnSheet; });
   return all;
