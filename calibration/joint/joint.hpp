@@ -4,7 +4,8 @@
 // Every group of measurements is weighed by what it errs, and that is measured with the rest: variance components (W. Foerstner
 // 1979). Errors that neighbours share make a group count for less. What moves between postures is part of the problem: joints stand
 // elsewhere than they read, another way in each posture; in the sweep, slew and shoulder rest, and are off by the same all along. Pictures
-// that are taken while a joint moves show it where it was a delay before: linear in the delay, by the joint's speed.
+// that are taken while a joint moves show it where it was a delay before: linear in the delay, by the joint's speed. Lenses that were
+// calibrated in air are held (BoardBundle::lens_held).
 #pragma once
 
 #include <optional>
@@ -100,7 +101,7 @@ struct JointSolution {
   Plane ePl;                        ///< for joints as they read in the sweep, the delay taken off
   Vector3d centre, axis_u, axis_v;  ///< of the stripes, in e, and in the plane: what its numbers are about
   std::vector<Estimate>
-      parameters;  ///< lenses, kMc, cMb, eMg, zeros, the laser's tilts and distance from where the steps have it, the
+      parameters;  ///< lenses, ports, kMc, cMb, eMg, zeros, the laser's tilts and distance from where the steps have it, the
                    ///< delay beyond what stamps were corrected by; effects: the worse of laser and stereo
   Eigen::MatrixXd covariance;  ///< of `parameters`
   std::vector<Transform> bMk;  ///< of every camera

@@ -36,6 +36,29 @@ TransformOf<T> arm_at(const ArmModel& arm, const JointVector& q, const T* more) 
   return end_effector(arm, q, added);
 }
 
+/// Where a camera of this lens sees p; through `like` with PortParameters `port`, if there is one. False where it does not.
+template <class T>
+bool project(const T* lens, const std::optional<FlatPort>& like, const T* port, const VectorOf<T>& p, T* pixel) {
+  VectorOf<T> seen = p;
+  const VectorOf<T> normal(port[1], port[2], T(1));
+  if (like && !seen_through<T>(*like, port[0], normal.normalized(), p, seen)) return false;
+  return project(lens, seen.data(), pixel);
+}
+
+/// A corner of a board that is seen by several cameras.
+struct BoardCorner : Reprojection {
+  std::optional<FlatPort> like;
+
+  template <class T>
+  bool operator()(const T* lens, const T* port, const T* kMc, const T* cMt, const T* bend, T* out) const {
+    VectorOf<T> p;
+    in_camera(kMc, cMt, bend, p.data());
+    if (!project(lens, like, port, p, out)) return false;
+    for (int k = 0; k < 2; ++k) out[k] = weight * (out[k] - pixel[k]);
+    return true;
+  }
+};
+
 /// By how much joints stand beyond what they read at a picture's stamp, in a sweep. `sweep`: slew and shoulder, the same all along;
 /// `delay`: of the stamp [s].
 template <class T>
@@ -51,12 +74,13 @@ struct MarkerInPicture {
   const ArmModel* arm = nullptr;
   const MarkerPosture* posture = nullptr;
   std::size_t camera = 0;
+  std::optional<FlatPort> like;
   double weight = 1;
 
   /// `joints`: where they stand beyond what they read; `knock`: how kMc differs from that of the boards.
   template <class T>
-  bool operator()(const T* lens, const T* kMc, const T* cMb, const T* eMg, const T* zeros, const T* joints,
-                  const T* knock, T* out) const {
+  bool operator()(const T* lens, const T* port, const T* kMc, const T* cMb, const T* eMg, const T* zeros,
+                  const T* joints, const T* knock, T* out) const {
     T more[4];
     for (int i = 0; i < 4; ++i) more[i] = zeros[i] + joints[i];
     const TransformOf<T> kMg =
@@ -65,7 +89,7 @@ struct MarkerInPicture {
     for (std::size_t i = 0; i < seen.points.size(); ++i) {
       const VectorOf<T> p = kMg * seen.points[i].cast<T>();
       T* at = out + 2 * i;
-      if (!project(lens, p.data(), at)) return false;
+      if (!project(lens, like, port, p, at)) return false;
       for (int k = 0; k < 2; ++k) at[k] = weight * (at[k] - seen.corners[i][k]);
     }
     return true;
@@ -76,14 +100,15 @@ struct MarkerInPicture {
 struct SheetCorner {
   Vector3d point;
   Vector2d pixel;
+  std::optional<FlatPort> like;
   double weight = 1;
 
   template <class T>
-  bool operator()(const T* lens, const T* cMt, T* out) const {
+  bool operator()(const T* lens, const T* port, const T* cMt, T* out) const {
     const T on_board[3] = {T(point.x()), T(point.y()), T(point.z())};
-    T p[3];
-    place(cMt, on_board, p);
-    if (!project(lens, p, out)) return false;
+    VectorOf<T> p;
+    place(cMt, on_board, p.data());
+    if (!project(lens, like, port, p, out)) return false;
     for (int k = 0; k < 2; ++k) out[k] = weight * (out[k] - pixel[k]);
     return true;
   }
@@ -106,14 +131,15 @@ struct StripeInPicture {
   const ArmModel* arm = nullptr;
   const BoardStripe* stripe = nullptr;
   const PlaneFrame* frame = nullptr;
+  std::optional<FlatPort> like;
   std::array<Vector2d, 2> on_board;  ///< about where it was seen, in t
   Vector2d across_t, across_px;      ///< unit, across the stripe, on the board and in the picture
   double offset_weight = 1, slope_weight = 1;
 
   /// `sweep`, `delay`: of beyond_reading(); `knock`: how cMb differs from that of the marker.
   template <class T>
-  bool operator()(const T* lens, const T* cMt, const T* cMb, const T* zeros, const T* plane, const T* sweep,
-                  const T* delay, const T* knock, T* out) const {
+  bool operator()(const T* lens, const T* port, const T* cMt, const T* cMb, const T* zeros, const T* plane,
+                  const T* sweep, const T* delay, const T* knock, T* out) const {
     const std::array<T, 4> more = beyond_reading(zeros, sweep, *delay, stripe->velocity);
     const TransformOf<T> cMe = stepped(pose_of(cMb), knock) * arm_at(*arm, stripe->q, more.data());
     const TransformOf<T> board = pose_of(cMt);
@@ -126,7 +152,7 @@ struct StripeInPicture {
       const VectorOf<T> at = board * Vector3d(on_board[side].x(), on_board[side].y(), 0).cast<T>();
       const VectorOf<T> there = at - (normal.dot(at - on_plane) + plane[2]) / slope * across;
       T pixel[2];
-      if (!project(lens, there.data(), pixel)) return false;
+      if (!project(lens, like, port, there, pixel)) return false;
       off[side] =
           across_px.x() * (pixel[0] - stripe->pixels[side].x()) + across_px.y() * (pixel[1] - stripe->pixels[side].y());
     }

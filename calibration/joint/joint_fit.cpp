@@ -94,15 +94,11 @@ Plane JointFit::plane(const JointState& numbers) const {
   return {across, numbers.plane[2] - across.dot(frame.centre)};
 }
 
-CameraModel JointFit::camera(const JointState& numbers, std::size_t k) const {
-  return camera_of(problem.boards.cameras[k], numbers.lenses[k]);
-}
-
 std::array<double, 2> JointFit::distances(std::size_t sheet, const BoardStripe& stripe) const {
   const auto more = beyond_reading(state.zeros.data(), state.sweep.data(), state.delay, stripe.velocity);
   const Transform cMt = transform_of(state.sheets[sheet]),
                   eMc = (transform_of(state.cMb) * arm_at(problem.arm, stripe.q, more.data())).inverse();
-  const CameraModel lens = camera(state, 0);
+  const CameraModel lens = camera_at(problem, state, 0);
   const Plane ePl = plane(state);
   std::array<double, 2> out{};
   for (std::size_t side = 0; side < 2; ++side) {

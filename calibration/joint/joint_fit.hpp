@@ -19,9 +19,8 @@ struct JointFit {
   JointLinear linear;
   JointNormal normal;
 
-  /// Where `numbers` have the laser's plane, and the lens of camera k.
+  /// Where `numbers` have the laser's plane.
   Plane plane(const JointState& numbers) const;
-  CameraModel camera(const JointState& numbers, std::size_t k) const;
   /// How far a stripe's places lie from the laser's plane [m].
   std::array<double, 2> distances(std::size_t sheet, const BoardStripe& stripe) const;
   /// A group's residuals of stripes, board by board.

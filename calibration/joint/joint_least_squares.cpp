@@ -34,10 +34,16 @@ double JointLinear::dot(int row, const Eigen::MatrixXd& between) const {
   return sum;
 }
 
+RationalCamera camera_at(const JointProblem& problem, const JointState& state, std::size_t k) {
+  RationalCamera camera = camera_of(problem.boards.cameras[k], state.lenses[k]);
+  if (camera.port) camera.port = port_of(*camera.port, state.ports[k]);
+  return camera;
+}
+
 Vector2d on_board(const CameraModel& camera, const Transform& cMt, const Vector2d& pixel) {
   const Transform tMc = cMt.inverse();
-  const Vector3d ray = tMc.linear() * camera.ray(pixel.x(), pixel.y()), eye = tMc.translation();
-  return (eye - eye.z() / ray.z() * ray).head<2>();
+  const ViewingRay sight = tMc * camera.sight(pixel.x(), pixel.y());
+  return sight.at(-sight.origin.z() / sight.direction.z()).head<2>();
 }
 
 JointLeastSquares::JointLeastSquares(const JointProblem& problem, const PlaneFrame& frame,
@@ -64,6 +70,10 @@ void JointLeastSquares::add(ceres::CostFunction* cost, std::vector<double*> bloc
   ceres_.AddResidualBlock(cost, nullptr, blocks);
 }
 
+std::vector<int> JointLeastSquares::free_of_lens() const {
+  return problem_.boards.lens_held ? std::vector<int>() : free_parameters(problem_.boards.lens);
+}
+
 void JointLeastSquares::add_boards() {
   const BoardBundle& boards = problem_.boards;
   const std::vector<Vector3d> points = boards.target.points();
@@ -73,9 +83,10 @@ void JointLeastSquares::add_boards() {
       const FoundBoard& board = boards.views[v].seen[k];
       for (std::size_t i = 0; i < board.ids.size(); ++i) {
         const auto id = static_cast<std::size_t>(board.ids[i]);
-        add(cost_of<Reprojection, 2, kCameraParameters, 6, 6, 2>(
-                {points[id], shapes[id], board.pixels[i], weight(at_.boards(k))}),
-            {state_.lenses[k].data(), state_.kMc[k].data(), state_.views[v].data(), state_.bend.data()},
+        add(cost_of<BoardCorner, 2, kCameraParameters, kPortParameters, 6, 6, 2>(
+                {{points[id], shapes[id], board.pixels[i], weight(at_.boards(k))}, boards.cameras[k].port}),
+            {state_.lenses[k].data(), state_.ports[k].data(), state_.kMc[k].data(), state_.views[v].data(),
+             state_.bend.data()},
             {at_.boards(k)});
       }
     }
@@ -86,11 +97,12 @@ void JointLeastSquares::add_marker() {
     const MarkerPosture& posture = problem_.postures[v];
     for (std::size_t k = 0; k < posture.seen.size(); ++k) {
       if (posture.seen[k].points.empty()) continue;
-      auto* const marker = new MarkerInPicture{&problem_.arm, &posture, k, weight(at_.marker(k))};
-      add(new ceres::AutoDiffCostFunction<MarkerInPicture, ceres::DYNAMIC, kCameraParameters, 6, 6, 6, 4, 4, 6>(
-              marker, 2 * static_cast<int>(posture.seen[k].points.size())),
-          {state_.lenses[k].data(), state_.kMc[k].data(), state_.cMb.data(), state_.eMg.data(), state_.zeros.data(),
-           state_.joints[v].data(), k == 0 ? no_knock_.data() : knocks_[k].data()},
+      auto* const marker =
+          new MarkerInPicture{&problem_.arm, &posture, k, problem_.boards.cameras[k].port, weight(at_.marker(k))};
+      add(new ceres::AutoDiffCostFunction<MarkerInPicture, ceres::DYNAMIC, kCameraParameters, kPortParameters, 6, 6, 6,
+                                          4, 4, 6>(marker, 2 * static_cast<int>(posture.seen[k].points.size())),
+          {state_.lenses[k].data(), state_.ports[k].data(), state_.kMc[k].data(), state_.cMb.data(), state_.eMg.data(),
+           state_.zeros.data(), state_.joints[v].data(), k == 0 ? no_knock_.data() : knocks_[k].data()},
           {at_.marker(k)});
     }
     add(cost_of<AboutZero<4>, 4, 4>({weight(at_.joints())}), {state_.joints[v].data()}, {at_.joints()});
@@ -98,16 +110,17 @@ void JointLeastSquares::add_marker() {
 }
 
 void JointLeastSquares::add_sheets() {
-  const RationalCamera camera = camera_of(problem_.boards.cameras[0], state_.lenses[0]);
+  const RationalCamera camera = camera_at(problem_, state_, 0);
   for (std::size_t s = 0; s < problem_.sheets.size(); ++s) {
     const SheetBoard& sheet = problem_.sheets[s];
     for (std::size_t i = 0; i < sheet.points.size(); ++i)
-      add(cost_of<SheetCorner, 2, kCameraParameters, 6>({sheet.points[i], sheet.corners[i], weight(at_.corners())}),
-          {state_.lenses[0].data(), state_.sheets[s].data()}, {at_.corners()});
+      add(cost_of<SheetCorner, 2, kCameraParameters, kPortParameters, 6>(
+              {sheet.points[i], sheet.corners[i], camera.port, weight(at_.corners())}),
+          {state_.lenses[0].data(), state_.ports[0].data(), state_.sheets[s].data()}, {at_.corners()});
     const Transform cMt = transform_of(state_.sheets[s]);
     for (std::size_t i = 0; i < sheet.stripes.size(); ++i) {
       if (strays_[s][i]) continue;
-      StripeInPicture error{&problem_.arm,        &sheet.stripes[i],  &frame_, {}, {}, {},
+      StripeInPicture error{&problem_.arm,        &sheet.stripes[i],  &frame_, camera.port, {}, {}, {},
                             weight(at_.offset()), weight(at_.slope())};
       for (std::size_t side = 0; side < 2; ++side)
         error.on_board[side] = on_board(camera, cMt, sheet.stripes[i].pixels[side]);
@@ -115,9 +128,9 @@ void JointLeastSquares::add_sheets() {
                      along_px = sheet.stripes[i].pixels[1] - sheet.stripes[i].pixels[0];
       error.across_t = Vector2d(-along_t.y(), along_t.x()).normalized();
       error.across_px = Vector2d(-along_px.y(), along_px.x()).normalized();
-      add(cost_of<StripeInPicture, 2, kCameraParameters, 6, 6, 4, 3, 2, 1, 6>(error),
-          {state_.lenses[0].data(), state_.sheets[s].data(), state_.cMb.data(), state_.zeros.data(),
-           state_.plane.data(), state_.sweep.data(), &state_.delay, knocks_[0].data()},
+      add(cost_of<StripeInPicture, 2, kCameraParameters, kPortParameters, 6, 6, 4, 3, 2, 1, 6>(error),
+          {state_.lenses[0].data(), state_.ports[0].data(), state_.sheets[s].data(), state_.cMb.data(),
+           state_.zeros.data(), state_.plane.data(), state_.sweep.data(), &state_.delay, knocks_[0].data()},
           {at_.offset(), at_.slope()});
     }
   }
@@ -139,13 +152,15 @@ void JointLeastSquares::hold_what_is_not_free() {
     else if (!held.empty())
       ceres_.SetManifold(block, new ceres::SubsetManifold(size, held));
   };
-  const std::vector<int> free = free_parameters(problem_.boards.lens);
+  const std::vector<int> free = free_of_lens();
   std::vector<int> lens, zeros;
   for (int i = 0; i < kCameraParameters; ++i)
     if (std::find(free.begin(), free.end(), i) == free.end()) lens.push_back(i);
   for (int i = 0; i < 4; ++i)
     if (!problem_.refined_zeros[static_cast<std::size_t>(i)]) zeros.push_back(i);
   for (CameraParameters& of : state_.lenses) hold(of.data(), kCameraParameters, lens);
+  for (std::size_t k = 0; k < state_.ports.size(); ++k)
+    if (!problem_.boards.cameras[k].port) hold(state_.ports[k].data(), kPortParameters, {0, 1, 2});
   hold(state_.zeros.data(), 4, zeros);
   hold(state_.kMc[0].data(), 6, {0, 1, 2, 3, 4, 5});
   if (!problem_.boards.bends) hold(state_.bend.data(), 2, {0, 1});
@@ -180,9 +195,14 @@ JointLinear JointLeastSquares::linear() {
   };
   const auto named = [](const std::string& name) { return [name](int) { return name; }; };
   for (std::size_t k = 0; k < state_.lenses.size(); ++k)
-    block([k](JointState& s) { return s.lenses[k].data(); }, free_parameters(problem_.boards.lens), JointColumn::kRig,
+    block([k](JointState& s) { return s.lenses[k].data(); }, free_of_lens(), JointColumn::kRig,
           [&](int i) { return problem_.cameras[k] + " " + kCameraParameterNames[static_cast<std::size_t>(i)]; },
           [](int i) { return unit_of(static_cast<std::size_t>(i)); });
+  for (std::size_t k = 0; k < state_.ports.size(); ++k)
+    if (problem_.boards.cameras[k].port)
+      block([k](JointState& s) { return s.ports[k].data(); }, {0, 1, 2}, JointColumn::kRig,
+            [&](int i) { return problem_.cameras[k] + " " + kPortParameterNames[static_cast<std::size_t>(i)]; },
+            [](int i) { return unit_of_port(static_cast<std::size_t>(i)); });
   for (std::size_t k = 1; k < state_.kMc.size(); ++k)
     pose([k](JointState& s) { return s.kMc[k].data(); }, problem_.cameras[0] + " in " + problem_.cameras[k],
          JointColumn::kRig);

@@ -11,6 +11,7 @@ namespace tankrig {
 
 struct JointState {
   std::vector<CameraParameters> lenses;
+  std::vector<PortParameters> ports;  ///< camera by camera; of no meaning without a port
   std::vector<PoseNumbers> kMc, views, sheets;
   std::array<double, 2> bend{};
   PoseNumbers cMb{}, eMg{};
@@ -61,6 +62,9 @@ struct JointLinear {
   double dot(int row, const Eigen::MatrixXd& between) const;  ///< of a row's first columns with itself
 };
 
+/// Camera k with the numbers of `state`.
+RationalCamera camera_at(const JointProblem& problem, const JointState& state, std::size_t k);
+
 /// Where the ray of a pixel meets the board's plane.
 /// Frames: t.
 Vector2d on_board(const CameraModel& camera, const Transform& cMt, const Vector2d& pixel);
@@ -80,6 +84,7 @@ class JointLeastSquares {
   void add_marker();
   void add_sheets();
   void hold_what_is_not_free();
+  std::vector<int> free_of_lens() const;
   void add(ceres::CostFunction* cost, std::vector<double*> blocks, const std::vector<std::size_t>& groups);
   double weight(std::size_t group) const { return 1 / (groups_[group].sigma * groups_[group].allowance); }
 

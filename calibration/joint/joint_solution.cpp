@@ -122,7 +122,7 @@ void add_effects(const JointFit& fit, const RigNumbers& rig, JointSolution& out)
   };
   std::vector<Place> places;
   const bool eyes = rig.state.kMc.size() >= 3;
-  const CameraModel first = fit.camera(rig.state, 0);
+  const CameraModel first = camera_at(fit.problem, rig.state, 0);
   for (std::size_t s = 0; s < fit.problem.sheets.size(); ++s)
     for (std::size_t i = 0; i < fit.problem.sheets[s].stripes.size(); ++i) {
       if (fit.strays[s][i]) continue;
@@ -130,7 +130,8 @@ void add_effects(const JointFit& fit, const RigNumbers& rig, JointSolution& out)
       for (const Vector2d& pixel : stripe.pixels) {
         Place place{pixel, stripe.q, stripe.velocity, {}};
         if (eyes) {
-          const CameraModel in_left = fit.camera(rig.state, 1), in_right = fit.camera(rig.state, 2);
+          const CameraModel in_left = camera_at(fit.problem, rig.state, 1),
+                            in_right = camera_at(fit.problem, rig.state, 2);
           const Transform cMt = transform_of(rig.state.sheets[s]);
           const Vector2d t = on_board(first, cMt, pixel);
           const Vector3d c = cMt * Vector3d(t.x(), t.y(), 0);
@@ -144,13 +145,14 @@ void add_effects(const JointFit& fit, const RigNumbers& rig, JointSolution& out)
   const auto by_laser = [&](const JointState& state) {
     Eigen::VectorXd all(3 * static_cast<Eigen::Index>(places.size()));
     const Plane ePl = fit.plane(state);
-    const CameraModel lens = fit.camera(state, 0);
+    const CameraModel lens = camera_at(fit.problem, state, 0);
     const Transform cMb = transform_of(state.cMb);
     for (std::size_t i = 0; i < places.size(); ++i) {
       const auto more = beyond_reading(state.zeros.data(), state.sweep.data(), state.delay, places[i].velocity);
       const Plane cPl = cMb * arm_at(fit.problem.arm, places[i].q, more.data()) * ePl;
-      const Vector3d ray = lens.ray(places[i].pixel.x(), places[i].pixel.y());
-      all.segment<3>(3 * static_cast<Eigen::Index>(i)) = -cPl.offset / cPl.normal.dot(ray) * ray;
+      const ViewingRay sight = lens.sight(places[i].pixel.x(), places[i].pixel.y());
+      all.segment<3>(3 * static_cast<Eigen::Index>(i)) =
+          sight.at(-cPl.distance(sight.origin) / cPl.normal.dot(sight.direction));
     }
     return all;
   };
@@ -159,12 +161,11 @@ void add_effects(const JointFit& fit, const RigNumbers& rig, JointSolution& out)
     Eigen::VectorXd all(3 * static_cast<Eigen::Index>(seen));
     Eigen::Index at = 0;
     const Transform lMr = transform_of(state.kMc[1]) * transform_of(state.kMc[2]).inverse();
-    const CameraModel left = fit.camera(state, 1), right = fit.camera(state, 2);
+    const CameraModel left = camera_at(fit.problem, state, 1), right = camera_at(fit.problem, state, 2);
     for (const Place& place : places) {
       if (!place.by_eyes) continue;
       const auto& [l, r] = *place.by_eyes;
-      all.segment<3>(at) =
-          meeting(Vector3d::Zero(), left.ray(l.x(), l.y()), lMr.translation(), lMr.linear() * right.ray(r.x(), r.y()));
+      all.segment<3>(at) = meeting(left.sight(l.x(), l.y()), lMr * right.sight(r.x(), r.y()));
       at += 3;
     }
     return all;
@@ -187,7 +188,7 @@ void add_poses(const JointFit& fit, const RigNumbers& rig, JointSolution& out) {
     const auto bMk = [k](const JointState& state) {
       return Transform((transform_of(state.kMc[k]) * transform_of(state.cMb)).inverse());
     };
-    out.boards.cameras[k] = camera_of(fit.problem.boards.cameras[k], found.lenses[k]);
+    out.boards.cameras[k] = camera_at(fit.problem, found, k);
     out.boards.kMc[k] = transform_of(found.kMc[k]);
     out.bMk.push_back(bMk(found));
     out.mount_covariance.push_back(rig.pose_covariance(bMk));

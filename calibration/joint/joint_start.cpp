@@ -26,9 +26,6 @@ void check(const JointProblem& problem) {
                        kLeastViews));
   if (problem.cameras.size() != cameras)
     refuse(fmt::format("found {} cameras' names, expected {}", problem.cameras.size(), cameras));
-  for (std::size_t k = 0; k < cameras; ++k)
-    if (problem.boards.cameras[k].port)
-      refuse(fmt::format("{} is behind a flat port, expected cameras without: it has none", problem.cameras[k]));
   const auto check_elbow = [&](const char* where, const std::vector<double>& angles) {
     const auto [least, most] = std::minmax_element(angles.begin(), angles.end());
     if (const double span = to_degrees(*most - *least); span < kLeastElbow_deg)
@@ -93,7 +90,10 @@ PlaneFrame plane_frame(const JointProblem& problem) {
 
 JointState first_state(const JointProblem& problem) {
   JointState state;
-  for (const RationalCamera& camera : problem.boards.cameras) state.lenses.push_back(parameters_of(camera));
+  for (const RationalCamera& camera : problem.boards.cameras) {
+    state.lenses.push_back(parameters_of(camera));
+    state.ports.push_back(parameters_of(camera.port.value_or(FlatPort())));
+  }
   for (const Transform& kMc : problem.boards.kMc) state.kMc.push_back(numbers_of(kMc));
   for (const Transform& cMt : problem.boards.cMt) state.views.push_back(numbers_of(cMt));
   for (const SheetBoard& sheet : problem.sheets) state.sheets.push_back(numbers_of(sheet.cMt));

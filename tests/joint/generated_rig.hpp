@@ -49,6 +49,14 @@ struct GeneratedRig {
       make_transform({0.716, 0.228, 0.585}, {0.418637960, -0.308630971, -0.569861946, 0.636196939}),
       make_transform({0.589017063, 0.128580300, 0.561102960}, {0.397810856, -0.280376899, -0.584590789, 0.649144766})};
 
+  /// Windows of 10 mm acrylic before all lenses, in water; the lenses are known from air.
+  void put_behind_ports() {
+    for (std::size_t k = 0; k < lenses.size(); ++k) {
+      const double leans = 0.01 * static_cast<double>(k);
+      lenses[k].port = FlatPort{0.028 + 0.3 * leans, 0.01, Vector3d(0.012 - leans, 0.5 * leans, 1).normalized()};
+    }
+  }
+
   // What generate() draws.
   JointVector sweep_off = JointVector::Zero();  ///< by how much joints stand beyond what they read, all along the sweep
   BoardBundle bundle;                           ///< with a guess of cameras and places
@@ -145,7 +153,10 @@ struct GeneratedRig {
     bundle.lens = LensModel::kK1K2P1P2;
     for (std::size_t k = 0; k < lenses.size(); ++k) {
       RationalCamera guess{lenses[k]};
-      guess.fx *= 1.01, guess.fy *= 0.995, guess.cx += 4, guess.k1 *= 0.8, guess.k2 = 0;
+      if (guess.port)
+        guess.port = FlatPort{0.03, 0.01}, bundle.lens_held = true;
+      else
+        guess.fx *= 1.01, guess.fy *= 0.995, guess.cx += 4, guess.k1 *= 0.8, guess.k2 = 0;
       bundle.cameras.push_back(guess);
       bundle.kMc.push_back(k == kLeft ? Transform::Identity()
                                       : make_transform_rpy({0.005, -0.004, 0.006}, {0.008, 0.004, -0.006}) *

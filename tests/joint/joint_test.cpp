@@ -21,9 +21,10 @@ namespace {
 using testing::HasSubstr;
 using namespace testing_support;
 
-GeneratedRig generated(unsigned seed) {
+GeneratedRig generated(unsigned seed, bool ports = false) {
   GeneratedRig rig;
   rig.seed = seed;
+  if (ports) rig.put_behind_ports();
   rig.generate();
   return rig;
 }
@@ -40,6 +41,8 @@ std::map<std::string, double> true_numbers(const GeneratedRig& rig, const JointP
   for (const Eye eye : {kLeft, kMono, kRight}) {
     const CameraParameters lens = parameters_of({rig.lenses[eye]});
     for (std::size_t i = 0; i < lens.size(); ++i) out[kEyes[eye] + " " + kCameraParameterNames[i]] = lens[i];
+    const PortParameters port = parameters_of(rig.lenses[eye].port.value_or(FlatPort()));
+    for (std::size_t i = 0; i < port.size(); ++i) out[kEyes[eye] + " " + kPortParameterNames[i]] = port[i];
     if (eye != kMono) add_pose("mono in " + kEyes[eye], rig.bMk[eye].inverse() * rig.bMk[kMono]);
   }
   add_pose("base in mono", rig.bMk[kMono].inverse());
@@ -68,10 +71,10 @@ struct Study {
   std::map<std::string, int> missed;
 };
 
-Study study(unsigned first, unsigned seeds) {
+Study study(unsigned first, unsigned seeds, bool ports = false) {
   Study out;
   for (unsigned seed = first; seed < first + seeds; ++seed) {
-    const GeneratedRig rig = generated(seed);
+    const GeneratedRig rig = generated(seed, ports);
     const SteppedCalibration steps = by_steps(rig);
     const JointSolution joint = solve(steps.problem);
     const auto before = rig.judge(steps.believed), after = rig.judge(believed(joint));
@@ -117,6 +120,13 @@ TEST(JointStudy, IsNoWorseThanTheStepsAndItsIntervalsHoldTheTruth) {
   EXPECT_LE(s.joint_stereo, 1.02 * s.steps_stereo);
   EXPECT_GE(s.held, 0.90 * s.all);
   EXPECT_LE(s.held, 0.99 * s.all);
+}
+
+TEST(Joint, FindsThePortsThatItLooksThrough) {
+  const Study s = study(1, static_cast<unsigned>(seeds(15)), true);
+  EXPECT_LE(s.joint_base, 1.05 * s.steps_base);
+  EXPECT_LE(s.joint_stereo, 1.05 * s.steps_stereo);
+  expect_honest(s.held, s.all);
 }
 
 void print(const Discrepancy& d) {
@@ -166,20 +176,20 @@ const Estimate& delay_of(const JointSolution& found) { return *found.parameter("
 /// The boards alone tell it, from their stripes there and back: no sweep over the object has.
 TEST(Joint, FindsTheDelayByIntervalsThatHoldIt) {
   constexpr double kDelay = 4e-3;
-  const int seeds = testing_support::seeds(30);
+  const int rigs = seeds(30);
   int held = 0;
   double squares = 0, variances = 0;
-  for (int seed = 1; seed <= seeds; ++seed) {
+  for (int seed = 1; seed <= rigs; ++seed) {
     const Estimate found = delay_of(solve(there_and_back(static_cast<unsigned>(seed), kDelay)));
     const double error = found.value - kDelay;
     held += std::abs(error) <= found.half_width;
-    squares += error * error / seeds, variances += found.sigma * found.sigma / seeds;
+    squares += error * error / rigs, variances += found.sigma * found.sigma / rigs;
     EXPECT_LT(std::abs(error), 0.25 * kDelay) << "seed " << seed;
     EXPECT_GT(found.effect, 0) << "seed " << seed;
   }
-  std::printf("seeds 1..%d: the delay is off by %.4f ms, sigma %.4f ms (both rms); ", seeds, 1e3 * std::sqrt(squares),
+  std::printf("seeds 1..%d: the delay is off by %.4f ms, sigma %.4f ms (both rms); ", rigs, 1e3 * std::sqrt(squares),
               1e3 * std::sqrt(variances));
-  expect_honest(held, seeds);
+  expect_honest(held, rigs);
 }
 
 TEST(Joint, WeighsTheSweepsDelayAgainstThatOfTheStripes) {

@@ -29,8 +29,8 @@ SheetViews placed_by(const CameraModel& lens, const CameraModel& before, double 
     view.q -= delay * view.velocity;
     for (PlacedStripePoint& point : view.points) {
       const auto pixel = before.project(point.p);
-      const Vector3d ray = lens.ray(pixel->x(), pixel->y());
-      point.p = -board.offset / board.normal.dot(ray) * ray;
+      const ViewingRay sight = lens.sight(pixel->x(), pixel->y());
+      point.p = sight.at(-board.distance(sight.origin) / board.normal.dot(sight.direction));
     }
   }
   return out;
@@ -60,10 +60,12 @@ void put(CalibrationPart& part, const CalibrationSource& source, const JointSolu
   for (std::size_t k = 0; k < std::size(roles); ++k) {
     CameraCalibration& camera = part.values.camera(part.camera(roles[k]).name);
     std::vector<double> sigma;
-    for (std::size_t i = 0; i < kLensNumbers.size(); ++i) {
-      const Estimate* const e = found.parameter(part.camera(roles[k]).name + " " + kCameraParameterNames[i]);
+    const auto add = [&](const char* number) {
+      const Estimate* const e = found.parameter(part.camera(roles[k]).name + " " + number);
       sigma.push_back(e ? e->sigma : 0);
-    }
+    };
+    std::for_each_n(kCameraParameterNames.begin(), kLensNumbers.size(), add);
+    if (found.boards.cameras[k].port) std::for_each(kPortParameterNames.begin(), kPortParameterNames.end(), add);
     const double rms = camera.lens->rms_px;
     camera.lens = {source, found.boards.cameras[k], std::move(sigma), rms, views};
     if (roles[k] != CameraRole::kRight)
