@@ -1,3 +1,4 @@
+// How well a fit knows the delay: by the slowest waves of what the stripes are off along the sweep.
 #include <algorithm>
 #include <cmath>
 #include <numbers>

@@ -1,3 +1,4 @@
+// Which move of a camera, board or marker would explain what a fit leaves.
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>

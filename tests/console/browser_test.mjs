@@ -103,7 +103,12 @@ async function end() {
   if (server.exitCode === null && server.signalCode === null) server.kill('SIGINT')
   await server.over
   server = undefined
-  rmSync(folder, { recursive: true, force: true, maxRetries: 20, retryDelay: 100 }) // a command may still be closing its session
+  // A command may still be closing its session: what it adds while the folder is emptied is found by another try.
+  const isGone = () => {
+    try { rmSync(folder, { recursive: true, force: true }) } catch (error) { if (error.code !== 'ENOTEMPTY') throw error }
+    return !existsSync(folder)
+  }
+  await until('the folder is empty', isGone, 20_000)
 }
 beforeEach(async () => {
   await end()

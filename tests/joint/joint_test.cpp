@@ -195,10 +195,19 @@ TEST(Joint, FindsTheDelayByIntervalsThatHoldIt) {
 TEST(Joint, WeighsTheSweepsDelayAgainstThatOfTheStripes) {
   JointProblem problem = there_and_back(2, 4e-3);
   const Estimate stripes = delay_of(solve(problem));
-  problem.delay = SweepDelay{stripes.value + 3 * stripes.sigma, stripes.half_width};
-  const Estimate both = delay_of(solve(problem));
-  EXPECT_NEAR(both.value, stripes.value + 1.5 * stripes.sigma, 0.3 * stripes.sigma);
-  EXPECT_NEAR(both.sigma, M_SQRT1_2 * stripes.sigma, 0.1 * stripes.sigma);
+  const auto with_sweep = [&](double sigmas) {  // of the stripes', three of which it is off
+    problem.delay = SweepDelay{stripes.value + 3 * stripes.sigma, sigmas * stripes.half_width};
+    return delay_of(solve(problem));
+  };
+  const Estimate sure = with_sweep(0.05), alike = with_sweep(1), unsure = with_sweep(20);
+  EXPECT_NEAR(sure.value, stripes.value + 3 * stripes.sigma, 0.1 * stripes.sigma);
+  EXPECT_LT(sure.sigma, 0.1 * stripes.sigma);
+  EXPECT_GT(alike.value, stripes.value + 0.5 * stripes.sigma);
+  EXPECT_LT(alike.value, stripes.value + 2.5 * stripes.sigma);
+  EXPECT_LT(alike.sigma, 0.9 * stripes.sigma);
+  EXPECT_GT(alike.sigma, M_SQRT1_2 * stripes.sigma) << "no weights make it surer";
+  EXPECT_NEAR(unsure.value, stripes.value, 0.1 * stripes.sigma);
+  EXPECT_NEAR(unsure.sigma, stripes.sigma, 0.05 * stripes.sigma);
 }
 
 TEST(Joint, KeepsTheSweepsDelayWhereStripesGoOneWay) {
