@@ -87,14 +87,14 @@ test('ten watchers do not delay the cycle', async t => {
       runs.push(latencyOf(run.session))
     }
     operator.end()
-    // A machine differs from itself from run to run; a delay that watchers cause is there whenever they watch.
+    // A machine differs from itself from run to run: how much, three scans tell; what watchers cost is the mean of two.
     const [none, ten] = [runs.filter((_, i) => i % 2 === 0), runs.filter((_, i) => i % 2 === 1)]
     const words = `wake-up p50/p99 [us]: ${runs.map(run => `${run.p50}/${run.p99}`).join(', ')} (none, ten, none, ten, none)`
     console.log(words)
     for (const share of ['p50', 'p99']) {
       const [least, greatest] = [Math.min(...none.map(run => run[share])), Math.max(...none.map(run => run[share]))]
       if (greatest > most * least) return t.skip(`skipped: without watchers it differs by more than 10 % from itself: ${words}`)
-      assert.ok(Math.min(...ten.map(run => run[share])) <= most * greatest, words)
+      assert.ok((ten[0][share] + ten[1][share]) / 2 <= most * greatest, words)
     }
   } finally {
     if (server.exitCode === null) server.kill('SIGINT')
