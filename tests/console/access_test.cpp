@@ -142,7 +142,8 @@ TEST_F(TokensTest, AreNoCookiesAndOpenNoWebSocket) {
   write(Role::kOperate, {{"laptop", Role::kOperate, token_hash(token)}});
   EXPECT_FALSE(asks("Bearer " + token, true));
   EXPECT_FALSE(users.session({"", "", "tankrig_8080=" + token}));
-  const std::string cookie = users.let_in("anna", Role::kOperate), login = cookie.substr(0, cookie.find(';'));
+  const std::string cookie_of_anna = users.let_in("anna", Role::kOperate),
+                    login = cookie_of_anna.substr(0, cookie_of_anna.find(';'));
   EXPECT_TRUE(users.session({"", "", login}));
   EXPECT_FALSE(asks("Bearer " + login.substr(login.find('=') + 1)));
   for (const std::string& wrong : {std::string(), std::string("Bearer "), "Bearer " + token + "0", "bearer " + token,

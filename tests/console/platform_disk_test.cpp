@@ -67,10 +67,15 @@ class PlatformDiskTest : public ::testing::Test {
     options_.store = folder_.path() / "store";
     options_.datasets = {{"tank", folder_.path(), folder_.path() / "tank.tar", true, false, {}}};
     options_.free_bytes = 0;
+    options_.listen.port = 0;
     std::promise<std::string> ready;
     server_ = std::thread([this, &ready] {
-      serve_platform(
-          options_, [&](const std::string& address) { ready.set_value(address); }, [this] { return over_.load(); });
+      try {
+        serve_platform(
+            options_, [&](const std::string& address) { ready.set_value(address); }, [this] { return over_.load(); });
+      } catch (...) {
+        ready.set_exception(std::current_exception());
+      }
     });
     const std::string address = ready.get_future().get();  // http://127.0.0.1:PORT/?key=KEY
     const auto colon = address.rfind(':'), slash = address.find('/', colon);

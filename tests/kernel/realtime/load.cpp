@@ -7,12 +7,30 @@
 #include <fstream>
 #include <regex>
 #include <stdexcept>
+#include <string>
 #include <thread>
+#include <vector>
 
 namespace tankrig::test {
 
-Load::Load() : stress_({"stress-ng", "--quiet", "--cpu", "2", "--vm", "1", "--sock", "1"}) {
-  std::this_thread::sleep_for(std::chrono::seconds(2));  // what it does first is reading itself from the host
+namespace {
+
+/// What a processor waits for while the host still reads it is no load.
+std::vector<std::string> once_read(std::vector<std::string> command) {
+  (void)shell("cat $(ldd $(command -v " + command.front() + ") | grep -o '/[^ ]*') $(command -v " + command.front() +
+              ") > /dev/null");
+  return command;
+}
+
+}  // namespace
+
+Load::Load() : stress_(once_read({"stress-ng", "--quiet", "--cpu", "2", "--vm", "1", "--sock", "1"})) {
+  for (int seconds = 0; seconds < 60; ++seconds) {
+    const double idle = processor_idle();
+    std::this_thread::sleep_for(std::chrono::seconds(1));
+    if (processor_idle() - idle < 0.02) return;
+  }
+  throw std::runtime_error("stress-ng: the processor idles for a minute");
 }
 
 Load::~Load() {
