@@ -13,12 +13,12 @@ constexpr int kPerPixel = 4;  ///< samples along a pixel's side
 constexpr float kNoBoard = 1e3f;
 constexpr float kBackAlbedo = 0.3f;
 
-float bilinear(const auto& nodes, int side, float x, float y, int channel) {
+Rgb bilinear(const auto& nodes, int side, float x, float y) {
   const float u = std::clamp(x, 0.0f, 1.0f) * static_cast<float>(side - 1),
               v = std::clamp(y, 0.0f, 1.0f) * static_cast<float>(side - 1);
   const int i = std::min(side - 2, static_cast<int>(u)), j = std::min(side - 2, static_cast<int>(v));
   const float fu = u - static_cast<float>(i), fv = v - static_cast<float>(j);
-  const auto at = [&](int a, int b) { return nodes[(j + b) * side + i + a][channel]; };
+  const auto at = [&](int a, int b) -> const Rgb& { return nodes[(j + b) * side + i + a]; };
   return (1 - fv) * ((1 - fu) * at(0, 0) + fu * at(1, 0)) + fv * ((1 - fu) * at(0, 1) + fu * at(1, 1));
 }
 
@@ -109,8 +109,7 @@ void BoardLayer::sample_row(const Board& board, int y, const PixelFilter& filter
     const float px = (p.x() - static_cast<float>(origin.x())) / static_cast<float>(size.x()),
                 py = (p.y() - static_cast<float>(origin.y())) / static_cast<float>(size.y());
     Eigen::Array4f& sample = fine[x - from];
-    for (int c = 0; c < 3; ++c)
-      sample[c] = albedo * bilinear(board.light, kNodes, px, py, c) + bilinear(board.veil, kNodes, px, py, c);
+    sample.head<3>() = albedo * bilinear(board.light, kNodes, px, py) + bilinear(board.veil, kNodes, px, py);
     sample[3] = 1;
   }
   for (int u = board.left; u < board.right; ++u) {
