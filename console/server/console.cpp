@@ -274,7 +274,16 @@ class Console {
   template <class Wish>
   void grant(ClientId id, const Wish& wish, const ordered_json& message) {
     try {
-      clients_.send(id, text_of({{"is", "granted"}, {"wish", message["do"]}, {"answer", wish(message)}}), false);
+      const Granted granted = wish(message);
+      clients_.send(id, text_of({{"is", "granted"}, {"wish", message["do"]}, {"answer", granted.answer}}), false);
+      if (granted.question.empty()) return;
+      std::vector<std::string> command{options_.program};
+      command.insert(command.end(), granted.question.begin(), granted.question.end());
+      capture(io_, command, [this, id, what = message["do"]](const Captured& said) {
+        const ordered_json answer = ordered_json::parse(said.out, nullptr, false);
+        if (answer.is_discarded()) return refuse(id, last_line(said.err));
+        clients_.send(id, text_of({{"is", "answered"}, {"wish", what}, {"answer", answer}}), false);
+      });
     } catch (const std::exception& e) {
       refuse(id, e.what());
     }

@@ -21,6 +21,11 @@ struct ConsoleRig {
       questions;  ///< /api/NAME: words after the program's name that print JSON
 };
 
+struct Granted {
+  nlohmann::ordered_json answer;
+  std::vector<std::string> question = {};  ///< words after the program's name; what they print, JSON, is told later
+};
+
 struct ConsoleOptions {
   std::string program;            ///< its path
   std::vector<std::string> rigs;  ///< that may be chosen; the first is, at the start
@@ -30,7 +35,7 @@ struct ConsoleOptions {
   std::string calibrates;      ///< likewise, what may change the rig's calibration
   std::set<std::string> kept;  ///< of the questions, whose last answer all browsers are told, with its time
   /// What the page may have done without a run, by name: done at once, and answered. Errors: InputError, which the page shows.
-  std::map<std::string, std::function<nlohmann::ordered_json(const nlohmann::ordered_json&)>> wishes;
+  std::map<std::string, std::function<Granted(const nlohmann::ordered_json&)>> wishes;
   std::filesystem::path sessions;  ///< their folder
   /// Folders of results, whose files are shown as those of sessions are, by the first part of their address.
   std::map<std::string, std::filesystem::path> results;

@@ -2,7 +2,7 @@
 // describes the messages.
 import { Cloud, SceneMessage } from './cloud'
 import { Compare } from './compare'
-import { Corners, ToClick } from './corners'
+import { Corners, ObjectPose, ToClick } from './corners'
 import { Judged, judgedCamera, JudgedMessage } from './judged'
 import { ask, byId, figure, make, shown, Terminal } from './page'
 import { PathView } from './path'
@@ -79,6 +79,7 @@ type Message =
   | { is: 'log'; text: string }
   | { is: 'refused'; why: string }
   | { is: 'granted'; wish: string; answer: { file: string } }
+  | { is: 'answered'; wish: string; answer: ObjectPose }
   | { is: 'alive'; utc: string }
   | ({ is: 'rig' } & RigChoice)
   | ({ is: 'known' } & Known)
@@ -223,6 +224,9 @@ function take(message: Message): void {
       break
     case 'granted':
       corners?.saved(message.answer.file)
+      break
+    case 'answered':
+      corners?.snaps(message.answer)
       break
     case 'alive':
       state.alive(message.utc)

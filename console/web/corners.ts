@@ -13,13 +13,24 @@ export interface ToClick {
 
 type Pixel = [number, number]
 
+/** Of what `tankrig calibrate object --json` tells. */
+export interface ObjectPose {
+  raw_rms_px: number
+  rms_px: number
+  surface_sigma_mm: number
+  corners: { name: string; clicked_px: Pixel; snapped_px?: Pixel; not_snapped?: string }[]
+}
+
 const zoom = 8
 const fewest = 4
+const clickedColour = '#ff2060'
+const snappedColour = '#20e060'
 const nudges: Record<string, Pixel> = { ArrowLeft: [-0.25, 0], ArrowRight: [0.25, 0], ArrowUp: [0, -0.25], ArrowDown: [0, 0.25] }
 
 /** `save` gets the clicks; `goOn` runs the calibration again, which goes on where it stopped. */
 export class Corners {
   private readonly clicks = new Map<string, Pixel>()
+  private snapped: ObjectPose['corners'] = []
   private readonly picture = new Image()
   private readonly canvas = make('canvas', { tabIndex: 0 })
   private readonly lens = make('canvas', { width: 160, height: 160, className: 'lens' })
@@ -56,6 +67,7 @@ export class Corners {
       this.canvas.height = this.picture.naturalHeight
       this.clicking.hidden = false
       this.clicks.clear()
+      this.snapped = []
       this.choose(rig.corners.find(corner => corner.seen)?.name ?? rig.corners[0].name)
       this.say(`Click ${fewest} corners or more, all that can be seen. The drawing shows where the rig file has them: it tells them apart, no more.`)
     })
@@ -73,7 +85,31 @@ export class Corners {
   }
 
   saved(file: string): void {
-    this.say(`Saved as ${file}. Go on calibrating: corners are snapped to the edges, and the report shows both.`)
+    this.say(`Saved as ${file}. Its corners are being snapped to the object's edges.`)
+  }
+
+  /** Where the corners that were saved snap to. */
+  snaps(pose: ObjectPose): void {
+    this.snapped = pose.corners
+    const stay = pose.corners.filter(corner => corner.not_snapped).map(corner => `${corner.name}: ${corner.not_snapped}`)
+    this.say(
+      `The clicks err by ${pose.raw_rms_px.toFixed(2)} px; snapped to the edges (green) by ${pose.rms_px.toFixed(2)} px, which puts the object's surface off by ${pose.surface_sigma_mm.toFixed(2)} mm.` +
+        (stay.length ? ` As clicked stay ${stay.join('; ')}.` : '') +
+        ' Go on calibrating, or click better and save again.',
+    )
+    this.choose(this.chosen)
+  }
+
+  /** Nothing if the corner has been clicked elsewhere since. */
+  private snapOf(name: string): ObjectPose['corners'][0] | undefined {
+    return this.snapped.find(corner => corner.name === name && this.clicks.get(name)?.every((at, i) => Math.abs(at - corner.clicked_px[i]) < 0.01))
+  }
+
+  private moved(name: string): string {
+    const corner = this.snapOf(name)
+    if (!corner) return ''
+    if (!corner.snapped_px) return ', not snapped'
+    return `, snapped by ${Math.hypot(corner.snapped_px[0] - corner.clicked_px[0], corner.snapped_px[1] - corner.clicked_px[1]).toFixed(2)} px`
   }
 
   private load(): void {
@@ -95,7 +131,7 @@ export class Corners {
       ...this.rig.corners.map(corner => {
         const pixel = this.clicks.get(corner.name)
         const where = pixel ? ` ${pixel[0].toFixed(1)}, ${pixel[1].toFixed(1)}` : corner.seen ? '' : ' hidden'
-        const button = make('button', { type: 'button' }, corner.name + where)
+        const button = make('button', { type: 'button' }, corner.name + where + this.moved(corner.name))
         button.setAttribute('aria-pressed', String(corner.name === name))
         button.addEventListener('click', () => this.choose(corner.name))
         return button
@@ -149,13 +185,15 @@ export class Corners {
         pen.fillText(corner.name, corner.pixel_px[0] + 6, corner.pixel_px[1] - 6)
       }
       const pixel = this.clicks.get(corner.name)
-      if (pixel) this.cross(pen, pixel[0] + 0.5, pixel[1] + 0.5, 6)
+      if (pixel) this.cross(pen, pixel[0] + 0.5, pixel[1] + 0.5, 6, clickedColour)
+      const to = this.snapOf(corner.name)?.snapped_px
+      if (to) this.cross(pen, to[0] + 0.5, to[1] + 0.5, 6, snappedColour)
     }
     this.magnify()
   }
 
-  private cross(pen: CanvasRenderingContext2D, x: number, y: number, size: number): void {
-    pen.strokeStyle = '#ff2060'
+  private cross(pen: CanvasRenderingContext2D, x: number, y: number, size: number, colour: string): void {
+    pen.strokeStyle = colour
     pen.beginPath()
     pen.moveTo(x - size, y)
     pen.lineTo(x + size, y)
@@ -174,6 +212,10 @@ export class Corners {
     pen.filter = `brightness(${this.brightness.value})`
     pen.drawImage(this.picture, this.at[0] + 0.5 - part / 2, this.at[1] + 0.5 - part / 2, part, part, 0, 0, this.lens.width, this.lens.height)
     pen.filter = 'none'
-    this.cross(pen, this.lens.width / 2, this.lens.height / 2, 12)
+    this.cross(pen, this.lens.width / 2, this.lens.height / 2, 12, clickedColour)
+    for (const { name } of this.snapped) {
+      const to = this.snapOf(name)?.snapped_px
+      if (to) this.cross(pen, this.lens.width / 2 + (to[0] - this.at[0]) * zoom, this.lens.height / 2 + (to[1] - this.at[1]) * zoom, 12, snappedColour)
+    }
   }
 }

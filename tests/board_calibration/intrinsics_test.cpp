@@ -4,11 +4,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <Eigen/Eigenvalues>
-
-#include "calibration/intrinsics/projection_uncertainty.hpp"
 #include "core/input_error.hpp"
 #include "tests/board_calibration/generated_boards.hpp"
+#include "tests/board_calibration/pixel_scatter.hpp"
 #include "tests/support/seeds.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -150,32 +148,12 @@ TEST(Intrinsics, RefusesTwoPictures) {
 }
 
 TEST(ProjectionUncertainty, IsWhatGeneratedCamerasScatter) {
-  // Where a point at rest with the targets appears: its pixel by the found camera, whose place the targets tell.
-  constexpr int kSeeds = 40;
   std::mt19937_64 places(15);
   const BoardTarget target = checkerboard();
-  const std::vector<Transform> cMts = many_places(true_camera(), target, 10, places);
-  const Vector2d pixel(60, 400);
-  const Vector3d p = 0.5 * true_camera().ray(pixel.x(), pixel.y());
-  Eigen::Matrix2d scatter = Eigen::Matrix2d::Zero();
-  double told = 0;
-  for (int seed = 1; seed <= kSeeds; ++seed) {
-    std::mt19937_64 random(static_cast<std::uint64_t>(100 + seed));
-    IntrinsicsProblem problem{640, 480, target, {}, LensModel::kK1K2P1P2, false};
-    for (const Transform& cMt : cMts)
-      problem.pictures.push_back(
-          {std::to_string(problem.pictures.size()), corners_of(true_camera(), target, cMt, 0.15, random)});
-    const IntrinsicsSolution s = solve(problem);
-    Vector3d in_found = Vector3d::Zero();
-    for (std::size_t v = 0; v < cMts.size(); ++v)
-      in_found += s.bundle.cMt[v] * (cMts[v].inverse() * p) / double(cMts.size());
-    const Vector2d error = s.camera.project(in_found).value() - pixel;
-    scatter += error * error.transpose() / kSeeds;
-    told += ProjectionUncertainty(s).at(pixel, 0.5)->independent_px / kSeeds;
-  }
-  const double worst = std::sqrt(scatter.eigenvalues().real().maxCoeff());
-  std::printf("seeds 101 to %d: scatter %.3f px, told %.3f px\n", 100 + kSeeds, worst, told);
-  EXPECT_NEAR(told / worst, 1, 0.25);
+  const PixelScatter found =
+      scatter_of(true_camera(), {60, 400}, target, many_places(true_camera(), target, 10, places), 0.15, 40,
+                 [&] { return IntrinsicsProblem{640, 480, target, {}, LensModel::kK1K2P1P2, false}; });
+  EXPECT_NEAR(found.told / found.worst, 1, 0.25);
 }
 
 }  // namespace

@@ -242,13 +242,20 @@ async function clickCorners(page, session) {
     await page.getByRole('button', { name: corner.name }).click()
     await canvas.click({ position: { x: (corner.pixel_px[0] + 0.5) * box.width / truth.width_px, y: (corner.pixel_px[1] + 0.5) * box.height / truth.height_px } })
   }
-  await keep(page, 'console_corners')
   await page.getByRole('button', { name: 'Save the corners' }).click()
-  await page.getByText('Saved as').waitFor()
+  await page.getByText(/The clicks err by [\d.]+ px; snapped to the edges/).waitFor()
+  await keep(page, 'console_corners')
   const found = JSON.parse(execFileSync(program, ['calibrate', 'object', '--corners', join(place, 'corners.yaml'), '--image', join(place, 'object.png'),
     '--camera', join(session, 'cameras/mono.yaml'), '--object', join(session, 'black_box.obj'), '--json'], { stdio: ['ignore', 'pipe', 'ignore'] }))
   assert.ok(found.raw_rms_px < 1, `the clicks err by ${found.raw_rms_px} px`)
   assert.equal(found.corners.length, seen.length)
+  for (const { name, clicked_px, snapped_px, not_snapped } of found.corners) {
+    const told = not_snapped ? 'not snapped' : `snapped by ${Math.hypot(snapped_px[0] - clicked_px[0], snapped_px[1] - clicked_px[1]).toFixed(2)} px`
+    assert.ok((await page.getByRole('button', { name }).textContent()).endsWith(`, ${told}`), `${name}: ${told}`)
+  }
+  assert.ok(found.corners.some(corner => corner.snapped_px), 'one is snapped at least')
+  await canvas.press('ArrowLeft')
+  await page.getByRole('button', { name: /snapped/ }).nth(found.corners.length - 1).waitFor({ state: 'detached' })
 }
 
 /** The share of a picture's pixels that are not of `other`, of the same size; without it, not white. */
@@ -364,7 +371,7 @@ test('what is bad stands out, and all can be read, in a dark room too', { skip: 
   const finding = (what, verdict, more = {}) => ({ what, verdict, measured: 'as it is', cure: '', refused: false, ...more })
   await page.route('**/api/doctor', route => route.fulfill({ json: { rig: 'tank', can_run: false, findings: [finding('kernel', 'good'), finding('disk', 'bad', { cure: 'another disk', refused: true }), finding('governor', 'not there')] } }))
   await page.getByRole('tab', { name: 'Run' }).focus()
-  await page.keyboard.press('ArrowLeft')
+  await canvas.press('ArrowLeft')
   assert.equal(await page.getByRole('tabpanel', { name: 'Rig' }).isVisible(), true, 'tabs by arrow keys')
   const strong = kind => page.locator(`#rig-view strong.${kind}`).allTextContents()
   for (const dark of [false, true]) {

@@ -11,6 +11,7 @@
 #include "apps/tankrig/cloud/cloud_command.hpp"
 #include "apps/tankrig/command_line/output.hpp"
 #include "apps/tankrig/command_line/progress.hpp"
+#include "apps/tankrig/scan/used_calibration.hpp"
 #include "bench/metrics/alignment.hpp"
 #include "calibration/object_pose/corners_file.hpp"
 #include "calibration/object_pose/snap.hpp"
@@ -27,10 +28,12 @@ namespace tankrig::app {
 namespace {
 
 struct CalibrateObjectOptions {
-  fs::path data, image, corners, camera, object, out, picture, cloud;
+  fs::path data, image, corners, camera, object, out, picture, cloud, calibration;
   WriteOptions write;
   std::string of = "mono";
   bool raw = false, json = false;
+
+  bool of_rig() const { return !write.file.empty() || !write.rig.empty(); }
 };
 
 /// What the options name, or else the corners file.
@@ -48,7 +51,7 @@ Inputs inputs_of(const CalibrateObjectOptions& o) {
        {std::tuple{"image", &in.image, &in.file.image}, std::tuple{"camera", &in.camera, &in.file.camera},
         std::tuple{"object", &in.object, &in.file.object}}) {
     if (option->empty()) *option = *named;
-    if (option->empty() && (o.write.file.empty() || option != &in.camera))
+    if (option->empty() && (!o.of_rig() || option == &in.image))
       throw InputError(corners, fmt::format("{}: is not there, expected a file, here or as --{}", name, name));
   }
   return in;
@@ -134,13 +137,15 @@ int calibrate_object(const CalibrateObjectOptions& options) {
   for (const fs::path& out : {options.out, options.picture})
     if (!out.empty()) check_new_file(out);
   Progress progress;
-  const Inputs in = inputs_of(options);
+  Inputs in = inputs_of(options);
   std::optional<CalibrationPart> part;
   const RigCamera* eye = nullptr;
-  if (!options.write.file.empty()) {
-    part.emplace(options.write);
+  if (options.of_rig()) {
+    const bool writes = !options.write.file.empty();
+    part.emplace(WriteOptions{writes ? options.write.file : options.calibration, options.write.rig});
     eye = &part->camera(options.of);
-    if (!in.camera.empty()) throw InputError(in.camera, "expected no camera file beside --write: the rig's lens");
+    if (!in.camera.empty()) throw InputError(in.camera, "expected no camera file beside --rig: the rig's lens");
+    if (in.object.empty()) in.object = part->rig().object.mesh;
   }
   const TriangleMesh mesh = read_mesh(in.object);
   const CameraModel camera = part ? eye->model : read_camera_file(in.camera);
@@ -172,7 +177,7 @@ int calibrate_object(const CalibrateObjectOptions& options) {
   if (!options.picture.empty())
     write_file_durably(options.picture, png_of(object_picture(picture, problem, pose), options.picture));
   if (!options.out.empty()) write_file_durably(options.out, yaml_text(facts));
-  if (part) {
+  if (!options.write.file.empty()) {
     put(*part, CalibrationPart::source("clicked corners", in.corners.parent_path(), {in.corners, in.image, in.object}),
         *eye, pose.snapped);
     part->write();
@@ -202,13 +207,15 @@ void add_calibrate_object(CLI::App& calibrate, ChosenCommand& chosen) {
   c->add_option("--corners", o.corners, "The clicked corners");
   c->add_option("--image", o.image, "The picture they were clicked in (default: the corners file's)");
   c->add_option("--camera", o.camera, "Camera file (likewise)");
-  c->add_option("--object", o.object, "Mesh (likewise)");
+  c->add_option("--object", o.object, "Mesh (likewise; with --rig: the rig's)");
   c->add_option("--cloud", o.cloud, "A cloud in the camera's frame, for a second opinion by ICP; it changes nothing");
   c->add_option("--picture", o.picture, "Write the picture with clicks and edges to this PNG file");
   c->add_option("--out", o.out, "Write the result to this file too");
   c->add_flag("--raw", o.raw, "Do not snap the clicks to the picture's edges");
   add_write_options(c, o.write);
-  c->add_option("--of", o.of, "With --write: the rig's camera that took the picture; lens and place are the rig's")
+  add_calibration_option(c, o.calibration);
+  c->get_option("--calibration")->needs(c->get_option("--rig"))->excludes(c->get_option("--write"));
+  c->add_option("--of", o.of, "With --rig: the rig's camera that took the picture; lens and place are the rig's")
       ->capture_default_str();
   add_json_flag(c, o.json);
 }

@@ -66,8 +66,8 @@ CalibratedPose composed(const CalibratedPose& bMa, const CalibratedPose& aMc) {
 GuidedCalibration::GuidedCalibration(const GuidedOptions& options, Progress& progress)
     : options_(options),
       progress_(progress),
-      file_(options.folder / "calibration.yaml"),
-      write_{options.folder / "unfinished.yaml", options.scan.rig, true},
+      file_(options.folder / kCalibration),
+      write_{options.folder / kUnfinishedCalibration, options.scan.rig, true},
       targets_(targets_of(load_drawn_rig(find_rig(options.scan.rig)))) {
   fs::create_directories(options.folder);
   fs::remove(write_.file);

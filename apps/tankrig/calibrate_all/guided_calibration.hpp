@@ -18,6 +18,9 @@
 
 namespace tankrig::app {
 
+/// In the calibration's folder: what the steps wrote so far, and what a run that got to its end left.
+inline constexpr char kUnfinishedCalibration[] = "unfinished.yaml", kCalibration[] = "calibration.yaml";
+
 struct GuidedOptions {
   ScanOptions scan;              ///< rig, world, carrier, operator, waivers
   std::filesystem::path folder;  ///< recordings, corners.yaml, calibration.yaml, report

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "apps/tankrig/calibrate_all/guided_calibration.hpp"
 #include "bench/metrics/triangle_mesh.hpp"
 #include "calibration/object_pose/corners_file.hpp"
 #include "core/atomic_file.hpp"
@@ -79,7 +80,7 @@ ordered_json corners_to_click(const RigConfig& rig) {
   }
 }
 
-ordered_json save_clicked_corners(const fs::path& sessions, const ordered_json& wish) {
+Granted save_clicked_corners(const fs::path& sessions, const std::string& rig, const ordered_json& wish) {
   const fs::path folder = clicked_folder(sessions, wish);
   const ordered_json clicks = wish.value("corners", ordered_json::array());
   if (!clicks.is_array() || clicks.size() < kFewest || clicks.size() > kBoxCorners)
@@ -100,7 +101,15 @@ ordered_json save_clicked_corners(const fs::path& sessions, const ordered_json& 
     answer["kept"] = kept.string();
   }
   write_file_durably(file, corners_text("hand, in the console", corners));
-  return answer;
+  Granted granted{answer,
+                  {"calibrate", "object", "--corners", file.string(), "--image", (folder / "object.png").string(),
+                   "--rig", rig, "--json"}};
+  for (const char* calibration : {kUnfinishedCalibration, kCalibration})
+    if (fs::exists(folder / calibration)) {
+      granted.question.insert(granted.question.end(), {"--calibration", (folder / calibration).string()});
+      break;
+    }
+  return granted;
 }
 
 }  // namespace tankrig::app

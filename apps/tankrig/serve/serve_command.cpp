@@ -210,10 +210,16 @@ int serve(const ServeOptions& options) {
   console.rigs = {options.rig};
   for (const std::string& name : known_rigs())
     if (name != options.rig) console.rigs.push_back(name);
-  console.rig = rig_of_page;
+  std::string chosen;
+  console.rig = [&chosen](const std::string& name) {
+    ConsoleRig rig = rig_of_page(name);
+    chosen = name;
+    return rig;
+  };
   console.sessions = kSessions;
   for (const char* folder : {kBenchmarks, kExperiments}) console.results[folder] = folder;
-  console.wishes = {{"corners", [](const ordered_json& wish) { return save_clicked_corners(kSessions, wish); }}};
+  console.wishes = {
+      {"corners", [&chosen](const ordered_json& wish) { return save_clicked_corners(kSessions, chosen, wish); }}};
   console.listen = listen;
   console.make_safe = kMakeSafe;
   console.calibrates = kCalibrate;
