@@ -25,6 +25,7 @@ constexpr double kCorrelated = 3;          // places that err alike, by the smoo
 constexpr double kLeastCrossing_deg = 12;  // of the lines that meet in a corner
 constexpr double kLeastReach_px = 1.5;     // two edges closer than twice this are not told apart
 constexpr double kReachFromClicks_px = 10, kReachFromPose_px = 3;
+constexpr double kClickSigmas = 4;  // farther off is the edge of something else, as of the object's shadow
 constexpr double kLeastSigma_px = 0.01;
 
 /// A line in the undistorted picture: normal . ray + offset = 0, and how well it is known.
@@ -257,7 +258,8 @@ SnappedPose solve_with_snapping(const cv::Mat& grey, const ObjectPoseProblem& pr
   SnappedPose out;
   out.raw = solve(problem);
   Transform cMo = out.raw.cMo;
-  for (const double reach : {kReachFromClicks_px, kReachFromPose_px, kReachFromPose_px}) {
+  const double first = std::clamp(kClickSigmas * out.raw.sigma_px, kReachFromPose_px, kReachFromClicks_px);
+  for (const double reach : {first, kReachFromPose_px, kReachFromPose_px}) {
     out.corners = snap(grey, problem.camera, problem.shape, cMo, problem.corners, reach);
     ObjectPoseProblem snapped = problem;
     for (std::size_t k = 0; k < out.corners.size(); ++k) snapped.corners[k] = out.corners[k].corner;

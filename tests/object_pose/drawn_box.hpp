@@ -36,6 +36,7 @@ struct DrawnBox {
   unsigned seed = 1;
   double click_px = 1;    ///< standard deviation of a click's coordinate
   double grey_noise = 2;  ///< of a pixel, in levels
+  double shadow = 0;      ///< width on the floor, beside the foot of the face across y that is seen [m]
   CameraModel camera{640, 480, 765.4, 762.9, 315.7, 236.8, -0.08, 0.02, 0.0005, -0.0005, 0};
 
   Transform cMo() const {
@@ -85,7 +86,7 @@ struct DrawnBox {
   static double from_degrees_(double degrees) { return degrees * 0.017453292519943295; }
 
   /// The faces of a black box differ by how the light falls on them.
-  static double brightness(const Vector3d& from, const Vector3d& along) {
+  double brightness(const Vector3d& from, const Vector3d& along) const {
     double enter = 0, leave = 1e9;
     int axis = 0;
     for (int k = 0; k < 3; ++k) {
@@ -94,7 +95,11 @@ struct DrawnBox {
       leave = std::min(leave, std::max(a, b));
     }
     constexpr double kFaces[] = {25, 38, 60};
-    return enter < leave ? kFaces[axis] : 150;
+    if (enter < leave) return kFaces[axis];
+    const Vector3d floor = from + (kBoxLow.z() - from.z()) / along.z() * along;
+    const double beside = from.y() > 0 ? floor.y() - kBoxHigh.y() : kBoxLow.y() - floor.y();
+    const bool shadowed = beside > 0 && beside < shadow && floor.x() > kBoxLow.x() && floor.x() < kBoxHigh.x();
+    return shadowed ? kFaces[1] + 7 : 150;
   }
 };
 
