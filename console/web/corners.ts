@@ -91,10 +91,8 @@ export class Corners {
   /** Where the corners that were saved snap to. */
   snaps(pose: ObjectPose): void {
     this.snapped = pose.corners
-    const stay = pose.corners.filter(corner => corner.not_snapped).map(corner => `${corner.name}: ${corner.not_snapped}`)
     this.say(
       `The clicks err by ${pose.raw_rms_px.toFixed(2)} px; snapped to the edges (green) by ${pose.rms_px.toFixed(2)} px, which puts the object's surface off by ${pose.surface_sigma_mm.toFixed(2)} mm.` +
-        (stay.length ? ` As clicked stay ${stay.join('; ')}.` : '') +
         ' Go on calibrating, or click better and save again.',
     )
     this.choose(this.chosen)
@@ -108,7 +106,7 @@ export class Corners {
   private moved(name: string): string {
     const corner = this.snapOf(name)
     if (!corner) return ''
-    if (!corner.snapped_px) return ', not snapped'
+    if (!corner.snapped_px) return `, not snapped: ${corner.not_snapped}`
     return `, snapped by ${Math.hypot(corner.snapped_px[0] - corner.clicked_px[0], corner.snapped_px[1] - corner.clicked_px[1]).toFixed(2)} px`
   }
 

@@ -117,11 +117,14 @@ TEST(SerialPort, TakesFewerBytesWhenNobodyReadsTheOtherEnd) {
   Line line;
   SerialPort port(line.settings);
   const Bytes much(1 << 20, 0x55);
-  const auto taken = port.try_write(much);
-  ASSERT_TRUE(taken.ok());
-  EXPECT_GT(taken.value(), 0u);
-  EXPECT_LT(taken.value(), much.size());
-  EXPECT_EQ(port.try_write(much).value(), 0u);
+  std::size_t taken = 0;
+  for (std::size_t more = 1; more > 0 && taken < much.size(); taken += more) {  // the kernel hands some on meanwhile
+    const auto now = port.try_write(much);
+    ASSERT_TRUE(now.ok());
+    more = now.value();
+  }
+  EXPECT_GT(taken, 0u);
+  EXPECT_LT(taken, much.size());
 }
 
 TEST(SerialPort, ASecondOpenOfTheSameLineIsRefusedAndLeavesTheFirstAlone) {
