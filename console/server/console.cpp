@@ -44,6 +44,7 @@ constexpr auto kHeld = 400ms;             ///< after which a key that is held ha
 constexpr auto kInterruptAgain = 1100ms;  // sooner, it is the same Ctrl-C to a command
 constexpr std::size_t kKeptLog = 64 << 10, kKeptPoints = 24 << 20;
 constexpr int kMostQuestions = 4;
+constexpr char kTooManyQuestions[] = "Too many questions at a time.";
 
 Message text_of(const ordered_json& message) {
   return std::make_shared<const std::string>(message.dump(-1, ' ', false, ordered_json::error_handler_t::replace));
@@ -149,13 +150,9 @@ class Console {
   }
 
   void ask(const std::string& name, const std::vector<std::string>& words, SendReply reply) {
-    if (questions_ >= kMostQuestions) return reply(said(503, "Too many questions at a time."));
-    std::vector<std::string> command{options_.program};
-    command.insert(command.end(), words.begin(), words.end());
-    ++questions_;
+    if (questions_ >= kMostQuestions) return reply(said(503, kTooManyQuestions));
     try {
-      capture(io_, command, [this, name, reply, of = chosen_](const Captured& answer) {
-        --questions_;
+      put_to_program(words, [this, name, reply, of = chosen_](const Captured& answer) {
         if (of == chosen_) keep(name, answer);
         if (ordered_json::accept(answer.out))
           reply({.type = "application/json", .body = answer.out});
@@ -163,9 +160,20 @@ class Console {
           reply(said(502, last_line(answer.err)));
       });
     } catch (const InputError& e) {
-      --questions_;
       reply(said(502, e.what()));
     }
+  }
+
+  /// Errors: InputError if there are too many questions, or no program; then `done` is not called.
+  void put_to_program(const std::vector<std::string>& words, std::function<void(const Captured&)> done) {
+    if (questions_ >= kMostQuestions) throw InputError(kTooManyQuestions);
+    std::vector<std::string> command{options_.program};
+    command.insert(command.end(), words.begin(), words.end());
+    capture(io_, command, [this, done = std::move(done)](const Captured& answer) {
+      --questions_;
+      done(answer);
+    });
+    ++questions_;
   }
 
   /// What devices or the machine said last is told to all: nobody has to ask again to see it.
@@ -277,9 +285,7 @@ class Console {
       const Granted granted = wish(message);
       clients_.send(id, text_of({{"is", "granted"}, {"wish", message["do"]}, {"answer", granted.answer}}), false);
       if (granted.question.empty()) return;
-      std::vector<std::string> command{options_.program};
-      command.insert(command.end(), granted.question.begin(), granted.question.end());
-      capture(io_, command, [this, id, what = message["do"]](const Captured& said) {
+      put_to_program(granted.question, [this, id, what = message["do"]](const Captured& said) {
         const ordered_json answer = ordered_json::parse(said.out, nullptr, false);
         if (answer.is_discarded()) return refuse(id, last_line(said.err));
         clients_.send(id, text_of({{"is", "answered"}, {"wish", what}, {"answer", answer}}), false);

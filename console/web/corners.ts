@@ -92,8 +92,7 @@ export class Corners {
   snaps(pose: ObjectPose): void {
     this.snapped = pose.corners
     this.say(
-      `The clicks err by ${pose.raw_rms_px.toFixed(2)} px; snapped to the edges (green) by ${pose.rms_px.toFixed(2)} px, which puts the object's surface off by ${pose.surface_sigma_mm.toFixed(2)} mm.` +
-        ' Go on calibrating, or click better and save again.',
+      `The clicks err by ${pose.raw_rms_px.toFixed(2)} px; snapped to the edges (green) by ${pose.rms_px.toFixed(2)} px, which puts the object's surface off by ${pose.surface_sigma_mm.toFixed(2)} mm (one sigma). Go on calibrating, or click better and save again.`,
     )
     this.choose(this.chosen)
   }

@@ -10,6 +10,7 @@
 #include "core/calibration_file.hpp"
 #include "core/camera_file.hpp"
 #include "core/model_yaml.hpp"
+#include "core/text_files.hpp"
 #include "rig/config/rig_config.hpp"
 #include "sim_backends/world/port_rays.hpp"
 #include "tests/board_calibration/generated_boards.hpp"
@@ -322,6 +323,34 @@ TEST_F(ClickedBox, StandsInTheRigWhereItsCameraSawIt) {
   ASSERT_TRUE(written.object);
   const Transform bMo = tank_sim().find_camera(CameraRole::kLeft)->bMc * box_.cMo();
   EXPECT_LT((written.object->pose.translation() - bMo.translation()).norm(), 0.5e-3);
+}
+
+TEST_F(ClickedBox, IsSeenThroughTheLensOfTheRigsCalibration) {
+  write_corners("");
+  const auto distance = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> words{"--rig", "tank-sim", "--of", "left", "--json"};
+    words.insert(words.end(), more.begin(), more.end());
+    const ProgramRun run = calibrate(words);
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    return run.exit_code == 0 ? run.json().at("cMo").at("translation_m")[2].get<double>() : 0;
+  };
+  const double truth = box_.cMo().translation().z();
+  EXPECT_NEAR(distance({}), truth, 0.5e-3);
+
+  const fs::path file = folder_ / "calibration.yaml";
+  ASSERT_EQ(calibrate({"--write", file.string(), "--rig", "tank-sim", "--of", "left"}).exit_code, 0);
+  Calibration longer = read_calibration(file);
+  CalibratedLens lens;
+  static_cast<CalibrationSource&>(lens) = *longer.object;
+  lens.model = box_.camera;
+  lens.model.fx *= 1.02;
+  lens.model.fy *= 1.02;
+  lens.sigma.assign(9, 0.1);
+  lens.views = 1;
+  longer.camera("left").lens = lens;
+  write_text(file, calibration_text(longer));
+  EXPECT_NEAR(distance({"--calibration", file.string()}), 1.02 * truth, 5e-3);
+  EXPECT_EQ(read_whole_file(file), calibration_text(longer)) << "nothing is written";
 }
 
 TEST_F(ClickedBox, WithTwoCornersSwappedIsRefusedByTheirNames) {

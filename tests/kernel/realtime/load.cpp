@@ -15,7 +15,7 @@ namespace tankrig::test {
 
 namespace {
 
-/// What a processor waits for while the host still reads it is no load.
+/// `command`, once its program and libraries have been read: a processor that waits for the host's disk is idle.
 std::vector<std::string> once_read(std::vector<std::string> command) {
   (void)shell("cat $(ldd $(command -v " + command.front() + ") | grep -o '/[^ ]*') $(command -v " + command.front() +
               ") > /dev/null");
@@ -30,7 +30,7 @@ Load::Load() : stress_(once_read({"stress-ng", "--quiet", "--cpu", "2", "--vm", 
     std::this_thread::sleep_for(std::chrono::seconds(1));
     if (processor_idle() - idle < 0.02) return;
   }
-  throw std::runtime_error("stress-ng: the processor idles for a minute");
+  throw std::runtime_error("stress-ng: the processor is still idle after a minute");
 }
 
 Load::~Load() {
