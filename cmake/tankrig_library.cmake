@@ -10,6 +10,7 @@ function(tankrig_library name)
   add_library(tankrig_${name} STATIC ${sources})
   target_link_libraries(tankrig_${name} PUBLIC ${ARG_PUBLIC} PRIVATE $<BUILD_INTERFACE:tankrig_options> ${ARG_PRIVATE})
   target_include_directories(tankrig_${name} PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/tankrig>)
+  tankrig_precompile(tankrig_${name} tankrig_core)
 endfunction()
 
 # tankrig_module(NAME USER FOLDER target...): the *.cpp of the folder as lib/tankrig/tankrig_NAME.so, which the library USER loads by

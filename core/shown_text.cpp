@@ -34,6 +34,11 @@ std::string shown_text(std::string_view value, std::size_t longest) {
   return out;
 }
 
+std::string without(std::string text, std::string_view hidden) {
+  for (std::size_t at; (at = text.find(hidden)) != std::string::npos;) text.erase(at, hidden.size());
+  return text;
+}
+
 std::size_t find_unprintable(std::string_view text) {
   for (std::size_t i = 0; i < text.size();) {
     const bool space = text[i] == '\t' || text[i] == '\n' || text[i] == '\r';

@@ -2,6 +2,9 @@
 
 #include <pthread.h>
 #include <sched.h>
+#include <sys/resource.h>
+#include <sys/syscall.h>
+#include <unistd.h>
 
 namespace tankrig {
 
@@ -15,6 +18,12 @@ bool set_fifo(const char* name, int priority) noexcept {
 void set_ordinary() noexcept {
   const sched_param none{};
   (void)pthread_setschedparam(pthread_self(), SCHED_OTHER, &none);
+}
+
+void set_background(const char* name) noexcept {
+  constexpr int kNice = 10;
+  pthread_setname_np(pthread_self(), name);
+  (void)::setpriority(PRIO_PROCESS, static_cast<id_t>(::syscall(SYS_gettid)), kNice);
 }
 
 bool pin_to_cpu(int cpu) noexcept {

@@ -10,6 +10,10 @@ bool set_fifo(const char* name, int priority) noexcept;
 /// Gives the calling thread ordinary scheduling again: what it still does is not urgent.
 void set_ordinary() noexcept;
 
+/// Names the calling thread and gives it a tenth of what an ordinary one gets where both want the processor: for work that can
+/// wait.
+void set_background(const char* name) noexcept;
+
 /// Pins the calling thread to processor `cpu`. Returns false and changes nothing if it may not or there is none.
 bool pin_to_cpu(int cpu) noexcept;
 

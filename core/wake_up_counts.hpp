@@ -12,18 +12,20 @@
 
 namespace tankrig {
 
-/// Counts in bins that double: below 1 us, 2 us, ... 32.768 ms, and all beyond.
+/// Counts in bins, four to a doubling: below 1 us, 1.25, 1.5, 1.75, 2, 2.5, ... 32.768 ms, and all beyond.
 /// Threads: add() one; seen() any, at the same time.
 /// RT: add().
 class WakeUpCounts {
  public:
-  static constexpr std::size_t kBins = 17;
+  static constexpr std::size_t kBins = 62;
   struct Seen {
     std::array<std::uint64_t, kBins> counts{};
     Duration longest{};
   };
   /// Exclusive, in microseconds; of the last bin there is none.
-  static constexpr std::int64_t upper_us(std::size_t bin) noexcept { return std::int64_t{1} << bin; }
+  static constexpr double upper_us(std::size_t bin) noexcept {
+    return bin == 0 ? 1 : 0.25 * static_cast<double>((4 + (bin - 1) % 4 + 1) << ((bin - 1) / 4));
+  }
 
   void add(Duration late) noexcept {
     const std::int64_t ns = std::max<std::int64_t>(late.count(), 0);
@@ -42,7 +44,10 @@ class WakeUpCounts {
 
  private:
   static constexpr std::size_t bin_of(std::int64_t ns) noexcept {
-    return std::min<std::size_t>(std::bit_width(static_cast<std::uint64_t>(ns / 1000)), kBins - 1);
+    const auto quarters = static_cast<std::uint64_t>(ns / 250);  // of a microsecond
+    if (quarters < 4) return 0;
+    const auto doublings = static_cast<std::size_t>(std::bit_width(quarters)) - 3;
+    return std::min<std::size_t>(1 + 4 * doublings + (quarters >> doublings) - 4, kBins - 1);
   }
 
   std::array<std::atomic<std::uint64_t>, kBins> counts_{};

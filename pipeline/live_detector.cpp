@@ -27,15 +27,16 @@ void LiveDetector::learn(const cv::Mat& image) {
   look_.contrast = scatters_.best();
 }
 
-LiveLine LiveDetector::find_line(const cv::Mat& image, int frame, const Plane& cPl) {
+LiveLine LiveDetector::find_line(const cv::Mat& image, const FrameRecord& frame, const Plane& cPl) {
   learn(image);
   StripeFrame in_sweep;
   in_sweep.cPl = cPl;
-  in_sweep.index = frame;
+  in_sweep.index = frame.index;
   in_sweep.aMc = camera_.bMc;
   StripeFrameResult result = reconstruct_frame(image, in_sweep, camera_.model, background_, job_, look_);
   LiveLine line;
-  line.frame = frame;
+  line.frame = frame.index;
+  line.stamp = frame.stamp;
   line.columns = result.detection.statistics.columns;
   line.found = result.detection.peaks.size();
   line.clipped = static_cast<std::uint64_t>(

@@ -5,6 +5,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
+#include "core/frame_record.hpp"
 #include "pipeline/parameters.hpp"
 #include "reconstruction/stripe/stripe_reconstruction.hpp"
 
@@ -13,6 +14,7 @@ namespace tankrig {
 /// One frame of the sweep.
 struct LiveLine {
   int frame = 0;                   ///< FrameRecord::index
+  Stamp stamp{};                   ///< FrameRecord::stamp
   std::uint64_t columns = 0;       ///< searched (rows, for a stripe along columns)
   std::uint64_t found = 0;         ///< of those, with a stripe
   std::uint64_t clipped = 0;       ///< of those, as bright as the camera can tell
@@ -28,7 +30,7 @@ class LiveDetector {
 
   void add_dark(const cv::Mat& image);
   /// Errors: InputError if the image is not of the camera's size.
-  LiveLine find_line(const cv::Mat& image, int frame, const Plane& cPl);
+  LiveLine find_line(const cv::Mat& image, const FrameRecord& frame, const Plane& cPl);
 
  private:
   void learn(const cv::Mat& image);

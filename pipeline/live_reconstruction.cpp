@@ -1,10 +1,7 @@
 #include "pipeline/live_reconstruction.hpp"
 
 #include <fmt/core.h>
-#include <pthread.h>
-#include <sys/resource.h>
 #include <tbb/task_arena.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
@@ -15,6 +12,7 @@
 #include <system_error>
 #include <utility>
 
+#include "core/thread_priority.hpp"
 #include "session/reading/session_tables.hpp"
 #include "session/reading/session_yaml.hpp"
 
@@ -25,7 +23,6 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr int kNice = 10;            ///< of the thread, while the scan runs
 constexpr auto kLastFrames = 250ms;  ///< without a frame, after which none of those on their way is left
 constexpr auto kPatience = 60s;      ///< with one method
 constexpr auto kLeaving = 10s;       ///< likewise, at the end
@@ -60,8 +57,7 @@ class LiveReconstruction::Work {
       : parameters_(parameters), options_(options), session_(beginning_of(session)) {}
 
   void run() noexcept {
-    ::pthread_setname_np(::pthread_self(), "live");
-    if (options_.real_time) ::setpriority(PRIO_PROCESS, static_cast<id_t>(::gettid()), kNice);
+    if (options_.now) set_background("live");
     guarded([this] {
       look_at_frames();
       reconstruct();
@@ -108,7 +104,7 @@ class LiveReconstruction::Work {
 
   void settle() {
     const std::lock_guard lock(mutex_);
-    settled_ = options_.real_time;  // under a virtual clock no time is gained
+    settled_ = options_.now != nullptr;  // under a virtual clock no time is gained
     news_.notify_all();
   }
 
@@ -182,12 +178,28 @@ class LiveReconstruction::Work {
   void queue(std::unique_lock<std::mutex>& lock, const FrameRecord& record, const cv::Mat& image) {
     figures_.frames += record.laser_on;
     const auto room = [this] { return waiting_.size() < options_.waiting_frames || stop_; };
-    if (!options_.real_time && !news_.wait_for(lock, kPatience, room)) throw InputError("it does not answer");
+    if (!options_.now && !news_.wait_for(lock, kPatience, room)) throw InputError("it does not answer");
     if (stop_) return;
-    if (room())
-      waiting_.push_back({record, image});
-    else
-      figures_.passed_over += record.laser_on;
+    if (!room()) pass_over_oldest();
+    waiting_.push_back({record, image});
+  }
+
+  void pass_over_oldest() {
+    figures_.passed_over += waiting_.front().frame.laser_on;
+    waiting_.pop_front();
+  }
+
+  /// Whose lines would be late if the next took as long to find as the last one. The newest stays: by it a detector
+  /// that was slow once is found to be fast again.
+  void pass_over_late(Stamp now) {
+    const Stamp found = now + finding_;
+    while (waiting_.size() > 1 && is_late(waiting_.front().frame, found)) pass_over_oldest();
+  }
+
+  Stamp now() const { return options_.now ? options_.now() : Stamp{}; }
+
+  bool is_late(const FrameRecord& frame, Stamp when) const {
+    return options_.now && frame.laser_on && when - frame.stamp > kLatestLine;
   }
 
   void look_at_frames() {
@@ -197,23 +209,33 @@ class LiveReconstruction::Work {
     while (true) {
       news_.wait(lock, [this] { return stop_ || settled_ || !waiting_.empty(); });
       if (stop_ || waiting_.empty()) return;
+      const Stamp begin = now();
+      pass_over_late(begin);
       const Job job = std::move(waiting_.front());
       waiting_.pop_front();
       news_.notify_all();
       lock.unlock();
-      const LiveLine line = look_at(*detector, job);
+      const std::optional<LiveLine> line = look_at(*detector, job, begin);
       lock.lock();
-      figures_.lines += line.found > 0;
-      figures_.points += line.points.size();
-      figures_.columns += line.columns;
-      figures_.found += line.found;
-      figures_.clipped += line.clipped;
+      if (!line) {
+        ++figures_.passed_over;
+        continue;
+      }
+      figures_.lines += line->found > 0;
+      figures_.points += line->points.size();
+      figures_.columns += line->columns;
+      figures_.found += line->found;
+      figures_.clipped += line->clipped;
     }
   }
 
-  LiveLine look_at(LiveDetector& detector, const Job& job) const {
+  /// Nothing if it is late.
+  std::optional<LiveLine> look_at(LiveDetector& detector, const Job& job, Stamp begin) {
     if (!job.frame.laser_on) return detector.add_dark(job.image), LiveLine{};
-    LiveLine line = detector.find_line(job.image, job.frame.index, session_.laser_plane(job.frame));
+    LiveLine line = detector.find_line(job.image, job.frame, session_.laser_plane(job.frame));
+    const Stamp found = now();
+    finding_ = found - begin;
+    if (is_late(job.frame, found)) return {};
     if (options_.line) options_.line(line);
     return line;
   }
@@ -261,7 +283,7 @@ class LiveReconstruction::Work {
   int threads_now() const {
     const std::lock_guard lock(mutex_);
     if (stop_) return 0;
-    return options_.real_time && !in_a_hurry_ ? 1 : tbb::task_arena::automatic;
+    return options_.now && !in_a_hurry_ ? 1 : tbb::task_arena::automatic;
   }
 
   /// Under the lock: once finish() has returned, nobody is told.
@@ -272,6 +294,7 @@ class LiveReconstruction::Work {
 
   const PipelineParameters parameters_;
   const LiveOptions options_;
+  Duration finding_{};  // the last line; the detector's thread's
 
   mutable std::mutex mutex_;  // guards what follows; the session's path and info do not change
   std::condition_variable news_;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -14,6 +15,7 @@
 #include <thread>
 #include <vector>
 
+#include "core/time.hpp"
 #include "pipeline/live_detector.hpp"
 #include "pipeline/report_session.hpp"
 
@@ -22,7 +24,7 @@ namespace tankrig {
 /// The sweep so far.
 struct LiveFigures {
   std::uint64_t frames = 0;       ///< with the laser on
-  std::uint64_t passed_over = 0;  ///< of those, never looked at: they came faster than the detector had time
+  std::uint64_t passed_over = 0;  ///< of those, without a line in time: the detector was too slow for them
   std::uint64_t lines = 0;        ///< of those, with a stripe in them
   std::uint64_t points = 0;
   std::uint64_t columns = 0, found = 0, clipped = 0;  ///< as in LiveLine, of all lines
@@ -31,10 +33,16 @@ struct LiveFigures {
 /// "123 lines, 45678 points, 97 % found, 0.2 % clipped"
 std::string in_words(const LiveFigures& figures);
 
+/// From a frame's stamp until its line is told, in real time, at most. Who draws its points has the rest of half a
+/// second.
+inline constexpr Duration kLatestLine = std::chrono::milliseconds{300};
+
 struct LiveOptions {
-  /// False, under a virtual clock: frame() waits for the detector, and the reconstruction for finish(). True: frames
-  /// that come too fast are passed over, and until finish() one thread of low priority does all the work.
-  bool real_time = false;
+  /// The time of the frames' stamps, if it passes by itself; from the detector's thread. Then frames that wait for the
+  /// detector are passed over, the oldest first, where there are too many of them or their lines would be later than
+  /// kLatestLine; a line that is, is not told. Until finish() one thread of low priority does all the work.
+  /// None, under a virtual clock: frame() waits for the detector, and the reconstruction for finish().
+  std::function<Stamp()> now = {};
   std::size_t waiting_frames = 16;      ///< for the detector
   std::size_t kept_bytes = 1ull << 30;  ///< of pictures, for the reconstruction; with more of them there is none
   /// Each line, in order, as soon as it is found: to grow a cloud. From the detector's thread. What it throws ends the

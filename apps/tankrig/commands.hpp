@@ -5,6 +5,9 @@
 
 namespace tankrig::app {
 
+/// Those of a program: all_commands.cpp, scan_commands.cpp.
+void add_commands(CLI::App& app, ChosenCommand& chosen);
+
 void add_scan(CLI::App& app, ChosenCommand& chosen);
 void add_bench(CLI::App& app, ChosenCommand& chosen);
 void add_experiment(CLI::App& app, ChosenCommand& chosen);

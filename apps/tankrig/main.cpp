@@ -49,10 +49,7 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", TANKRIG_VERSION);
   app.footer("Example: tankrig scan    (scans the simulated tank and writes a report)");
   ChosenCommand chosen;
-  for (const auto add : {add_scan, add_bench, add_experiment, add_reconstruct, add_evaluate, add_cloud, add_session,
-                         add_report, add_doctor, add_init, add_arm, add_camera, add_emulate, add_serve, add_guardian,
-                         add_calibrate, add_budget, add_completion, add_manual})
-    add(app, chosen);
+  add_commands(app, chosen);
   try {
     app.parse(argc, argv);
   } catch (const CLI::RequiredError& e) {

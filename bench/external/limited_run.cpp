@@ -287,7 +287,7 @@ void supervise_for_caller(const fs::path& folder) {
   std::printf("%s", wrong.empty() ? kWell : wrong.c_str());
 }
 
-std::string last_words(const LimitedRun& run) {
+std::string last_words(const LimitedRun& run, const fs::path& hidden) {
   constexpr std::streamoff kTail = 4096;
   const fs::path output = run.folder / "output.txt";
   if (!fs::is_regular_file(fs::symlink_status(output))) return "";  // it may have put something else there
@@ -298,6 +298,7 @@ std::string last_words(const LimitedRun& run) {
   std::string line, last;
   while (std::getline(file, line))
     if (line.find_first_not_of(" \t\r") != std::string::npos) last = line;
+  if (!hidden.empty()) last = without(std::move(last), hidden.string() + "/");
   return shown_text(last, 200);
 }
 

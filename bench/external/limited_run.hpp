@@ -42,7 +42,7 @@ std::string run_limited(const std::vector<std::string>& words, const LimitedRun&
 /// Errors: InputError.
 void supervise_for_caller(const std::filesystem::path& folder);
 
-/// The last line that it printed, for a message; empty if there is none.
-std::string last_words(const LimitedRun& run);
+/// The last line that it printed, for a message, without the path of the folder `hidden`; empty if there is none.
+std::string last_words(const LimitedRun& run, const std::filesystem::path& hidden = {});
 
 }  // namespace tankrig

@@ -1,6 +1,6 @@
 #include "calibration/hand_eye/marker_error.hpp"
 
-#include <ceres/autodiff_cost_function.h>
+#include <ceres/dynamic_autodiff_cost_function.h>
 #include <ceres/loss_function.h>
 #include <ceres/manifold.h>
 
@@ -13,10 +13,6 @@
 namespace tankrig {
 namespace {
 
-template <int... parameters>
-using Cost = ceres::AutoDiffCostFunction<MarkerError, ceres::DYNAMIC, parameters...>;
-using WholeCost = Cost<kPoseStep, kPoseStep, kDhNumbers, kPoseStep>;
-
 std::unique_ptr<MarkerError> error_of(const HandEyeProblem& problem, const HandEyeView& view,
                                       const HandEyeState& state) {
   auto error = std::make_unique<MarkerError>();
@@ -28,10 +24,16 @@ std::unique_ptr<MarkerError> error_of(const HandEyeProblem& problem, const HandE
   return error;
 }
 
-template <class OfError>
-OfError* cost_of(std::unique_ptr<MarkerError> error) {
+/// Derivatives by a few parameters at a time, whatever their number: one type of numbers to compile.
+std::unique_ptr<ceres::CostFunction> cost_of(std::unique_ptr<MarkerError> error, MarkerBlock last) {
+  error->last = last;
   const int size = error->size();
-  return new OfError(error.release(), size);
+  auto cost = std::make_unique<ceres::DynamicAutoDiffCostFunction<MarkerError, kPoseStep>>(error.release());
+  for (const int block : {kPoseStep, kPoseStep, kDhNumbers, kPoseStep})
+    if (static_cast<int>(cost->parameter_block_sizes().size()) <= static_cast<int>(last))
+      cost->AddParameterBlock(block);
+  cost->SetNumResiduals(size);
+  return cost;
 }
 
 constexpr std::array<double, kPoseStep> kNoStep{};
@@ -43,7 +45,7 @@ using Rows = Eigen::Matrix<double, Eigen::Dynamic, columns, Eigen::RowMajor>;
 
 std::optional<ViewErrors> view_errors(const HandEyeProblem& problem, const HandEyeView& view, const HandEyeState& state,
                                       const ChainNumbers& refined) {
-  const std::unique_ptr<WholeCost> cost(cost_of<WholeCost>(error_of(problem, view, state)));
+  const auto cost = cost_of(error_of(problem, view, state), MarkerBlock::kView);
   const int size = cost->num_residuals();
   ViewErrors out;
   out.residuals.resize(size);
@@ -61,7 +63,8 @@ std::optional<ViewErrors> view_errors(const HandEyeProblem& problem, const HandE
 double view_rms(const HandEyeProblem& problem, const HandEyeView& view, const HandEyeState& state) {
   const std::unique_ptr<MarkerError> error = error_of(problem, view, state);
   Eigen::VectorXd residuals(error->size());
-  if (!(*error)(kNoStep.data(), kNoStep.data(), residuals.data())) return std::numeric_limits<double>::infinity();
+  const double* parameters[] = {kNoStep.data(), kNoStep.data()};
+  if (!(*error)(parameters, residuals.data())) return std::numeric_limits<double>::infinity();
   return residuals.norm() / std::sqrt(static_cast<double>(view.points.size()));
 }
 
@@ -75,12 +78,10 @@ void minimise(const HandEyeProblem& problem, const std::vector<std::size_t>& vie
     auto error = error_of(problem, view, state);
     if (!whiten.empty()) error->whiten = whiten[k];
     ceres::LossFunction* const loss = robust_scale > 0 ? new ceres::CauchyLoss(robust_scale * points) : nullptr;
-    if (refined.empty())
-      least_squares.AddResidualBlock(cost_of<Cost<kPoseStep, kPoseStep>>(std::move(error)), loss, base.data(),
-                                     gripper.data());
-    else
-      least_squares.AddResidualBlock(cost_of<Cost<kPoseStep, kPoseStep, kDhNumbers>>(std::move(error)), loss,
-                                     base.data(), gripper.data(), state.chain.data());
+    std::vector<double*> blocks{base.data(), gripper.data()};
+    if (!refined.empty()) blocks.push_back(state.chain.data());
+    const MarkerBlock last = refined.empty() ? MarkerBlock::kGripper : MarkerBlock::kChain;
+    least_squares.AddResidualBlock(cost_of(std::move(error), last).release(), loss, blocks);
   }
   if (!refined.empty()) {
     std::vector<int> constant;

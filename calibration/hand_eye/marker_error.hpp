@@ -8,40 +8,42 @@
 
 namespace tankrig {
 
-/// Residuals of one view, for Ceres: px, or m where there are no corners. Parameters: steps of cMb and eMg, what is added to the
-/// arm's chain, and what is added to this view's joints (the first four) or, without joints, a step of its bMe.
+/// What an error depends on, blocks of parameters in this order.
+enum class MarkerBlock { kBase, kGripper, kChain, kView };
+
+/// Residuals of one view, for Ceres: px, or m where there are no corners. Parameters: steps of cMb and eMg; then, up to
+/// the `last` block, what is added to the arm's chain, and what is added to this view's joints (the first four) or,
+/// without joints, a step of its bMe. Without those, bMe is as the state has it.
 struct MarkerError {
   const HandEyeProblem* problem = nullptr;
   const HandEyeView* view = nullptr;
   Transform cMb = Transform::Identity(), eMg = Transform::Identity(), bMe = Transform::Identity();
-  std::optional<Eigen::MatrixXd> whiten;  ///< multiplies the residuals
+  std::optional<Eigen::MatrixXd> whiten;     ///< multiplies the residuals
+  MarkerBlock last = MarkerBlock::kGripper;  ///< of the blocks that there are
 
   int per_point() const { return view->corners.empty() ? 3 : 2; }
   int size() const { return per_point() * static_cast<int>(view->points.size()); }
 
   template <class T>
-  bool operator()(const T* base, const T* gripper, const T* chain, const T* view_error, T* out) const {
-    if (!view->q) return (*this)(base, gripper, moved(view->bMe, view_error), out);
+  bool operator()(T const* const* parameters, T* out) const {
+    return of(parameters[0], parameters[1], end_effector_of<T>(parameters), out);
+  }
+
+  template <class T>
+  TransformOf<T> end_effector_of(T const* const* parameters) const {
+    if (last < MarkerBlock::kChain) return TransformOf<T>(bMe.cast<T>());
+    const T* chain = parameters[2];
+    if (last < MarkerBlock::kView) return end_effector(problem->arm, *view->q, chain);
+    const T* own = parameters[3];
+    if (!view->q) return moved(view->bMe, own);
     T added[kDhNumbers];
     std::copy(chain, chain + kDhNumbers, added);
-    for (int i = 0; i < 4; ++i) added[4 * i + 3] += view_error[i];
-    return (*this)(base, gripper, end_effector(problem->arm, *view->q, added), out);
-  }
-
-  /// With joints that stand where they read.
-  template <class T>
-  bool operator()(const T* base, const T* gripper, const T* chain, T* out) const {
-    return (*this)(base, gripper, end_effector(problem->arm, *view->q, chain), out);
-  }
-
-  /// With `bMe` as the state has it.
-  template <class T>
-  bool operator()(const T* base, const T* gripper, T* out) const {
-    return (*this)(base, gripper, TransformOf<T>(bMe.cast<T>()), out);
+    for (int i = 0; i < 4; ++i) added[4 * i + 3] += own[i];
+    return end_effector(problem->arm, *view->q, added);
   }
 
   template <class T>
-  bool operator()(const T* base, const T* gripper, const TransformOf<T>& bMe_of_view, T* out) const {
+  bool of(const T* base, const T* gripper, const TransformOf<T>& bMe_of_view, T* out) const {
     const TransformOf<T> cMg = moved(cMb, base) * bMe_of_view * moved(eMg, gripper);
     Eigen::Matrix<T, Eigen::Dynamic, 1> error(size());
     for (std::size_t k = 0; k < view->points.size(); ++k) {

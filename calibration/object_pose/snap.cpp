@@ -9,6 +9,7 @@
 #include <opencv2/imgproc.hpp>
 #include <optional>
 
+#include "calibration/estimate/differentiable.hpp"
 #include "core/angles.hpp"
 #include "core/median.hpp"
 
@@ -25,8 +26,14 @@ constexpr double kCorrelated = 3;          // places that err alike, by the smoo
 constexpr double kLeastCrossing_deg = 12;  // of the lines that meet in a corner
 constexpr double kLeastReach_px = 1.5;     // two edges closer than twice this are not told apart
 constexpr double kReachFromClicks_px = 10, kReachFromPose_px = 3;
-constexpr double kClickSigmas = 4;  // farther off is the edge of something else, as of the object's shadow
-constexpr double kLeastSigma_px = 0.01;
+constexpr double kClickSigmas = 4;            // farther off is the edge of something else, as of the object's shadow
+constexpr double kLeastSigma_px = 0.01;       // of a line
+constexpr double kEdgeSigma_px = 0.1;         // of a corner: light and texture beside its edges move it, too
+constexpr double kMostDisagreement_px = 0.4;  // of a snapped corner with the pose of all
+constexpr std::size_t kFewestAgreeing = 5;    // corners that outvote one or two
+constexpr std::ptrdiff_t kFewestBelieved = 3;
+constexpr double kTogether_px = 0.5;      // that clicks err alike, which their scatter does not tell
+constexpr double kMostContradiction = 8;  // right clicks exceed it once in a hundred times
 
 /// A line in the undistorted picture: normal . ray + offset = 0, and how well it is known.
 struct ImageLine {
@@ -184,10 +191,12 @@ std::optional<ImageLine> line_of_edge(const cv::Mat& smooth, const CameraModel& 
   return robust_line(places, 1 / camera.fx);
 }
 
-}  // namespace
-
+/// Searches along the object's edges, as the pose expects them, for the strongest step in brightness, fits a robust line to each edge
+/// in the undistorted picture and puts each corner where its lines meet.
+/// `reach_px`: how far from its expected place an edge may be. `most_px`: how far from its click a corner.
 std::vector<SnappedCorner> snap(const cv::Mat& grey, const CameraModel& camera, const ObjectShape& shape,
-                                const Transform& cMo, const std::vector<ClickedCorner>& clicked, double reach_px) {
+                                const Transform& cMo, const std::vector<ClickedCorner>& clicked, double reach_px,
+                                double most_px) {
   cv::Mat smooth;
   grey.convertTo(smooth, CV_32F);
   cv::GaussianBlur(smooth, smooth, {0, 0}, kSmoothing_px);
@@ -242,11 +251,13 @@ std::vector<SnappedCorner> snap(const cv::Mat& grey, const CameraModel& camera, 
         place = information.inverse() * right;
       }
       const auto pixel = camera.project(depth * place.homogeneous());
-      if (!pixel || (*pixel - c.pixel).norm() > 2 * kReachFromClicks_px) {
-        result.why_not = "its edges meet elsewhere";
+      if (!pixel || (*pixel - c.pixel).norm() > most_px) {
+        result.why_not = pixel ? fmt::format("its edges meet {:.1f} px from the click, expected {:.1f} px and less",
+                                             (*pixel - c.pixel).norm(), most_px)
+                               : "its edges meet where the lens sees nothing";
       } else {
         result.corner.pixel = *pixel;
-        result.corner.sigma = std::max(kLeastSigma_px, camera.fx * std::sqrt(information.inverse().trace() / 2));
+        result.corner.sigma = std::hypot(kEdgeSigma_px, camera.fx * std::sqrt(information.inverse().trace() / 2));
       }
     }
     out.push_back(result);
@@ -254,17 +265,94 @@ std::vector<SnappedCorner> snap(const cv::Mat& grey, const CameraModel& camera, 
   return out;
 }
 
+/// How far the worst of the snapped corners, but for those `without`, lies from where the pose has it [px].
+double farthest(const ObjectPoseSolution& pose, const std::vector<SnappedCorner>& corners,
+                const std::vector<std::size_t>& without = {}) {
+  double most = 0;
+  for (std::size_t k = 0; k < corners.size(); ++k)
+    if (corners[k].why_not.empty() && std::ranges::find(without, k) == without.end())
+      most = std::max(most, pose.residuals_px[k].norm());
+  return most;
+}
+
+/// The pose of those corners that agree with each other. Up to two without which the others agree stay as clicked: the
+/// edge of something else was taken for theirs.
+ObjectPoseSolution solve_agreeing(const ObjectPoseProblem& clicked, std::vector<SnappedCorner>& corners) {
+  ObjectPoseProblem snapped = clicked;
+  std::vector<std::size_t> moved;
+  for (std::size_t k = 0; k < corners.size(); ++k) {
+    snapped.corners[k] = corners[k].corner;
+    if (corners[k].why_not.empty()) moved.push_back(k);
+  }
+  ObjectPoseSolution best = solve(snapped);
+  double least = kMostDisagreement_px;
+  if (farthest(best, corners) < least) return best;
+  std::vector<std::size_t> left_out;
+  const auto attempt = [&](const std::vector<std::size_t>& without) {
+    ObjectPoseProblem problem = snapped;
+    for (const std::size_t k : without) problem.corners[k] = clicked.corners[k];
+    ObjectPoseSolution pose = solve(problem);
+    const double most = farthest(pose, corners, without);
+    if (most < least) least = most, best = std::move(pose), left_out = without;
+  };
+  for (std::size_t count = 1; count <= 2 && left_out.empty() && moved.size() >= kFewestAgreeing + count; ++count)
+    for (std::size_t i = 0; i < moved.size(); ++i) {
+      if (count == 1) attempt({moved[i]});
+      for (std::size_t j = i + 1; count == 2 && j < moved.size(); ++j) attempt({moved[i], moved[j]});
+    }
+  for (const std::size_t k : left_out) {
+    const auto expected = clicked.camera.project(best.cMo * clicked.corners[k].o);
+    corners[k].why_not = fmt::format("its edges meet {:.1f} px from where the other corners put it",
+                                     expected ? (corners[k].corner.pixel - *expected).norm() : HUGE_VAL);
+    corners[k].corner = clicked.corners[k];
+  }
+  return best;
+}
+
+/// By how much more a pose misses the clicks than their own does, over how much they err: Fisher's F of a pose's numbers.
+double contradiction(const ObjectPoseProblem& clicked, const ObjectPoseSolution& raw, const Transform& cMo) {
+  double by_raw = 0, by_other = 0;
+  for (std::size_t k = 0; k < clicked.corners.size(); ++k) {
+    const ClickedCorner& c = clicked.corners[k];
+    const auto expected = clicked.camera.project(cMo * c.o);
+    if (!expected) return HUGE_VAL;
+    by_raw += raw.residuals_px[k].squaredNorm() / (c.sigma * c.sigma);
+    by_other += (*expected - c.pixel).squaredNorm() / (c.sigma * c.sigma);
+  }
+  return (by_other - by_raw) / kPoseStep / std::pow(std::max(raw.sigma_px, kTogether_px), 2);
+}
+
+/// Empty: the snapped corners are to be believed.
+std::string why_not_believed(const ObjectPoseProblem& clicked, const SnappedPose& pose) {
+  if (std::ranges::count(pose.corners, "", &SnappedCorner::why_not) < kFewestBelieved)
+    return fmt::format("fewer than {} corners can be snapped", kFewestBelieved);
+  if (farthest(pose.snapped, pose.corners) > std::max(kMostDisagreement_px, pose.raw.sigma_px))
+    return "the snapped corners contradict each other";
+  if (contradiction(clicked, pose.raw, pose.snapped.cMo) > kMostContradiction)
+    return "the snapped corners contradict the clicks";
+  return {};
+}
+
+}  // namespace
+
 SnappedPose solve_with_snapping(const cv::Mat& grey, const ObjectPoseProblem& problem) {
   SnappedPose out;
   out.raw = solve(problem);
   Transform cMo = out.raw.cMo;
-  const double first = std::clamp(kClickSigmas * out.raw.sigma_px, kReachFromPose_px, kReachFromClicks_px);
+  const double astray = kClickSigmas * out.raw.sigma_px;
+  const double first = std::clamp(astray, kReachFromPose_px, kReachFromClicks_px),
+               most = std::clamp(astray, kLeastReach_px, kReachFromClicks_px);
   for (const double reach : {first, kReachFromPose_px, kReachFromPose_px}) {
-    out.corners = snap(grey, problem.camera, problem.shape, cMo, problem.corners, reach);
-    ObjectPoseProblem snapped = problem;
-    for (std::size_t k = 0; k < out.corners.size(); ++k) snapped.corners[k] = out.corners[k].corner;
-    out.snapped = solve(snapped);
+    out.corners = snap(grey, problem.camera, problem.shape, cMo, problem.corners, reach, most);
+    out.snapped = solve_agreeing(problem, out.corners);
     cMo = out.snapped.cMo;
+  }
+  const std::string why_not = why_not_believed(problem, out);
+  if (why_not.empty()) return out;
+  out.snapped = out.raw;
+  for (std::size_t k = 0; k < out.corners.size(); ++k) {
+    if (out.corners[k].why_not.empty()) out.corners[k].why_not = why_not;
+    out.corners[k].corner = problem.corners[k];
   }
   return out;
 }

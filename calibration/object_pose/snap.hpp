@@ -12,17 +12,12 @@ namespace tankrig {
 /// A corner after snapping.
 struct SnappedCorner {
   ClickedCorner corner;  ///< pixel and sigma: of the edges' meeting, or as clicked
-  std::string why_not;   ///< it stayed as clicked: too few edges seen, or they meet too far away; empty: it moved
+  std::string why_not;   ///< it stayed as clicked: too few edges seen, or they meet elsewhere; empty: it moved
   int edges = 0;         ///< that meet in it
 };
 
-/// Searches along the object's edges, as the pose expects them, for the strongest step in brightness, fits a robust line to each edge
-/// in the undistorted picture and puts each corner where its lines meet.
-/// `reach_px`: how far from its expected place an edge may be.
-std::vector<SnappedCorner> snap(const cv::Mat& grey, const CameraModel& camera, const ObjectShape& shape,
-                                const Transform& cMo, const std::vector<ClickedCorner>& clicked, double reach_px);
-
-/// Pose from clicks, snapped twice: from the clicks' pose, then from the better one.
+/// Pose from clicks, snapped from the clicks' pose, then from better ones. Corners that disagree with five others stay as
+/// clicked; all do if fewer than three can be snapped, or if together they contradict each other or the clicks: `snapped` is `raw` then.
 struct SnappedPose {
   ObjectPoseSolution raw, snapped;
   std::vector<SnappedCorner> corners;

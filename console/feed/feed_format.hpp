@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -14,9 +15,12 @@ inline constexpr char kFeedVariable[] = "TANKRIG_FEED";
 /// The first byte of a message.
 enum class FeedKind : char {
   kText = 'T',    ///< a JSON object follows, its "feed" says which
-  kPoints = 'L',  ///< float32 x, y, z of each point follow, little-endian, in b [m]
+  kPoints = 'L',  ///< their frame's stamp, int64 [ns], and float32 x, y, z of each, in b [m], follow, little-endian
   kPicture = 'P'  ///< a byte with the length of the camera's name, the name, and a JPEG follow
 };
+
+/// Before the first point of such a message: the kind, and the stamp.
+inline constexpr std::size_t kPointsBegin = 1 + sizeof(std::int64_t);
 
 /// Begins, instead of a camera's name alone, the name of its newest picture that a calibration judged, with what was found
 /// marked in it.

@@ -354,7 +354,7 @@ function takeBinary(data: ArrayBuffer): void {
   const bytes = new Uint8Array(data)
   const kind = String.fromCharCode(bytes[0])
   if (kind === 'L') {
-    cloud.add(new Float32Array(data.slice(1)))
+    cloud.add(new Float32Array(data.slice(9))) // behind the stamp of their frame
     say('cloud-says', `${cloud.count} points as they are found; particles are still among them`)
   } else if (kind === 'P') {
     const name = new TextDecoder().decode(bytes.subarray(2, 2 + bytes[1]))

@@ -258,7 +258,7 @@ export class State {
     if (!state.wake_ups) return this.put('Real time', 'the run', utc, [line('a virtual clock: nothing can be late')])
     const { counts, upper_us, longest_us, overruns } = state.wake_ups
     const says = `woken late: median ${quantile(counts, upper_us, 0.5)}, 99 % ${quantile(counts, upper_us, 0.99)}, at most ${longest_us.toFixed(0)} µs`
-    this.put('Real time', 'the run', utc, [line(says), bars(counts, `${says}; a bar for each doubling from 1 µs`), line(`${overruns} cycles late`, overruns > 0 ? 'bad' : '')])
+    this.put('Real time', 'the run', utc, [line(says), bars(counts, `${says}; four bars to a doubling, from 1 µs`), line(`${overruns} cycles late`, overruns > 0 ? 'bad' : '')])
   }
 
   private armBody(joints: { name: string; deg: number | null; lower_deg: number; upper_deg: number }[], homed: boolean, current: number): Node[] {

@@ -3,6 +3,8 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <optional>
 #include <vector>
 
 #include "core/median.hpp"
@@ -20,41 +22,69 @@ constexpr double kQuantisation = 0.3;  ///< sd of rounding to whole DN
 
 /// A column that the path crosses.
 struct Sample {
-  std::vector<FourFloats> light;      ///< the channels, less the background's; 0 beyond them
-  std::vector<std::uint8_t> clipped;  ///< in any channel
-  double row = 0;                     ///< of the path
+  int column = 0;
+  double row = 0;  ///< of the path
 };
 
-std::vector<Sample> sample_columns(const cv::Mat& image, const cv::Mat& background, const StripeLook& look) {
-  std::vector<std::pair<int, double>> crossed;
+std::vector<Sample> sample_columns(const StripeLook& look) {
+  std::vector<Sample> crossed, samples;
   for (std::size_t i = 0; i < look.rows.size(); ++i)
-    if (!std::isnan(look.rows[i])) crossed.emplace_back(static_cast<int>(i) * look.step + look.step / 2, look.rows[i]);
+    if (!std::isnan(look.rows[i])) crossed.push_back({static_cast<int>(i) * look.step + look.step / 2, look.rows[i]});
   const std::size_t step = std::max<std::size_t>(1, crossed.size() / kSampledColumns);
-  const int channels = image.channels();
-  const auto rows = static_cast<std::size_t>(image.rows);
-  std::vector<Sample> samples;
-  std::vector<int> columns;
-  for (std::size_t i = step / 2; i < crossed.size(); i += step) {
-    columns.push_back(crossed[i].first * channels);
-    samples.push_back({std::vector<FourFloats>(rows), std::vector<std::uint8_t>(rows), crossed[i].second});
-  }
-  for (int y = 0; y < image.rows; ++y) {
-    const std::uint8_t* in = image.ptr<std::uint8_t>(y);
-    const std::uint8_t* dark = background.empty() ? nullptr : background.ptr<std::uint8_t>(y);
-    for (std::size_t i = 0; i < samples.size(); ++i) {
-      FourFloats light = {};
-      bool clipped = false;
-      for (int c = 0; c < channels; ++c) {
-        const int at = columns[i] + c;
-        light[c] = static_cast<float>(dark ? in[at] - dark[at] : in[at]);
-        clipped |= in[at] == 255;
-      }
-      samples[i].light[y] = light;
-      samples[i].clipped[y] = clipped;
-    }
-  }
+  for (std::size_t i = step / 2; i < crossed.size(); i += step) samples.push_back(crossed[i]);
   return samples;
 }
+
+/// The pixels of an image and of its background.
+class Pixels {
+ public:
+  Pixels(const cv::Mat& image, const cv::Mat& background)
+      : image_(image.data),
+        dark_(background.data),
+        image_step_(static_cast<std::ptrdiff_t>(image.step)),
+        dark_step_(static_cast<std::ptrdiff_t>(background.step)),
+        rows_(image.rows),
+        channels_(image.channels()) {}
+
+  int rows() const { return rows_; }
+  int channels() const { return channels_; }
+
+  /// The channels, less the background's; 0 beyond them.
+  FourFloats light(int y, int x) const {
+    const std::uint8_t* in = image_ + y * image_step_ + x * channels_;
+    const std::uint8_t* dark = dark_ ? dark_ + y * dark_step_ + x * channels_ : nullptr;
+    const auto value = [&](int c) { return static_cast<float>(dark ? in[c] - dark[c] : in[c]); };
+    return channels_ == 1 ? FourFloats{value(0)} : FourFloats{value(0), value(1), value(2)};
+  }
+
+  /// In any channel.
+  bool clipped(int y, int x) const {
+    const std::uint8_t* in = image_ + y * image_step_ + x * channels_;
+    return std::any_of(in, in + channels_, [](std::uint8_t value) { return value == 255; });
+  }
+
+ private:
+  const std::uint8_t *image_, *dark_;
+  std::ptrdiff_t image_step_, dark_step_;
+  int rows_, channels_;
+};
+
+/// All light of the sampled columns: of each the four values side by side.
+cv::Mat1f light_of(const Pixels& pixels, const std::vector<Sample>& samples) {
+  cv::Mat1f light(pixels.rows(), 4 * static_cast<int>(samples.size()));
+  for (int y = 0; y < light.rows; ++y) {
+    float* out = light[y];
+    for (const Sample& sample : samples) {
+      const FourFloats here = pixels.light(y, sample.column);
+      std::memcpy(out, &here, sizeof here);
+      out += 4;
+    }
+  }
+  return light;
+}
+
+/// About eighty values of each column are enough for its statistics.
+int step_of(const cv::Mat1f& light) { return std::max(1, light.rows / 80); }
 
 std::vector<float> filter(const std::vector<float>& values, const std::vector<float>& kernel) {
   const int n = static_cast<int>(values.size()), radius = static_cast<int>(kernel.size()) - 1;
@@ -64,34 +94,16 @@ std::vector<float> filter(const std::vector<float>& values, const std::vector<fl
   return out;
 }
 
-/// Those of filter()'s values that lie `step` apart, from the first. `Value`: one float, or those of the channels.
-template <class Value>
-std::vector<Value> filter_every(const std::vector<Value>& values, const std::vector<float>& kernel, std::size_t step) {
-  const int n = static_cast<int>(values.size()), radius = static_cast<int>(kernel.size()) - 1;
-  std::vector<Value> out;
-  out.reserve(values.size() / step + 1);
-  for (int y = 0; y < n; y += static_cast<int>(step)) {
-    Value sum = {};
-    if (y >= radius && y + radius < n) {
-      for (int k = radius; k > 0; --k) sum += kernel[k] * values[y - k];
-      for (int k = 0; k <= radius; ++k) sum += kernel[k] * values[y + k];
-    } else {
-      for (int k = -radius; k <= radius; ++k) sum += kernel[std::abs(k)] * values[std::clamp(y + k, 0, n - 1)];
-    }
-    out.push_back(sum);
-  }
-  return out;
+float weighed(const FourFloats& light, const std::array<float, 3>& weights) {
+  return weights[0] * light[0] + weights[1] * light[1] + weights[2] * light[2];
 }
 
-/// Into values [first, last) of as many as the sample has rows; the others are left as they are.
-void project(const Sample& sample, const std::array<float, 3>& weights, int first, int last,
-             std::vector<float>& values) {
-  const FourFloats weight = {weights[0], weights[1], weights[2], 0};
-  values.resize(sample.light.size());
-  for (int y = first; y < last; ++y) {
-    const FourFloats weighted = weight * sample.light[y];
-    values[y] = weighted[0] + weighted[1] + weighted[2];
-  }
+/// The weighed light of rows [first, last) of the sample's column.
+std::vector<float> project(const Pixels& pixels, const Sample& sample, const std::array<float, 3>& weights, int first,
+                           int last) {
+  std::vector<float> values;
+  for (int y = first; y < last; ++y) values.push_back(weighed(pixels.light(y, sample.column), weights));
+  return values;
 }
 
 /// The two ways to weigh the channels: against the scene, and by the stripe's light alone, which a clipped core needs.
@@ -100,33 +112,29 @@ struct Weights {
 };
 
 /// Those that suit a stripe of that sd in the sample.
-const std::array<float, 3>& suited(const Weights& weights, const Sample& sample, double sd) {
-  const int n = static_cast<int>(sample.clipped.size()), reach = static_cast<int>(std::ceil(2 * sd));
+const std::array<float, 3>& suited(const Weights& weights, const Pixels& pixels, const Sample& sample, double sd) {
+  const int reach = static_cast<int>(std::ceil(2 * sd));
   bool clipped = false;
   for (int y = std::max(0, static_cast<int>(sample.row) - reach);
-       y <= std::min(n - 1, static_cast<int>(sample.row) + reach); ++y)
-    clipped |= sample.clipped[y] != 0;
+       y <= std::min(pixels.rows() - 1, static_cast<int>(sample.row) + reach); ++y)
+    clipped |= pixels.clipped(y, sample.column);
   return clipped ? weights.light : weights.contrast;
 }
 
-/// About eighty values of each column are enough for its statistics.
-std::size_t sample_step(std::size_t size) { return std::max<std::size_t>(1, size / 80); }
-
 /// The stripe's light of each channel above what lies beside it: the median of the columns. Where a channel is clipped
 /// the light is not the stripe's colour, but tells how much each channel shows.
-Eigen::Vector3d measure_colour(const std::vector<Sample>& samples, int channels, double sd, bool clipped_too) {
+Eigen::Vector3d measure_colour(const Pixels& pixels, const std::vector<Sample>& samples, double sd, bool clipped_too) {
+  const int channels = pixels.channels();
   std::array<std::vector<double>, 3> found;
   const int reach = static_cast<int>(std::ceil(2.5 * sd)) + 1;
   for (const Sample& sample : samples) {
     const int middle = static_cast<int>(std::lround(sample.row)), first = middle - reach, last = middle + reach;
-    if (first < 1 || last + 1 >= static_cast<int>(sample.light.size())) continue;
-    Eigen::Vector3d light = Eigen::Vector3d::Zero();
-    for (int y = first + 1; y < last; ++y) {
-      if (sample.clipped[y] && !clipped_too) continue;
-      for (int c = 0; c < channels; ++c)
-        light[c] += sample.light[y][c] - 0.25 * (sample.light[first - 1][c] + sample.light[first][c] +
-                                                 sample.light[last][c] + sample.light[last + 1][c]);
-    }
+    if (first < 1 || last + 1 >= pixels.rows()) continue;
+    const auto light_at = [&](int y) { return pixels.light(y, sample.column); };
+    const FourFloats base = 0.25f * (light_at(first - 1) + light_at(first) + light_at(last) + light_at(last + 1));
+    FourFloats light = {};
+    for (int y = first + 1; y < last; ++y)
+      if (clipped_too || !pixels.clipped(y, sample.column)) light += light_at(y) - base;
     for (int c = 0; c < channels; ++c) found[c].push_back(light[c]);
   }
   Eigen::Vector3d colour = Eigen::Vector3d::Zero();
@@ -135,33 +143,32 @@ Eigen::Vector3d measure_colour(const std::vector<Sample>& samples, int channels,
   return colour;
 }
 
-/// Covariance of the channels' responses away from the stripe, their largest twentieth pulled in.
-Eigen::Matrix3d scene_covariance(const std::vector<Sample>& samples, int channels, double sd) {
+/// Covariance of the channels' responses away from the stripe by up to `most` rows, at every `step`th row, their largest
+/// twentieth pulled in.
+Eigen::Matrix3d scene_covariance(const std::vector<Sample>& samples, const cv::Mat1f& light, int channels, double sd,
+                                 int step, double most) {
   const std::vector<float> kernel = ridge_kernel(std::max(kFilterSigma, 1.5 * sd));
   std::array<std::vector<float>, 3> away;
-  for (const Sample& sample : samples) {
-    const std::size_t step = sample_step(sample.light.size());
-    const std::vector<FourFloats> response = filter_every(sample.light, kernel, step);
-    for (std::size_t i = 0; i < response.size(); ++i)
-      if (std::abs(static_cast<double>(i * step) - sample.row) > 6 * sd + 4)
-        for (int c = 0; c < channels; ++c) away[c].push_back(response[i][c]);
-  }
+  cv::Mat1f response;
+  filter_columns(light, kernel, response, step);
+  for (int i = 0; i < response.rows; ++i)
+    for (std::size_t k = 0; k < samples.size(); ++k)
+      if (const double d = std::abs(i * step - samples[k].row); d > 6 * sd + 4 && d < most)
+        for (int c = 0; c < channels; ++c) away[c].push_back(response[i][4 * k + c]);
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
   const std::size_t n = away[0].size();
   std::array<float, 3> limit{};
   for (int c = 0; c < channels && n > 0; ++c) {
-    std::vector<float> sizes = away[c];
-    const double noise = robust_sd(sizes);
-    const auto high = sizes.begin() + static_cast<std::ptrdiff_t>(n * 19 / 20);
-    std::nth_element(sizes.begin(), high, sizes.end());
-    limit[c] = std::max(*high, static_cast<float>(2 * std::max(noise, kQuantisation)));
+    const std::vector<float> ranked = ranked_sizes(away[c], {n / 2, n * 19 / 20});
+    limit[c] = std::max(ranked[1], static_cast<float>(2 * std::max(kSdOfMedian * ranked[0], kQuantisation)));
   }
   for (std::size_t i = 0; i < n; ++i) {
     Eigen::Vector3d r = Eigen::Vector3d::Zero();
     for (int c = 0; c < channels; ++c) r[c] = std::clamp(away[c][i], -limit[c], limit[c]);
-    for (int c = 0; c < channels; ++c)
-      for (int d = 0; d <= c; ++d) sum(c, d) += r[c] * r[d] / static_cast<double>(n);
+    for (int c = 0; c < 3; ++c)
+      for (int d = 0; d <= c; ++d) sum(c, d) += r[c] * r[d];
   }
+  if (n > 0) sum /= static_cast<double>(n);
   sum = sum.selfadjointView<Eigen::Lower>();
   for (int c = 0; c < 3; ++c) sum(c, c) += c < channels ? kQuantisation * kQuantisation : 1.0;
   return sum;
@@ -178,64 +185,94 @@ std::vector<float> smoothed(const std::vector<float>& values, double sd) {
   return filter(values, kernel);
 }
 
+/// Where a profile crosses half of its height on both sides, in pixels.
+struct HalfHeight {
+  double top = 0, bottom = 0;
+};
+
+/// Of values from row `start` on; none where they end first. The highest is sought up to `near`, the level it stands on up to `far` from `middle`.
+std::optional<HalfHeight> half_height(const std::vector<float>& values, int start, int middle, int near, int far) {
+  const int n = static_cast<int>(values.size());
+  const auto at = [&](int i) { return values.begin() + std::clamp(i, 0, n); };
+  int first = static_cast<int>(std::max_element(at(middle - near), at(middle + near + 1)) - values.begin()),
+      last = first;
+  std::vector<float> around(at(middle - far), at(middle + far + 1));
+  const auto low = around.begin() + static_cast<std::ptrdiff_t>(around.size() / 5);
+  std::nth_element(around.begin(), low, around.end());
+  const float half = 0.5f * (values[first] + *low);
+  while (first > 0 && values[first - 1] >= half) --first;
+  while (last + 1 < n && values[last + 1] >= half) ++last;
+  if (first == 0 || last + 1 == n) return std::nullopt;
+  return HalfHeight{start + first - (values[first] - half) / (values[first] - values[first - 1]),
+                    start + last + (values[last] - half) / (values[last] - values[last + 1])};
+}
+
 /// Full width at half height around each sample's row, to whose middle the row moves; the median's sd.
-double measure_extent(std::vector<Sample>& samples, const Weights& weights, double sd) {
+double measure_extent(const Pixels& pixels, std::vector<Sample>& samples, const Weights& weights, double sd) {
   constexpr double kFullWidthOfSd = 2.3548, kSmoothing = 0.5;  // no single grain of speckle is the stripe
+  const int near = static_cast<int>(std::ceil(sd)), far = static_cast<int>(std::ceil(8 * sd)) + 10;
+  const int blur = static_cast<int>(std::ceil(3 * kSmoothing * sd));
+  const int n = pixels.rows();
   std::vector<double> widths;
-  std::vector<float> projected;
   for (Sample& sample : samples) {
-    const int n = static_cast<int>(sample.light.size());
-    project(sample, suited(weights, sample, sd), 0, n, projected);
-    const std::vector<float> values = smoothed(projected, kSmoothing * sd);
     const int middle = std::clamp(static_cast<int>(std::lround(sample.row)), 0, n - 1);
-    const int near = static_cast<int>(std::ceil(sd)), far = static_cast<int>(std::ceil(8 * sd)) + 10;
-    const auto at = [&](int i) { return values.begin() + std::clamp(i, 0, n); };
-    int first = static_cast<int>(std::max_element(at(middle - near), at(middle + near + 1)) - values.begin()),
-        last = first;
-    std::vector<float> around(at(middle - far), at(middle + far + 1));
-    const auto low = around.begin() + static_cast<std::ptrdiff_t>(around.size() / 5);
-    std::nth_element(around.begin(), low, around.end());
-    const float half = 0.5f * (values[first] + *low);
-    while (first > 0 && values[first - 1] >= half) --first;
-    while (last + 1 < n && values[last + 1] >= half) ++last;
-    if (first == 0 || last + 1 == n) continue;
-    const double top = first - (values[first] - half) / (values[first] - values[first - 1]);
-    const double bottom = last + (values[last] - half) / (values[last] - values[last + 1]);
-    sample.row = 0.5 * (top + bottom);
-    widths.push_back(bottom - top);
+    const std::array<float, 3>& suitable = suited(weights, pixels, sample, sd);
+    std::optional<HalfHeight> found;
+    // Nearly always the profile ends in what is looked at for its height; where it does not, the whole column is.
+    for (int reach = far; !found; reach = n) {
+      const int first = std::max(0, middle - reach - blur), last = std::min(n, middle + reach + 1 + blur);
+      std::vector<float> values = smoothed(project(pixels, sample, suitable, first, last), kSmoothing * sd);
+      const int cut_first = first > 0 ? blur : 0, cut_last = last < n ? blur : 0;  // they lack what lies beyond
+      values.resize(values.size() - cut_last);
+      values.erase(values.begin(), values.begin() + cut_first);
+      const int start = first + cut_first;
+      found = half_height(values, start, middle - start, near, far);
+      if (first == 0 && last == n) break;
+    }
+    if (!found) continue;
+    sample.row = 0.5 * (found->top + found->bottom);
+    widths.push_back(found->bottom - found->top);
   }
   if (widths.size() < 3) return sd;
   const double wide = upper_median(widths) / kFullWidthOfSd;
   return std::clamp(std::sqrt(std::max(0.3, wide * wide - std::pow(kSmoothing * sd, 2))), 0.6, 16.0);
 }
 
-/// Robust sd of a pixel's weighted value, as far as a filter across the stripe sees it.
-double measure_noise(const std::vector<Sample>& samples, const std::array<float, 3>& weights) {
+/// Robust sd of a pixel's weighted value, as far as a filter across the stripe sees it, at every `step`th row within `most`
+/// rows of the stripe.
+double measure_noise(const std::vector<Sample>& samples, const cv::Mat1f& light, const std::array<float, 3>& weights,
+                     int step, double most) {
   const std::vector<float> kernel = ridge_kernel(kFilterSigma);
-  std::vector<float> values, column;
-  for (const Sample& sample : samples) {
-    project(sample, weights, 0, static_cast<int>(sample.light.size()), column);
-    const std::vector<float> response = filter_every(column, kernel, sample_step(column.size()));
-    values.insert(values.end(), response.begin(), response.end());
-  }
+  cv::Mat1f response;
+  filter_columns(light, kernel, response, step);
+  std::vector<float> values;
+  for (int i = 0; i < response.rows; ++i)
+    for (std::size_t k = 0; k < samples.size(); ++k)
+      if (std::abs(i * step - samples[k].row) < most) {
+        const float* of = response[i] + 4 * k;
+        values.push_back(weights[0] * of[0] + weights[1] * of[1] + weights[2] * of[2]);
+      }
   return std::max(robust_sd(values), kQuantisation);
 }
 
 /// The profile's sd: median of fits at the path.
-double measure_width(const std::vector<Sample>& samples, const Weights& weights, double start,
+double measure_width(const Pixels& pixels, const std::vector<Sample>& samples, const Weights& weights, double start,
                      const ValueNoise& noise) {
   double sd = start;
   for (int round = 0; round < 6; ++round) {
     const ProfileFitter fitter(sd, true);
-    std::vector<double> ratios;
-    std::vector<float> values;
+    const int most = 2 * fitter.half_window() + 1;
+    std::vector<float> values(samples.size() * most);
+    std::vector<ProfileSection> sections;
     for (const Sample& sample : samples) {
-      const int n = static_cast<int>(sample.light.size());
-      const auto [first, last] = fitter.window(n, sample.row);
-      project(sample, suited(weights, sample, sd), first, last + 1, values);
-      const ProfileFit fit = fitter.fit(values.data(), n, sample.row, noise);
-      if (fit.ok) ratios.push_back(fit.width_ratio);
+      const auto [first, last] = fitter.window(pixels.rows(), sample.row);
+      float* const section = values.data() + sections.size() * most;
+      std::ranges::copy(project(pixels, sample, suited(weights, pixels, sample, sd), first, last + 1), section);
+      sections.push_back({section, last + 1 - first, sample.row - first});
     }
+    std::vector<double> ratios;
+    for (const ProfileFit& fit : fitter.fit(sections, noise))
+      if (fit.ok) ratios.push_back(fit.width_ratio);
     const double ratio = ratios.size() < 3 ? 1.0 : std::clamp(upper_median(ratios), 0.6, 1.6);
     sd = std::clamp(sd * ratio, 0.6, 16.0);
     if (std::abs(ratio - 1) < 0.02) break;
@@ -246,28 +283,48 @@ double measure_width(const std::vector<Sample>& samples, const Weights& weights,
 }  // namespace
 
 StripeAppearance measure_appearance(const cv::Mat& image, const cv::Mat& background, const StripeLook& look) {
+  constexpr double kClearlyLess = 0.7;  // of the variance: the few rows near the stripe tell it roughly
+  const Pixels pixels(image, background);
   const int channels = image.channels();
-  std::vector<Sample> samples = sample_columns(image, background, look);
+  std::vector<Sample> samples = sample_columns(look);
   StripeAppearance appearance;
   appearance.detection = appearance.profile = look.weights;
   appearance.sd_px = look.sd_px;
   if (samples.empty()) return appearance;
   Weights weights{look.weights, look.weights};
   for (float& weight : weights.light) weight = std::max(weight, 0.0f);
-  const double sd = measure_extent(samples, weights, look.sd_px);
-  const Eigen::Vector3d colour = measure_colour(samples, channels, sd, false);
-  const Eigen::Vector3d contrast = scene_covariance(samples, channels, sd).ldlt().solve(colour);
+  const double sd = measure_extent(pixels, samples, weights, look.sd_px);
+  const cv::Mat1f light = light_of(pixels, samples);
+  const Eigen::Vector3d colour = measure_colour(pixels, samples, sd, false);
+  int step = step_of(light);
+  double most = HUGE_VAL;  // rows away from the stripe, of what its profile is told from
+  const Eigen::Vector3d contrast = scene_covariance(samples, light, channels, sd, step, most).ldlt().solve(colour);
   const Eigen::Vector3d guess(look.weights[0], look.weights[1], look.weights[2]);
   Eigen::Vector3d positive = guess.cwiseMax(0.0);
+  const auto unit = [](const Eigen::Vector3d& v) {
+    const Eigen::Vector3f u = v.normalized().cast<float>();
+    return std::array<float, 3>{u[0], u[1], u[2]};
+  };
   if (colour.dot(guess) > 0) {
-    for (int c = 0; c < 3; ++c) appearance.detection[c] = static_cast<float>(contrast.normalized()[c]);
-    positive = measure_colour(samples, channels, sd, true).cwiseMax(0.0);
+    appearance.colour = colour;
+    appearance.detection = appearance.profile = unit(contrast);
+    positive = measure_colour(pixels, samples, sd, true).cwiseMax(0.0);
+    if (background.empty() && channels > 1) {
+      // The stripe is told from the whole scene, but its profile lies on the surface beside it.
+      const double near = 12 * sd + 24;
+      const Eigen::Matrix3d beside = scene_covariance(samples, light, channels, sd, 1, near);
+      const Eigen::Vector3d suited_there = beside.ldlt().solve(colour);
+      const double usual = contrast.dot(beside * contrast) / std::pow(contrast.dot(colour), 2);
+      if (1 / suited_there.dot(colour) < kClearlyLess * usual) {
+        appearance.profile = unit(suited_there);
+        step = 1, most = near;
+      }
+    }
   }
-  positive.normalize();
-  for (int c = 0; c < 3; ++c) appearance.light[c] = static_cast<float>(positive[c]);
-  appearance.profile = background.empty() ? appearance.detection : appearance.light;
-  appearance.noise = measure_noise(samples, appearance.profile);
-  appearance.sd_px = measure_width(samples, {appearance.profile, appearance.light}, sd, {appearance.noise, 0});
+  appearance.light = unit(positive);
+  if (!background.empty()) appearance.profile = appearance.light;
+  appearance.noise = measure_noise(samples, light, appearance.profile, step, most);
+  appearance.sd_px = measure_width(pixels, samples, {appearance.profile, appearance.light}, sd, {appearance.noise, 0});
   return appearance;
 }
 

@@ -7,6 +7,11 @@
 #include "reconstruction/stripe/vectorised.hpp"
 
 namespace tankrig {
+namespace {
+
+constexpr int kLanes = 8;
+
+}  // namespace
 
 TANKRIG_VECTORISED
 void keep_brighter(const std::uint8_t* __restrict bgr, int columns, int y, std::int16_t* __restrict best,
@@ -61,26 +66,19 @@ void weigh_grey(const std::uint8_t* __restrict in, const std::uint8_t* __restric
 }
 
 TANKRIG_VECTORISED
-void weigh_colour(const std::uint8_t* __restrict in, int columns, float w0, float w1, float w2, float* __restrict out) {
-  for (int x = 0; x < columns; ++x) out[x] = w0 * in[3 * x] + w1 * in[3 * x + 1] + w2 * in[3 * x + 2];
+void add_bytes(const std::uint8_t* __restrict in, int count, std::int16_t* __restrict sums) {
+  for (int i = 0; i < count; ++i) sums[i] = static_cast<std::int16_t>(sums[i] + in[i]);
 }
 
 TANKRIG_VECTORISED
-void weigh_colour(const std::uint8_t* __restrict in, const std::uint8_t* __restrict dark, int columns, float w0,
-                  float w1, float w2, float* __restrict out) {
-  for (int x = 0; x < columns; ++x)
-    out[x] = w0 * (in[3 * x] - dark[3 * x]) + w1 * (in[3 * x + 1] - dark[3 * x + 1]) +
-             w2 * (in[3 * x + 2] - dark[3 * x + 2]);
+void add_differences(const std::uint8_t* __restrict in, const std::uint8_t* __restrict dark, int count,
+                     std::int16_t* __restrict sums) {
+  for (int i = 0; i < count; ++i) sums[i] = static_cast<std::int16_t>(sums[i] + in[i] - dark[i]);
 }
 
 TANKRIG_VECTORISED
-void split_colour(const std::uint8_t* __restrict in, int columns, std::int16_t* __restrict first,
-                  std::int16_t* __restrict second, std::int16_t* __restrict third) {
-  for (int x = 0; x < columns; ++x) {
-    first[x] = in[3 * x];
-    second[x] = in[3 * x + 1];
-    third[x] = in[3 * x + 2];
-  }
+void widen(const std::uint8_t* __restrict in, int count, std::int16_t* __restrict out) {
+  for (int i = 0; i < count; ++i) out[i] = in[i];
 }
 
 TANKRIG_VECTORISED
@@ -90,12 +88,30 @@ void subtract(const std::uint8_t* __restrict in, const std::uint8_t* __restrict 
 }
 
 TANKRIG_VECTORISED
-void subtract_colour(const std::uint8_t* __restrict in, const std::uint8_t* __restrict dark, int columns,
-                     std::int16_t* __restrict first, std::int16_t* __restrict second, std::int16_t* __restrict third) {
+void split_colour(const std::int16_t* __restrict in, int columns, std::int16_t* __restrict first,
+                  std::int16_t* __restrict second, std::int16_t* __restrict third) {
   for (int x = 0; x < columns; ++x) {
-    first[x] = static_cast<std::int16_t>(in[3 * x] - dark[3 * x]);
-    second[x] = static_cast<std::int16_t>(in[3 * x + 1] - dark[3 * x + 1]);
-    third[x] = static_cast<std::int16_t>(in[3 * x + 2] - dark[3 * x + 2]);
+    first[x] = in[3 * x];
+    second[x] = in[3 * x + 1];
+    third[x] = in[3 * x + 2];
+  }
+}
+
+TANKRIG_VECTORISED
+void weigh_planes(const std::int16_t* __restrict first, const std::int16_t* __restrict second,
+                  const std::int16_t* __restrict third, int columns, float w0, float w1, float w2,
+                  float* __restrict out) {
+  for (int x = 0; x < columns; ++x) out[x] = w0 * first[x] + w1 * second[x] + w2 * third[x];
+}
+
+void weigh_colour(const std::uint8_t* in, const std::uint8_t* dark, int columns, const float* weights, float* out) {
+  constexpr int kBlock = 256;  // pixels whose values stay in the first cache
+  std::int16_t light[3 * kBlock], first[kBlock], second[kBlock], third[kBlock];
+  for (int x = 0; x < columns; x += kBlock) {
+    const int count = std::min(kBlock, columns - x);
+    dark ? subtract(in + 3 * x, dark + 3 * x, 3 * count, light) : widen(in + 3 * x, 3 * count, light);
+    split_colour(light, count, first, second, third);
+    weigh_planes(first, second, third, count, weights[0], weights[1], weights[2], out + x);
   }
 }
 
@@ -128,29 +144,33 @@ void weigh_pixels(const std::uint8_t* in, const std::uint8_t* dark, int columns,
                   float* out) {
   if (channels == 1)
     dark ? weigh_grey(in, dark, columns, weights[0], out) : weigh_grey(in, columns, weights[0], out);
-  else if (dark)
-    weigh_colour(in, dark, columns, weights[0], weights[1], weights[2], out);
   else
-    weigh_colour(in, columns, weights[0], weights[1], weights[2], out);
+    weigh_colour(in, dark, columns, weights, out);
 }
 
 TANKRIG_VECTORISED
 void weigh_rows(const float* const* rows, const float* kernel, int radius, int columns, float* __restrict out) {
-  constexpr int kLanes = 8, kBlock = 4 * kLanes;  // values that stay in registers
+  constexpr int kWide = 16, kBlock = 4 * kWide;  // values that stay in registers
+  const auto load = [](const float* values, SixteenFloats& loaded) { std::memcpy(&loaded, values, sizeof loaded); };
   for (int next = 0; columns >= kBlock && next < columns; next += kBlock) {
     const int begin = std::min(next, columns - kBlock);  // the last block overlaps the one before
-    EightFloats sums[4], above, below;
-    for (int i = 0; i < 4; ++i) {
-      std::memcpy(&above, rows[0] + begin + i * kLanes, sizeof above);
-      sums[i] = kernel[0] * above;
+    SixteenFloats a, b, c, d, above, below;
+    load(rows[0] + begin, a), a *= kernel[0];
+    load(rows[0] + begin + kWide, b), b *= kernel[0];
+    load(rows[0] + begin + 2 * kWide, c), c *= kernel[0];
+    load(rows[0] + begin + 3 * kWide, d), d *= kernel[0];
+    for (int k = 1; k <= radius; ++k) {
+      const float *up = rows[-k] + begin, *down = rows[k] + begin;
+      const float weight = kernel[k];
+      load(up, above), load(down, below), a += weight * (above + below);
+      load(up + kWide, above), load(down + kWide, below), b += weight * (above + below);
+      load(up + 2 * kWide, above), load(down + 2 * kWide, below), c += weight * (above + below);
+      load(up + 3 * kWide, above), load(down + 3 * kWide, below), d += weight * (above + below);
     }
-    for (int k = 1; k <= radius; ++k)
-      for (int i = 0; i < 4; ++i) {
-        std::memcpy(&above, rows[-k] + begin + i * kLanes, sizeof above);
-        std::memcpy(&below, rows[k] + begin + i * kLanes, sizeof below);
-        sums[i] += kernel[k] * (above + below);
-      }
-    for (int i = 0; i < 4; ++i) std::memcpy(out + begin + i * kLanes, &sums[i], sizeof sums[i]);
+    std::memcpy(out + begin, &a, sizeof a);
+    std::memcpy(out + begin + kWide, &b, sizeof b);
+    std::memcpy(out + begin + 2 * kWide, &c, sizeof c);
+    std::memcpy(out + begin + 3 * kWide, &d, sizeof d);
   }
   for (int x = 0; columns < kBlock && x < columns; ++x) {
     float sum = kernel[0] * rows[0][x];
@@ -161,7 +181,7 @@ void weigh_rows(const float* const* rows, const float* kernel, int radius, int c
 
 TANKRIG_VECTORISED
 void weigh_line(const float* values, const float* kernel, int radius, int count, float* __restrict out) {
-  constexpr int kLanes = 8, kBlock = 4 * kLanes;
+  constexpr int kBlock = 4 * kLanes;
   for (int next = 0; count >= kBlock && next < count; next += kBlock) {
     const int begin = std::min(next, count - kBlock);
     EightFloats sums[4] = {}, in;
@@ -180,43 +200,48 @@ void weigh_line(const float* values, const float* kernel, int radius, int count,
 }
 
 TANKRIG_VECTORISED
-int find_peaks(const float* above, const float* here, const float* below, int columns, float least, int* peaks) {
-  constexpr int kLanes = 8, kVectors = 4, kBlock = kVectors * kLanes;
-  int found = 0, begin = 0;
-  const auto none = [](const EightInts& peak) {
+void keep_lit(const float* __restrict brightness, int columns, float* __restrict values) {
+  for (int x = 0; x < columns; ++x) values[x] = brightness[x] <= 0 ? 0 : values[x];
+}
+
+TANKRIG_VECTORISED
+int find_peaks(const float* above, const float* here, const float* below, int columns, float least, int* at) {
+  constexpr int kTogether = 4;
+  const auto all_low = [&](int x, int lanes) {  // most are
+    EightInts high = {};
+    for (int i = 0; i < lanes; ++i) {
+      EightFloats values;
+      std::memcpy(&values, here + x + i * kLanes, sizeof values);
+      high |= values >= least;
+    }
     std::uint64_t parts[4];
-    std::memcpy(parts, &peak, sizeof peak);
+    std::memcpy(parts, &high, sizeof high);
     return (parts[0] | parts[1] | parts[2] | parts[3]) == 0;
   };
-  for (; begin + kBlock <= columns; begin += kBlock) {
-    EightInts peak[kVectors], any = {};
-    for (int i = 0; i < kVectors; ++i) {
-      EightFloats a, h, b;
-      std::memcpy(&a, above + begin + i * kLanes, sizeof a);
-      std::memcpy(&h, here + begin + i * kLanes, sizeof h);
-      std::memcpy(&b, below + begin + i * kLanes, sizeof b);
-      peak[i] = (h >= least) & (h >= a) & (h > b);
-      any |= peak[i];
+  int found = 0;
+  const auto look_at = [&](int begin, int end) {
+    for (int x = begin; x < end; ++x) {
+      at[found] = x;
+      found += (here[x] >= least) & (here[x] >= above[x]) & (here[x] > below[x]);
     }
-    if (none(any)) continue;
-    for (int i = 0; i < kVectors; ++i) {
-      if (none(peak[i])) continue;
-      for (int lane = 0; lane < kLanes; ++lane)
-        if (peak[i][lane]) peaks[found++] = begin + i * kLanes + lane;
-    }
+  };
+  int begin = 0;
+  for (; begin + kTogether * kLanes <= columns; begin += kTogether * kLanes) {
+    if (all_low(begin, kTogether)) continue;
+    for (int i = 0; i < kTogether; ++i)
+      if (const int x = begin + i * kLanes; !all_low(x, 1)) look_at(x, x + kLanes);
   }
-  for (int x = begin; x < columns; ++x)
-    if (here[x] >= least && here[x] >= above[x] && here[x] > below[x]) peaks[found++] = x;
+  look_at(begin, columns);
   return found;
 }
 
-void split_channels(const std::uint8_t* in, const std::uint8_t* dark, int columns, int channels, std::int16_t* out) {
-  if (channels == 1 && !dark)
+void add_row(const std::uint8_t* in, const std::uint8_t* dark, int count, std::int16_t* sums) {
+  dark ? add_differences(in, dark, count, sums) : add_bytes(in, count, sums);
+}
+
+void split_channels(const std::int16_t* in, int columns, int channels, std::int16_t* out) {
+  if (channels == 1)
     std::copy(in, in + columns, out);
-  else if (channels == 1)
-    subtract(in, dark, columns, out);
-  else if (dark)
-    subtract_colour(in, dark, columns, out, out + columns, out + 2 * columns);
   else
     split_colour(in, columns, out, out + columns, out + 2 * columns);
 }

@@ -17,9 +17,9 @@ bool reaches(const std::uint8_t* bytes, int count, std::uint8_t limit);
 /// out[i] = sum over k from -radius to radius of kernel[|k|] * values[i + k], in this order.
 void weigh_line(const float* values, const float* kernel, int radius, int count, float* out);
 
-/// The columns in which a row's value is at least `least`, no less than the one above and more than the one below, in
-/// order; returns how many.
-int find_peaks(const float* above, const float* here, const float* below, int columns, float least, int* peaks);
+/// The columns whose value is at least `least`, no less than the one above and more than the one below, into `at`, which
+/// holds as many as there are columns; how many they are.
+int find_peaks(const float* above, const float* here, const float* below, int columns, float least, int* at);
 
 /// out[x] = sum of weights[c] * (channel c of pixel x, less that of `dark` where there is one). 1 or 3 channels.
 void weigh_pixels(const std::uint8_t* in, const std::uint8_t* dark, int columns, int channels, const float* weights,
@@ -28,13 +28,19 @@ void weigh_pixels(const std::uint8_t* in, const std::uint8_t* dark, int columns,
 /// out[x] = kernel[0] * rows[0][x] + sum over k up to `radius` of kernel[k] * (rows[-k][x] + rows[k][x]), in this order.
 void weigh_rows(const float* const* rows, const float* kernel, int radius, int columns, float* out);
 
-/// The row's channels, less those of `dark` where there is one, one after the other. 1 or 3 channels.
-void split_channels(const std::uint8_t* in, const std::uint8_t* dark, int columns, int channels, std::int16_t* out);
+/// values[x] = 0 where brightness[x] is not positive.
+void keep_lit(const float* brightness, int columns, float* values);
+
+/// Adds the row's bytes, less those of `dark` where there is one.
+void add_row(const std::uint8_t* in, const std::uint8_t* dark, int count, std::int16_t* sums);
+
+/// The channels of each pixel's values, one after the other. 1 or 3 channels.
+void split_channels(const std::int16_t* in, int columns, int channels, std::int16_t* out);
 
 /// Likewise: 1 where a byte is at least `limit`, else 0.
 void mark_channels(const std::uint8_t* in, std::uint8_t limit, int columns, int channels, std::int16_t* out);
 
-/// out[g] += share * the sum of the g-th `size` values, at most 128 of them.
+/// out[g] += share * the sum of the g-th `size` values, which 16 bits hold.
 void add_groups(const std::int16_t* values, int groups, int size, float share, float* out);
 
 }  // namespace tankrig

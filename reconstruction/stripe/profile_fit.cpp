@@ -2,7 +2,10 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
+
+#include "reconstruction/stripe/lanes.hpp"
 
 namespace tankrig {
 namespace {
@@ -13,30 +16,14 @@ constexpr double kPriorFreedom = 8;
 /// Share of the amplitude by which a real profile is off a Gauss anywhere: the faint tails are not trusted beyond it.
 constexpr double kModelError = 0.02;
 
-}  // namespace
-
-struct ProfileFitter::Window {
-  const float* values;
-  int first, last;
-  const float* reflectance = nullptr;  ///< of each value; none: 1, and the background a line
-
-  double share(int i) const { return reflectance ? reflectance[i] : 1.0; }
-  double ramp(int i, double t) const { return reflectance ? reflectance[i] : t; }
-};
-
-struct ProfileFitter::LinearFit {
-  Eigen::Vector4d value = Eigen::Vector4d::Zero();  ///< amplitude, shift * amplitude / sd, background, slope * sd
-  Eigen::Matrix4d normal = Eigen::Matrix4d::Identity();
-  bool ok = false;
-};
-
-ProfileFitter::ProfileFitter(double sd, bool sloped)
-    : sd_(sd),
-      decay_(std::exp(-(1 / sd) * (1 / sd))),
-      sloped_(sloped),
-      half_window_(std::max(3, static_cast<int>(std::ceil(3 * sd)) + 1)) {
+ProfileShape shape_of(double sd, bool sloped) {
+  ProfileShape shape{};
+  shape.sd = sd;
+  shape.decay = std::exp(-(1 / sd) * (1 / sd));
+  shape.sloped = sloped;
+  shape.half_window = std::max(3, static_cast<int>(std::ceil(3 * sd)) + 1);
   constexpr int kSteps = 400;
-  const double reach = half_window_ / sd, step = 2 * reach / kSteps;
+  const double reach = shape.half_window / sd, step = 2 * reach / kSteps;
   Eigen::Matrix2d even = Eigen::Matrix2d::Zero(), odd = Eigen::Matrix2d::Zero();
   Eigen::Vector2d even_right = Eigen::Vector2d::Zero(), odd_right = Eigen::Vector2d::Zero();
   const auto each = [&](auto&& visit) {
@@ -54,56 +41,125 @@ ProfileFitter::ProfileFitter(double sd, bool sloped)
   });
   if (!sloped) odd(1, 1) = 1;
   const Eigen::Vector2d on_even = even.inverse() * even_right, on_odd = odd.inverse() * odd_right;
-  width_on_core_ = on_even[0];
-  width_on_constant_ = on_even[1];
-  skew_on_shift_ = on_odd[0];
-  skew_on_slope_ = on_odd[1];
-  width_power_ = skew_power_ = 0;
+  shape.width_on_core = on_even[0];
+  shape.width_on_constant = on_even[1];
+  shape.skew_on_shift = on_odd[0];
+  shape.skew_on_slope = on_odd[1];
   each([&](double t, double g) {
-    width_power_ += std::pow(g * (t * t - 1) - on_even[0] * g - on_even[1], 2) * step * sd;
-    skew_power_ += std::pow(g * (t * t * t - 3 * t) - on_odd[0] * g * t - on_odd[1] * t, 2) * step * sd;
+    shape.width_power += std::pow(g * (t * t - 1) - on_even[0] * g - on_even[1], 2) * step * sd;
+    shape.skew_power += std::pow(g * (t * t * t - 3 * t) - on_odd[0] * g * t - on_odd[1] * t, 2) * step * sd;
   });
+  return shape;
 }
 
-namespace {
+// From here on `Real` is a double, for one section, or four, for as many with windows of one length.
 
-/// exp(-t^2 / 2) at equally spaced t, by recurrence. `decay`: exp(-step^2).
-class GaussWalk {
- public:
-  GaussWalk(double t, double step, double decay)
-      : t_(t),
-        step_(step),
-        g_(std::exp(-0.5 * t * t)),
-        ratio_(std::exp(-t * step - 0.5 * step * step)),
-        decay_(decay) {}
-  double t() const { return t_; }
-  double g() const { return g_; }
-  void advance() {
-    t_ += step_;
-    g_ *= ratio_;
-    ratio_ *= decay_;
+template <class Real>
+struct alignas(kLaneAlignment) Window {
+  const double* values;       ///< those of all lanes at the first place, then at the next
+  const double* reflectance;  ///< of each value; none: 1, and the background a line
+  int count;
+  Real first;  ///< index of the first value in its section
+
+  static constexpr int kStep = sizeof(Real) / sizeof(double);
+  inline __attribute__((always_inline)) Real value(int i) const { return load<Real>(values + kStep * i); }
+  inline __attribute__((always_inline)) Real share(int i) const {
+    return reflectance ? load<Real>(reflectance + kStep * i) : Real{} + 1;
   }
-
- private:
-  double t_, step_, g_, ratio_, decay_;
+  inline __attribute__((always_inline)) Real ramp(int i, const Real& t) const {
+    return reflectance ? load<Real>(reflectance + kStep * i) : t;
+  }
 };
 
-}  // namespace
+/// exp(-t^2 / 2) at equally spaced t, by recurrence.
+template <class Real>
+struct alignas(kLaneAlignment) GaussWalk {
+  Real t, g, ratio;
+  double step, decay;
 
-std::pair<int, int> ProfileFitter::window(int count, double start) const {
-  const int middle = static_cast<int>(std::lround(start));
-  return {std::max(0, middle - half_window_), std::min(count - 1, middle + half_window_)};
+  inline __attribute__((always_inline))
+  GaussWalk(const ProfileShape& shape, const Window<Real>& window, const Real& centre)
+      : t((window.first - centre) / shape.sd), step(1 / shape.sd), decay(shape.decay) {
+    g = exponential(-0.5 * t * t);
+    ratio = exponential(-t * step - 0.5 * step * step);
+  }
+  inline __attribute__((always_inline)) void advance() {
+    t += step;
+    g *= ratio;
+    ratio *= decay;
+  }
+};
+
+constexpr int kModel = 4;  ///< amplitude, shift * amplitude / sd, background, slope * sd
+
+template <class Real>
+struct alignas(kLaneAlignment) LinearFit {
+  Real value[kModel] = {};
+  Real lower[kModel][kModel] = {}, diagonal[kModel] = {};  ///< the normal matrix is lower * diagonal * lower^T
+  Mask<Real> ok = {};
+};
+
+template <class Real>
+inline __attribute__((always_inline)) void take_where(const Mask<Real>& mask, const LinearFit<Real>& from,
+                                                      LinearFit<Real>& to) {
+  for (int i = 0; i < kModel; ++i) {
+    to.value[i] = mask ? from.value[i] : to.value[i];
+    to.diagonal[i] = mask ? from.diagonal[i] : to.diagonal[i];
+    for (int j = 0; j < i; ++j) to.lower[i][j] = mask ? from.lower[i][j] : to.lower[i][j];
+  }
 }
 
-ProfileFitter::LinearFit ProfileFitter::solve(const Window& window, double centre, double contrast) const {
-  const auto [values, first, last, reflectance] = window;
-  const double contrast2 = contrast * contrast;
-  double n = 0, gg = 0, gt = 0, g1 = 0, gs = 0, tt = 0, t1 = 0, t2 = 0, s1 = 0, s2 = 0;
-  double yg = 0, yq = 0, y1 = 0, yt = 0;
-  GaussWalk walk((first - centre) / sd_, 1 / sd_, decay_);
-  for (int i = first; i <= last; ++i, walk.advance()) {
-    const double t = walk.t(), g = walk.g() * window.share(i), s = window.ramp(i, t), y = values[i];
-    const double w = contrast2 > 0 ? 1 / (1 + contrast2 * g * g) : 1, wg = w * g, wq = wg * t;
+/// `normal`: its lower triangle.
+template <class Real>
+inline __attribute__((always_inline)) LinearFit<Real> solve_normal(const Real (&normal)[kModel][kModel],
+                                                                   const Real (&right)[kModel]) {
+  LinearFit<Real> fit;
+  fit.ok = Real{} == 0;
+  for (int j = 0; j < kModel; ++j) {
+    fit.diagonal[j] = normal[j][j];
+    for (int k = 0; k < j; ++k) fit.diagonal[j] -= fit.lower[j][k] * fit.lower[j][k] * fit.diagonal[k];
+    fit.ok &= fit.diagonal[j] > 0;
+    for (int i = j + 1; i < kModel; ++i) {
+      Real left = normal[i][j];
+      for (int k = 0; k < j; ++k) left -= fit.lower[i][k] * fit.lower[j][k] * fit.diagonal[k];
+      fit.lower[i][j] = left / fit.diagonal[j];
+    }
+  }
+  for (int i = 0; i < kModel; ++i) {
+    fit.value[i] = right[i];
+    for (int k = 0; k < i; ++k) fit.value[i] -= fit.lower[i][k] * fit.value[k];
+  }
+  for (int i = kModel - 1; i >= 0; --i) {
+    fit.value[i] /= fit.diagonal[i];
+    for (int k = i + 1; k < kModel; ++k) fit.value[i] -= fit.lower[k][i] * fit.value[k];
+  }
+  return fit;
+}
+
+/// Of one unknown, for noise of 1.
+template <int at, class Real>
+inline __attribute__((always_inline)) Real variance_of(const LinearFit<Real>& fit) {
+  alignas(kLaneAlignment) Real column[kModel] = {};
+  Real sum = {};
+  column[at] += 1;
+  for (int i = at; i < kModel; ++i) {
+    for (int k = at; k < i; ++k) column[i] -= fit.lower[i][k] * column[k];
+    sum += column[i] * column[i] / fit.diagonal[i];
+  }
+  return sum;
+}
+
+/// `contrast`: of the stripe's light, over the noise that is the same for all values; `weighted`: it is not 0 everywhere.
+template <class Real>
+inline __attribute__((always_inline)) LinearFit<Real> solve(const ProfileShape& shape, const Window<Real>& window,
+                                                            const Real& centre, const Real& contrast, bool weighted) {
+  const Real contrast2 = contrast * contrast, one = Real{} + 1;
+  Real n = {}, gg = {}, gt = {}, g1 = {}, gs = {}, tt = {}, t1 = {}, t2 = {}, s1 = {}, s2 = {};
+  Real yg = {}, yq = {}, y1 = {}, yt = {};
+  GaussWalk<Real> walk(shape, window, centre);
+  for (int i = 0; i < window.count; ++i, walk.advance()) {
+    const Real t = walk.t, g = walk.g * window.share(i), s = window.ramp(i, t), y = window.value(i);
+    const Real w = weighted ? 1 / (1 + contrast2 * g * g) : one, wg = w * g, wq = wg * t;
     n += w;
     gg += wg * g;
     gt += wg * g * t;
@@ -119,115 +175,191 @@ ProfileFitter::LinearFit ProfileFitter::solve(const Window& window, double centr
     y1 += w * y;
     yt += w * y * s;
   }
-  Eigen::Vector4d right{yg, yq, y1, yt};
-  Eigen::Matrix4d normal;
-  normal << gg, gt, g1, gs, gt, tt, t1, t2, g1, t1, n, s1, gs, t2, s1, s2;
-  if (!sloped_ && !reflectance) {
-    normal.row(3).setZero();
-    normal.col(3).setZero();
-    normal(3, 3) = 1;
-    right[3] = 0;
+  const Real none = {};
+  if (!shape.sloped && !window.reflectance) {
+    alignas(kLaneAlignment) const Real normal[kModel][kModel] = {{gg}, {gt, tt}, {g1, t1, n}, {none, none, none, one}};
+    alignas(kLaneAlignment) const Real right[kModel] = {yg, yq, y1, none};
+    return solve_normal(normal, right);
   }
-  LinearFit fit;
-  const Eigen::LLT<Eigen::Matrix4d> factor(normal);
-  if (factor.info() != Eigen::Success) return fit;
-  fit.value = factor.solve(right);
-  fit.normal = normal;
-  fit.ok = true;
-  return fit;
+  alignas(kLaneAlignment) const Real normal[kModel][kModel] = {{gg}, {gt, tt}, {g1, t1, n}, {gs, t2, s1, s2}};
+  alignas(kLaneAlignment) const Real right[kModel] = {yg, yq, y1, yt};
+  return solve_normal(normal, right);
 }
 
-double ProfileFitter::centre_from(const Window& window, double start, LinearFit& linear) const {
-  double centre = start;
-  for (int iteration = 0; iteration < 8; ++iteration) {
-    linear = solve(window, centre, 0);
-    if (!linear.ok || linear.value[0] <= 0) return NAN;
-    const double shift = std::clamp(sd_ * linear.value[1] / linear.value[0], -0.7 * sd_, 0.7 * sd_);
-    centre += shift;
-    if (std::abs(centre - start) > std::max(1.5, 1.5 * sd_)) return NAN;
-    if (std::abs(shift) < 1e-2 * sd_) break;
+template <class Real>
+struct alignas(kLaneAlignment) Fitted {
+  Mask<Real> ok;
+  Real position, sigma, amplitude, amplitude_sigma, width_ratio, width_sigma, skewness, skewness_sigma, misfit;
+};
+
+/// The centre with all values alike, and the fit there; false where there is none.
+template <class Real>
+inline __attribute__((always_inline)) Mask<Real> find_centre(const ProfileShape& shape, const Window<Real>& window,
+                                                             const Real& start, Real& centre, LinearFit<Real>& linear) {
+  centre = start;
+  Mask<Real> moves = Real{} == 0, ok = moves;
+  for (int iteration = 0; iteration < 8 && any(moves); ++iteration) {
+    const LinearFit<Real> next = solve(shape, window, centre, Real{}, false);
+    take_where(moves, next, linear);
+    const Real shift = clamped(shape.sd * next.value[1] / next.value[0], -0.7 * shape.sd, 0.7 * shape.sd);
+    ok =
+        moves ? next.ok & (next.value[0] > 0) & (size_of(centre + shift - start) <= std::max(1.5, 1.5 * shape.sd)) : ok;
+    moves &= ok;
+    centre = moves ? centre + shift : centre;
+    moves &= size_of(shift) >= 1e-2 * shape.sd;
   }
-  return centre;
+  return ok;
 }
 
-ProfileFit ProfileFitter::fit(const float* values, int count, double start, const ValueNoise& noise,
-                              const float* reflectance) const {
-  ProfileFit result;
-  const auto [first, last] = window(count, start);
-  if (last - first < 5) return result;
-  const Window seen{values, first, last, reflectance};
-  LinearFit linear;
-  const double centre = centre_from(seen, start, linear);
-  if (std::isnan(centre)) return result;
-  result.ok = true;
-  result.position = centre;
-  result.amplitude = linear.value[0];
-  result.amplitude_sigma = noise.additive * std::sqrt(linear.normal.inverse()(0, 0));
-  refine(seen, noise, result);
-  return result;
-}
-
-ProfileFit ProfileFitter::fit(const float* values, int count, double start, const ValueNoise& noise) const {
-  ProfileFit result;
-  const auto [first, last] = window(count, start);
-  if (last - first < 5) return result;
-  const Window seen{values, first, last};
-  LinearFit linear;
-  const double centre = centre_from(seen, start, linear);
-  if (std::isnan(centre)) return result;
-  double squares = 0, width = 0, skew = 0;
-  GaussWalk walk((first - centre) / sd_, 1 / sd_, decay_);
-  for (int i = first; i <= last; ++i, walk.advance()) {
-    const double t = walk.t(), g = walk.g();
-    const double residual = values[i] - linear.value[0] * g - linear.value[2] - linear.value[3] * t;
+/// What the residuals say of the noise, width and skewness. Those of an edge say nothing of the last two.
+template <class Real>
+inline __attribute__((always_inline)) void measure_residuals(const ProfileShape& shape, const Window<Real>& window,
+                                                             const LinearFit<Real>& linear, double noise,
+                                                             Fitted<Real>& fitted) {
+  const Real amplitude = linear.value[0];
+  fitted.width_ratio = Real{} + 1;
+  fitted.amplitude_sigma = noise * root(variance_of<0>(linear));
+  if (window.reflectance) return;
+  Real squares = {}, width = {}, skew = {};
+  GaussWalk<Real> walk(shape, window, fitted.position);
+  for (int i = 0; i < window.count; ++i, walk.advance()) {
+    const Real t = walk.t, g = walk.g;
+    const Real residual = window.value(i) - amplitude * g - linear.value[2] - linear.value[3] * t;
     squares += residual * residual;
-    width += residual * (g * (t * t - 1) - width_on_core_ * g - width_on_constant_);
-    skew += residual * (g * (t * t * t - 3 * t) - skew_on_shift_ * g * t - skew_on_slope_ * t);
+    width += residual * (g * (t * t - 1) - shape.width_on_core * g - shape.width_on_constant);
+    skew += residual * (g * (t * t * t - 3 * t) - shape.skew_on_shift * g * t - shape.skew_on_slope * t);
   }
-  const int freedom = last - first + 1 - (sloped_ ? 4 : 3);
-  const double value_noise =
-      std::sqrt((kPriorFreedom * noise.additive * noise.additive + squares) / (kPriorFreedom + freedom));
-  const double amplitude = linear.value[0];
-  result.ok = true;
-  result.position = centre;
-  result.amplitude = amplitude;
-  result.amplitude_sigma = value_noise * std::sqrt(linear.normal.inverse()(0, 0));
-  result.width_ratio = 1 + width / width_power_ / amplitude;
-  result.width_sigma = value_noise / std::sqrt(width_power_) / amplitude;
-  result.skewness = 6 * skew / skew_power_ / amplitude;
-  result.skewness_sigma = 6 * value_noise / std::sqrt(skew_power_) / amplitude;
-  refine(seen, noise, result);
-  return result;
+  const int freedom = window.count - (shape.sloped ? 4 : 3);
+  const Real value_noise = root((kPriorFreedom * noise * noise + squares) / (kPriorFreedom + freedom));
+  fitted.amplitude_sigma = value_noise * root(variance_of<0>(linear));
+  fitted.width_ratio = 1 + width / shape.width_power / amplitude;
+  fitted.width_sigma = value_noise / std::sqrt(shape.width_power) / amplitude;
+  fitted.skewness = 6 * skew / shape.skew_power / amplitude;
+  fitted.skewness_sigma = 6 * value_noise / std::sqrt(shape.skew_power) / amplitude;
 }
 
-void ProfileFitter::refine(const Window& window, const ValueNoise& noise, ProfileFit& result) const {
-  const double base = std::hypot(noise.additive, noise.contrast > 0 ? kModelError * result.amplitude : 0);
-  const double contrast = noise.contrast * result.amplitude / base;
-  double centre = result.position;
-  LinearFit linear;
-  for (int iteration = 0; iteration < 4; ++iteration) {
-    const LinearFit next = solve(window, centre, contrast);
-    if (!next.ok || next.value[0] <= 0) break;
-    linear = next;
-    const double shift = sd_ * linear.value[1] / linear.value[0];
-    if (std::abs(centre + shift - result.position) > 0.7 * sd_) break;
-    centre += shift;
-    if (std::abs(shift) < 5e-3 * sd_) break;
+/// The centre by weighted values, and its sigma. `linear`: the fit so far.
+template <class Real>
+inline __attribute__((always_inline)) void refine(const ProfileShape& shape, const Window<Real>& window,
+                                                  const ValueNoise& noise, LinearFit<Real>& linear,
+                                                  Fitted<Real>& fitted) {
+  const bool weighted = noise.contrast > 0;
+  const Real modelled = (weighted ? kModelError : 0.0) * fitted.amplitude;
+  const Real base = root(noise.additive * noise.additive + modelled * modelled);
+  const Real contrast = noise.contrast * fitted.amplitude / base;
+  Real centre = fitted.position;
+  Mask<Real> moves = fitted.ok;
+  for (int iteration = 0; iteration < 4 && any(moves); ++iteration) {
+    const LinearFit<Real> next = solve(shape, window, centre, contrast, weighted);
+    moves &= next.ok & (next.value[0] > 0);
+    take_where(moves, next, linear);
+    const Real shift = shape.sd * next.value[1] / next.value[0];
+    moves &= size_of(centre + shift - fitted.position) <= 0.7 * shape.sd;
+    centre = moves ? centre + shift : centre;
+    moves &= size_of(shift) >= 5e-3 * shape.sd;
   }
-  if (!linear.ok) linear = solve(window, centre, 0);
-  double squares = 0;
-  GaussWalk walk((window.first - centre) / sd_, 1 / sd_, decay_);
-  for (int i = window.first; i <= window.last; ++i, walk.advance()) {
-    const double g = walk.g() * window.share(i);
-    const double residual =
-        window.values[i] - linear.value[0] * g - linear.value[2] - linear.value[3] * window.ramp(i, walk.t());
-    squares += residual * residual / (1 + contrast * contrast * g * g);
+  Real squares = {};
+  GaussWalk<Real> walk(shape, window, centre);
+  for (int i = 0; i < window.count; ++i, walk.advance()) {
+    const Real g = walk.g * window.share(i);
+    const Real residual =
+        window.value(i) - linear.value[0] * g - linear.value[2] - linear.value[3] * window.ramp(i, walk.t);
+    squares += weighted ? residual * residual / (1 + contrast * contrast * g * g) : residual * residual;
   }
-  const int freedom = window.last - window.first + 1 - (sloped_ ? 4 : 3);
-  result.misfit = squares / (base * base) / freedom;
-  const double value_noise = std::sqrt((kPriorFreedom * base * base + squares) / (kPriorFreedom + freedom));
-  result.position = centre;
-  result.sigma = value_noise * std::sqrt(linear.normal.inverse()(1, 1)) * sd_ / linear.value[0];
+  const int freedom = window.count - (shape.sloped ? 4 : 3);
+  fitted.misfit = squares / (base * base) / freedom;
+  const Real value_noise = root((kPriorFreedom * base * base + squares) / (kPriorFreedom + freedom));
+  fitted.position = centre;
+  fitted.sigma = value_noise * root(variance_of<1>(linear)) * shape.sd / linear.value[0];
+}
+
+/// `start`: in the index of the values, as the position.
+template <class Real>
+inline __attribute__((always_inline)) Fitted<Real> fit_window(const ProfileShape& shape, const Window<Real>& window,
+                                                              const Real& start, const ValueNoise& noise) {
+  Fitted<Real> fitted = {};
+  LinearFit<Real> linear;
+  fitted.ok = find_centre(shape, window, start, fitted.position, linear);
+  if (!any(fitted.ok)) return fitted;
+  fitted.amplitude = linear.value[0];
+  measure_residuals(shape, window, linear, noise.additive, fitted);
+  refine(shape, window, noise, linear, fitted);
+  return fitted;
+}
+
+/// `first`, `start`: of each lane.
+TANKRIG_VECTORISED
+void fit_lanes(const ProfileShape& shape, const double* values, int count, const double* first, const double* start,
+               const ValueNoise& noise, Fitted<FourDoubles>& fitted) {
+  const Window<FourDoubles> window{values, nullptr, count, load<FourDoubles>(first)};
+  fitted = fit_window(shape, window, load<FourDoubles>(start), noise);
+}
+
+ProfileFit lane_of(const Fitted<FourDoubles>& f, int k) {
+  if (!f.ok[k]) return {};
+  return {true,
+          f.position[k],
+          f.sigma[k],
+          f.amplitude[k],
+          f.amplitude_sigma[k],
+          f.width_ratio[k],
+          f.width_sigma[k],
+          f.skewness[k],
+          f.skewness_sigma[k],
+          f.misfit[k]};
+}
+
+}  // namespace
+
+ProfileFitter::ProfileFitter(double sd, bool sloped) : shape_(shape_of(sd, sloped)) {}
+
+std::pair<int, int> ProfileFitter::window(int count, double start) const {
+  const int middle = static_cast<int>(std::lround(start));
+  return {std::max(0, middle - shape_.half_window), std::min(count - 1, middle + shape_.half_window)};
+}
+
+ProfileFit ProfileFitter::fit(const ProfileSection& section, const ValueNoise& noise) const {
+  const auto [first, last] = window(section.count, section.start);
+  if (last - first < 5) return {};
+  thread_local std::vector<double> values, reflectance;
+  values.assign(section.values + first, section.values + last + 1);
+  if (section.reflectance) reflectance.assign(section.reflectance + first, section.reflectance + last + 1);
+  const Window<double> seen{values.data(), section.reflectance ? reflectance.data() : nullptr, last - first + 1,
+                            static_cast<double>(first)};
+  const Fitted<double> f = fit_window(shape_, seen, section.start, noise);
+  if (!f.ok) return {};
+  return {true,          f.position,    f.sigma,    f.amplitude,      f.amplitude_sigma,
+          f.width_ratio, f.width_sigma, f.skewness, f.skewness_sigma, f.misfit};
+}
+
+std::vector<ProfileFit> ProfileFitter::fit(std::span<const ProfileSection> sections, const ValueNoise& noise) const {
+  const int length = 2 * shape_.half_window + 1;
+  std::vector<ProfileFit> fits(sections.size());
+  std::vector<double> values(static_cast<std::size_t>(length) * kLanes);
+  std::array<double, kLanes> first{}, start{};
+  std::array<std::size_t, kLanes> at;
+  int taken = 0;
+  const auto fit_taken = [&] {
+    Fitted<FourDoubles> fitted;
+    fit_lanes(shape_, values.data(), length, first.data(), start.data(), noise, fitted);
+    for (int k = 0; k < taken; ++k) fits[at[k]] = lane_of(fitted, k);
+    taken = 0;
+  };
+  for (std::size_t i = 0; i < sections.size(); ++i) {
+    const ProfileSection& section = sections[i];
+    const auto [from, to] = window(section.count, section.start);
+    if (section.reflectance || to - from + 1 < length) {
+      fits[i] = fit(section, noise);
+      continue;
+    }
+    for (int k = 0; k < length; ++k) values[k * kLanes + taken] = section.values[from + k];
+    first[taken] = from;
+    start[taken] = section.start;
+    at[taken] = i;
+    if (++taken == kLanes) fit_taken();
+  }
+  if (taken > 0) fit_taken();
+  return fits;
 }
 
 }  // namespace tankrig

@@ -1,7 +1,9 @@
 // A Gaussian profile on a straight background, fitted across the stripe.
 #pragma once
 
+#include <span>
 #include <utility>
+#include <vector>
 
 namespace tankrig {
 
@@ -10,6 +12,16 @@ namespace tankrig {
 struct ValueNoise {
   double additive = 0;
   double contrast = 0;
+};
+
+/// Values across the stripe, and where the fit starts, in their index.
+struct ProfileSection {
+  const float* values = nullptr;
+  int count = 0;
+  double start = 0;
+  /// Of the surface at each value, any scale, none negative, where it changes: the light is the Gauss times it, and the
+  /// background in proportion to it. Width and skewness are not measured then.
+  const float* reflectance = nullptr;
 };
 
 /// Units: pixels and the values' own unit.
@@ -26,6 +38,15 @@ struct ProfileFit {
   double misfit = 0;  ///< mean squared residual over what the noise lets expect
 };
 
+/// Of the fitted profiles: their sd [px], and what depends on it alone.
+struct ProfileShape {
+  double sd, decay;  ///< the Gauss's ratio from one pixel to the next falls by `decay`
+  bool sloped;
+  int half_window;
+  double width_on_core, width_on_constant, width_power;  ///< second-order shape, made orthogonal to the model
+  double skew_on_shift, skew_on_slope, skew_power;       ///< third-order shape, likewise
+};
+
 /// Least squares with a fixed width; the position then by least squares weighted with the noise of each value.
 /// Threads: const and safe.
 class ProfileFitter {
@@ -33,35 +54,20 @@ class ProfileFitter {
   /// `sd` of the profile [px]; `sloped`: the background is a line instead of a constant.
   ProfileFitter(double sd, bool sloped);
 
-  double sd() const { return sd_; }
-
   /// Half of the window, in whole pixels.
-  int half_window() const { return half_window_; }
+  int half_window() const { return shape_.half_window; }
 
   /// First and last of the values that a fit of values[0, count) from `start` on looks at.
   std::pair<int, int> window(int count, double start) const;
 
-  /// Fits values[0, count) from `start` on; `noise` is balanced against the residuals.
-  ProfileFit fit(const float* values, int count, double start, const ValueNoise& noise) const;
+  /// `noise` is balanced against the residuals.
+  ProfileFit fit(const ProfileSection& section, const ValueNoise& noise) const;
 
-  /// Likewise where the surface's reflectance changes across the stripe: the light is the Gauss times it, and the
-  /// background in proportion to it. Width and skewness are not measured.
-  /// `reflectance`: of each value, any scale, none negative.
-  ProfileFit fit(const float* values, int count, double start, const ValueNoise& noise, const float* reflectance) const;
+  /// The same of each section, faster.
+  std::vector<ProfileFit> fit(std::span<const ProfileSection> sections, const ValueNoise& noise) const;
 
  private:
-  struct Window;
-  struct LinearFit;
-  /// `contrast`: of the stripe's light, over the noise that is the same for all values.
-  LinearFit solve(const Window& window, double centre, double contrast) const;
-  double centre_from(const Window& window, double start, LinearFit& linear) const;
-  void refine(const Window& window, const ValueNoise& noise, ProfileFit& result) const;
-
-  double sd_, decay_;  ///< the Gauss's ratio from one pixel to the next falls by this
-  bool sloped_;
-  int half_window_;
-  double width_on_core_, width_on_constant_, width_power_;  ///< second-order shape, made orthogonal to the model
-  double skew_on_shift_, skew_on_slope_, skew_power_;       ///< third-order shape, likewise
+  ProfileShape shape_;
 };
 
 }  // namespace tankrig

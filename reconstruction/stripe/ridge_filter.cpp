@@ -37,13 +37,17 @@ void weighted_signal(const cv::Mat& image, const cv::Mat& background, const std:
   }
 }
 
-void filter_columns(const cv::Mat1f& signal, const std::vector<float>& kernel, cv::Mat1f& response) {
-  response.create(signal.size());
+void filter_columns(const cv::Mat1f& signal, const std::vector<float>& kernel, cv::Mat1f& response, int step) {
+  response.create((signal.rows + step - 1) / step, signal.cols);
   const int radius = static_cast<int>(kernel.size()) - 1;
-  std::vector<const float*> rows(2 * radius + 1);
-  for (int y = 0; y < signal.rows; ++y) {
-    for (int k = -radius; k <= radius; ++k) rows[radius + k] = signal[std::clamp(y + k, 0, signal.rows - 1)];
-    weigh_rows(rows.data() + radius, kernel.data(), radius, signal.cols, response[y]);
+  constexpr int kStrip = 512;  // columns, so that the rows under the filter stay near, and each is read in long pieces
+  std::vector<const float*> rows(signal.rows + 2 * radius);
+  for (int x = 0; x < signal.cols; x += kStrip) {
+    for (int y = -radius; y < signal.rows + radius; ++y)
+      rows[radius + y] = signal[std::clamp(y, 0, signal.rows - 1)] + x;
+    for (int i = 0; i < response.rows; ++i)
+      weigh_rows(rows.data() + radius + i * step, kernel.data(), radius, std::min(kStrip, signal.cols - x),
+                 response[i] + x);
   }
 }
 
@@ -66,31 +70,31 @@ void weaken_edges(const cv::Mat1f& signal, const std::vector<float>& kernel, cv:
 
 namespace {
 
-/// upper_median() of values of which none is negative: those are in the order of their bits, and only what shares the
-/// median's first bits is looked at.
-float upper_median_of_sizes(const std::vector<float>& sizes) {
-  constexpr int kBehind = 21;  // bits that do not tell classes apart: four classes for a doubling of the size
-  std::array<std::uint32_t, std::size_t{1} << (32 - kBehind)> counts{};
-  const auto class_of = [](float size) { return std::bit_cast<std::uint32_t>(size) >> kBehind; };
-  for (const float size : sizes) ++counts[class_of(size)];
-  std::size_t rank = sizes.size() / 2;
-  std::uint32_t middle = 0;
-  while (rank >= counts[middle]) rank -= counts[middle++];
-  std::vector<float> alike;
-  alike.reserve(counts[middle]);
-  for (const float size : sizes)
-    if (class_of(size) == middle) alike.push_back(size);
-  const auto found = alike.begin() + static_cast<std::ptrdiff_t>(rank);
-  std::nth_element(alike.begin(), found, alike.end());
-  return *found;
-}
+/// The bits by which sizes, none negative, are told apart at first: four classes for a doubling of the size.
+constexpr int kBehind = 21;
+std::uint32_t class_of(float size) { return std::bit_cast<std::uint32_t>(size) >> kBehind; }
 
 }  // namespace
 
-double robust_sd(std::vector<float>& values) {
-  if (values.empty()) return 0;
-  for (float& value : values) value = std::abs(value);
-  return 1.4826 * upper_median_of_sizes(values);
+std::vector<float> ranked_sizes(const std::vector<float>& values, std::initializer_list<std::size_t> ranks) {
+  std::array<std::uint32_t, std::size_t{1} << (31 - kBehind)> counts{};
+  for (const float value : values) ++counts[class_of(std::abs(value))];
+  std::vector<float> found, alike;
+  for (std::size_t rank : ranks) {
+    std::uint32_t sought = 0;
+    while (rank >= counts[sought]) rank -= counts[sought++];
+    alike.clear();
+    for (const float value : values)
+      if (class_of(std::abs(value)) == sought) alike.push_back(std::abs(value));
+    const auto place = alike.begin() + static_cast<std::ptrdiff_t>(rank);
+    std::nth_element(alike.begin(), place, alike.end());
+    found.push_back(*place);
+  }
+  return found;
+}
+
+double robust_sd(const std::vector<float>& values) {
+  return values.empty() ? 0 : kSdOfMedian * ranked_sizes(values, {values.size() / 2})[0];
 }
 
 double robust_noise(const cv::Mat1f& response) {
@@ -102,21 +106,18 @@ double robust_noise(const cv::Mat1f& response) {
   return robust_sd(sample);
 }
 
-RidgeCandidates::RidgeCandidates(const cv::Mat1f& response, double noise, double min_snr)
+RidgeCandidates::RidgeCandidates(const cv::Mat1f& response, double noise, double min_snr, int step)
     : counts_(response.cols, 0), all_(static_cast<std::size_t>(response.cols) * kPerColumn) {
-  const auto threshold = static_cast<float>(min_snr * noise);
+  const auto threshold = static_cast<float>(min_snr * noise), scale = static_cast<float>(1 / noise);
   std::vector<int> peaks(response.cols);
   for (int y = 1; y + 1 < response.rows; ++y) {
-    const float* above = response[y - 1];
-    const float* here = response[y];
-    const float* below = response[y + 1];
-    const int found = find_peaks(above, here, below, response.cols, threshold, peaks.data());
-    for (int i = 0; i < found; ++i) {
+    const float *above = response[y - 1], *here = response[y], *below = response[y + 1];
+    const int count = find_peaks(above, here, below, response.cols, threshold, peaks.data());
+    for (int i = 0; i < count; ++i) {
       const int x = peaks[i];
-      const float r = here[x];
-      const float curvature = 2 * r - above[x] - below[x];
-      const float shift = curvature > 0 ? 0.5f * (below[x] - above[x]) / curvature : 0;
-      insert(x, {static_cast<float>(y) + std::clamp(shift, -0.5f, 0.5f), static_cast<float>(r / noise)});
+      const float slope = below[x] - above[x], shift = 0.5f * slope / (2 * here[x] - above[x] - below[x]);
+      const float height = here[x] + (step > 1 ? 0.25f * slope * shift : 0);  // rows apart miss more of the top
+      insert(x, {static_cast<float>(step) * (static_cast<float>(y) + shift), scale * height});
     }
   }
 }

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
+#include <initializer_list>
 #include <opencv2/core.hpp>
 #include <vector>
 
@@ -17,8 +19,8 @@ std::vector<float> ridge_kernel(double sigma_px);
 void weighted_signal(const cv::Mat& image, const cv::Mat& background, const std::array<float, 3>& weights,
                      cv::Mat1f& signal);
 
-/// The filter along every column; rows beyond the border repeat the border.
-void filter_columns(const cv::Mat1f& signal, const std::vector<float>& kernel, cv::Mat1f& response);
+/// The filter along every column, of every `step`-th row; rows beyond the border repeat the border.
+void filter_columns(const cv::Mat1f& signal, const std::vector<float>& kernel, cv::Mat1f& response, int step = 1);
 
 /// Takes from `response` of `signal` what only one side speaks for: a stripe is brighter than both of its sides, an edge
 /// of the scene than one.
@@ -27,8 +29,14 @@ void weaken_edges(const cv::Mat1f& signal, const std::vector<float>& kernel, cv:
 /// Robust sd (median of absolute values) of a response with zero mean, from a sample of its pixels.
 double robust_noise(const cv::Mat1f& response);
 
-/// 1.4826 * median of |values|, which the values become.
-double robust_sd(std::vector<float>& values);
+/// Of the absolute values those of the ranks, the least being of rank 0. Sizes are in the order of their bits, and only
+/// what shares the sought one's first bits is looked at.
+std::vector<float> ranked_sizes(const std::vector<float>& values, std::initializer_list<std::size_t> ranks);
+
+inline constexpr double kSdOfMedian = 1.4826;  ///< of normal values: over the median of their sizes
+
+/// By the upper median of |values|; 0 if there are none.
+double robust_sd(const std::vector<float>& values);
 
 /// A place in a column where the response peaks.
 struct RidgeCandidate {
@@ -41,8 +49,8 @@ class RidgeCandidates {
  public:
   static constexpr int kPerColumn = 4;
 
-  /// Local maxima of at least `min_snr` times `noise`.
-  RidgeCandidates(const cv::Mat1f& response, double noise, double min_snr);
+  /// Local maxima of at least `min_snr` times `noise`, of a response at every `step`-th row.
+  RidgeCandidates(const cv::Mat1f& response, double noise, double min_snr, int step = 1);
 
   /// Adds a place that is known otherwise to be the stripe's. A candidate within a pixel of it becomes as strong, if
   /// `strengthens`; else it stays as it is.

@@ -31,7 +31,8 @@ constexpr float kEdge = 0.7f, kDarkest = 0.03f;  ///< of the reflectance over it
 constexpr int kAll = std::numeric_limits<int>::max();
 constexpr int kCoreReach = 10;         ///< [px] to either side of a white core
 constexpr double kSkirt = 20;          ///< [DN] of the stripe's colour beside its white core
-constexpr double kSignificance = 4.0;  ///< sigmas beyond which a shape is not chance
+constexpr double kWideFilter = 2.2;    ///< [px] sd from which every second row tells its peaks
+constexpr double kSignificance = 4.0;  ///< sigmas beyond which a shape or a colour is not chance
 constexpr double kBlurred = 0.5;       ///< [DN] noise that leaves no bands of a smooth light's rounding
 constexpr double kBand = 1.5;          ///< [DN] in each channel: more than the height of such a band
 
@@ -48,27 +49,6 @@ cv::Mat transposed(const cv::Mat& image) {
   cv::Mat out;
   if (!image.empty()) cv::transpose(image, out);
   return out;
-}
-
-/// Another line in this column, almost as strong and continued on both sides.
-bool has_rival(const RidgeCandidates& candidates, const PathPoint& point, double sd, const StripeParameters& p) {
-  constexpr int kReach = 6, kNeeded = 9;
-  for (int k = 0; k < candidates.count(point.column); ++k) {
-    const RidgeCandidate& rival = candidates.at(point.column, k);
-    if (std::abs(rival.row - point.candidate.row) < 4 * sd + 2) continue;
-    if (rival.snr < p.max_second_peak * point.candidate.snr) continue;
-    int continued = 0;
-    for (int d = -kReach; d <= kReach; ++d) {
-      const int column = point.column + d;
-      if (d == 0 || column < 0 || column >= candidates.columns()) continue;
-      bool found = false;
-      for (int j = 0; j < candidates.count(column); ++j)
-        found |= std::abs(candidates.at(column, j).row - rival.row) <= p.max_step_px * std::abs(d);
-      continued += found;
-    }
-    if (continued >= kNeeded) return true;
-  }
-  return false;
 }
 
 /// One image whose stripe crosses the columns.
@@ -122,13 +102,16 @@ class ColumnDetector {
     static thread_local cv::Mat1f signal, response;  // kept from frame to frame: fresh pages cost as much as the filter
     weighted_signal(image_, background_, appearance_.detection, signal);
     fill_clipped(signal);
-    const std::vector<float> kernel = ridge_kernel(std::clamp(kFilterOverProfile * appearance_.sd_px, 1.0, 10.0));
-    filter_columns(signal, kernel, response);
+    const double filter_sd = std::clamp(kFilterOverProfile * appearance_.sd_px, 1.0, 10.0);
+    const std::vector<float> kernel = ridge_kernel(filter_sd);
+    // Among the scene's own lines the evidence is too scarce for that.
+    response_step_ = background_.empty() || filter_sd < kWideFilter ? 1 : 2;
+    filter_columns(signal, kernel, response, response_step_);
     constexpr double kQuantisation = 0.3, kCandidateShare = 0.85;
     const double noise = std::max(robust_noise(response), kQuantisation);
     if (background_.empty()) weaken_edges(signal, kernel, response);
-    RidgeCandidates candidates(response, noise, kCandidateShare * parameters_.min_snr);
-    typical_snr_ = typical_snr(response, look_) / noise;
+    RidgeCandidates candidates(response, noise, kCandidateShare * parameters_.min_snr, response_step_);
+    typical_snr_ = typical_response(response) / noise;
     add_weak(response, noise, candidates);
     add_cores(candidates);
     return candidates;
@@ -191,8 +174,8 @@ class ColumnDetector {
       if (std::isnan(row)) row = std::isnan(look_.rows[left]) ? look_.rows[right] : look_.rows[left];
       if (std::isnan(row)) continue;
       sure_rows_[x] = row;
-      const int first = std::max(1, static_cast<int>(std::lround(row - reach)));
-      const int last = std::min(response.rows - 2, static_cast<int>(std::lround(row + reach)));
+      const int first = std::max(1, static_cast<int>(std::lround((row - reach) / response_step_)));
+      const int last = std::min(response.rows - 2, static_cast<int>(std::lround((row + reach) / response_step_)));
       int best = first;
       for (int y = first; y <= last; ++y)
         if (response(y, x) > response(best, x)) best = y;
@@ -201,19 +184,20 @@ class ColumnDetector {
       const float above = response(best - 1, x), here = response(best, x), below = response(best + 1, x);
       const float curvature = 2 * here - above - below;
       const float shift = curvature > 0 ? std::clamp(0.5f * (below - above) / curvature, -0.5f, 0.5f) : 0;
-      candidates.add(x, {static_cast<float>(best) + shift, static_cast<float>(known)}, weak);
+      candidates.add(x, {response_step_ * (static_cast<float>(best) + shift), static_cast<float>(known)}, weak);
     }
   }
 
   /// Median response at the look's path.
-  static double typical_snr(const cv::Mat1f& response, const StripeLook& look) {
+  double typical_response(const cv::Mat1f& response) const {
     std::vector<float> peaks;
-    for (std::size_t i = 0; i < look.rows.size(); ++i) {
-      if (std::isnan(look.rows[i])) continue;
-      const int x = static_cast<int>(i) * look.step + look.step / 2, y = static_cast<int>(std::lround(look.rows[i]));
+    for (std::size_t i = 0; i < look_.rows.size(); ++i) {
+      if (std::isnan(look_.rows[i])) continue;
+      const int x = static_cast<int>(i) * look_.step + look_.step / 2, y = static_cast<int>(std::lround(look_.rows[i]));
+      const int first = std::max(0, y - look_.step - 1) / response_step_;
+      const int last = std::min(response.rows - 1, (y + look_.step + 1) / response_step_);
       float peak = 0;
-      for (int k = std::max(0, y - look.step - 1); k <= std::min(response.rows - 1, y + look.step + 1); ++k)
-        peak = std::max(peak, response(k, x));
+      for (int k = first; k <= last; ++k) peak = std::max(peak, response(k, x));
       peaks.push_back(peak);
     }
     return peaks.empty() ? 0.0 : upper_median(peaks);
@@ -252,8 +236,10 @@ class ColumnDetector {
       for (const float weight : appearance_.profile) least += kBand * std::abs(weight);
     for (const StripeRun& run : path) {
       out.emplace_back();
-      for (const PathPoint& point : run) {
-        const ProfileFit fit = fit_point(point, contrast_);
+      const std::vector<ProfileFit> fits = fit_all(run, contrast_);
+      for (std::size_t i = 0; i < run.size(); ++i) {
+        const PathPoint& point = run[i];
+        const ProfileFit& fit = fits[i];
         const bool sure = std::abs(point.candidate.row - sure_rows_[point.column]) < look_.step + 2 * appearance_.sd_px;
         if (fit.ok && fit.amplitude >= std::max(least, (sure ? kSureProfileSnr : kMinProfileSnr) * fit.amplitude_sigma))
           out.back().push_back({point, fit});
@@ -284,11 +270,10 @@ class ColumnDetector {
         ++statistics.too_wide;
       } else if (skewness > p.max_skew && skewness > kSignificance * fit.skewness_sigma) {
         ++statistics.skewed;
-      } else if (has_rival(candidates, point, appearance_.sd_px, p)) {
+      } else if (has_rival(candidates, point)) {
         ++statistics.ambiguous;
       } else {
-        out.push_back({peak_of(point.column, fit), fit.amplitude});
-        add_colour(out.back());
+        out.push_back({peak_of(point.column, fit), fit.amplitude, colour_at(point.column, fit.position)});
       }
     }
     return out;
@@ -301,9 +286,12 @@ class ColumnDetector {
     bool white = false;  ///< the core is of all channels
   };
 
+  /// Rows on either side of a point where nothing is clipped.
+  int section_reach() const { return fitter_.half_window() + 2; }
+
   /// `most`: rows beyond the core at most.
   Section cut(const PathPoint& point, int most) {
-    int middle = static_cast<int>(std::lround(point.candidate.row)), reach = fitter_.half_window() + 2;
+    int middle = static_cast<int>(std::lround(point.candidate.row)), reach = section_reach();
     Section section{0, cores_.at(point.column, point.candidate.row, 1)};
     section.white = section.core.width() >= kWidePlateau;
     if (!section.white) section.core = clipped_.at(point.column, point.candidate.row, 0.5 * reach);
@@ -323,56 +311,131 @@ class ColumnDetector {
     const int channels = image_.channels();
     const auto at = static_cast<std::ptrdiff_t>(column) * channels;
     const bool dark = !background_.empty();
-    values_.clear();
-    for (int y = first; y <= last; ++y) {
-      const std::uint8_t* const pixel = image_.ptr<std::uint8_t>(y) + at;
-      const std::uint8_t* const unlit = dark ? background_.ptr<std::uint8_t>(y) + at : nullptr;
-      float value = 0;
-      for (int c = 0; c < channels; ++c) value += weights[c] * static_cast<float>(pixel[c] - (unlit ? unlit[c] : 0));
-      values_.push_back(value);
+    const auto fill = [&](auto value_of) {
+      const std::uint8_t* pixel = image_.ptr<std::uint8_t>(first) + at;
+      const std::uint8_t* unlit = dark ? background_.ptr<std::uint8_t>(first) + at : nullptr;
+      values_.resize(last + 1 - first);
+      for (float& value : values_) {
+        value = value_of([=](int c) { return weights[c] * static_cast<float>(pixel[c] - (unlit ? unlit[c] : 0)); });
+        pixel += image_.step;
+        if (unlit) unlit += background_.step;
+      }
+    };
+    if (channels == 1)
+      fill([](auto light) { return light(0); });
+    else
+      fill([](auto light) { return light(0) + light(1) + light(2); });
+  }
+
+  /// Candidates in line with one, and their light.
+  struct Line {
+    int columns = 0;  ///< beside its own
+    SectionColour colour;
+  };
+
+  Line line_at(const RidgeCandidates& candidates, int middle, double row) const {
+    constexpr int kReach = 6;
+    Line line;
+    for (int column = std::max(0, middle - kReach); column <= std::min(candidates.columns() - 1, middle + kReach);
+         ++column)
+      for (int k = 0; k < candidates.count(column); ++k) {
+        const double found = candidates.at(column, k).row;
+        if (std::abs(found - row) > parameters_.max_step_px * std::abs(column - middle)) continue;
+        line.columns += column != middle;
+        line.colour += colour_at(column, found);
+        break;
+      }
+    return line;
+  }
+
+  /// Another line in this column, almost as strong and continued on both sides. The laser's light has one colour wherever
+  /// it falls: beside a point of that colour a line of another is no rival.
+  bool has_rival(const RidgeCandidates& candidates, const PathPoint& point) const {
+    constexpr int kNeeded = 9;
+    for (int k = 0; k < candidates.count(point.column); ++k) {
+      const RidgeCandidate& rival = candidates.at(point.column, k);
+      if (std::abs(rival.row - point.candidate.row) < 4 * appearance_.sd_px + 2) continue;
+      if (rival.snr < parameters_.max_second_peak * point.candidate.snr) continue;
+      const Line line = line_at(candidates, point.column, rival.row);
+      if (line.columns >= kNeeded &&
+          !(differs(line.colour) && !differs(line_at(candidates, point.column, point.candidate.row).colour)))
+        return true;
     }
+    return false;
+  }
+
+  bool differs(const SectionColour& colour) const {
+    if (!(appearance_.colour.norm() > 0)) return false;
+    return is_another_colour(colour.light, kSignificance * std::sqrt(colour.variance), appearance_.colour.normalized());
   }
 
   /// Of the pixels that are not clipped, above the mean of two pixels on either side beyond the profile.
-  void add_colour(RunPoint& point) const {
+  SectionColour colour_at(int column, double row) const {
+    SectionColour colour;
     const int channels = image_.channels(), reach = fitter_.half_window();
-    const int centre = static_cast<int>(std::lround(point.peak.position));
+    const int centre = static_cast<int>(std::lround(row));
     const int first = centre - reach, last = centre + reach;
-    if (channels < 3 || first < 1 || last + 1 >= image_.rows) return;
+    if (channels < 3 || first < 1 || last + 1 >= image_.rows) return colour;
     const bool dark = !background_.empty();
     const auto light = [&](int y, int c) {
-      const auto at = static_cast<std::ptrdiff_t>(point.peak.column) * channels + c;
+      const auto at = static_cast<std::ptrdiff_t>(column) * channels + c;
       return static_cast<double>(image_.ptr<std::uint8_t>(y)[at] - (dark ? background_.ptr<std::uint8_t>(y)[at] : 0));
     };
     Eigen::Vector3d base;
     for (int c = 0; c < 3; ++c)
       base[c] = 0.25 * (light(first - 1, c) + light(first, c) + light(last, c) + light(last + 1, c));
-    int used = 0;
+    int used = 0, sums[3] = {};
     for (int y = first + 1; y < last; ++y) {
-      const cv::Vec3b& pixel = image_.at<cv::Vec3b>(y, static_cast<int>(point.peak.column));
+      const std::uint8_t* pixel = image_.ptr<std::uint8_t>(y, column);
       if (pixel[0] == 255 || pixel[1] == 255 || pixel[2] == 255) continue;
-      for (int c = 0; c < 3; ++c) point.colour[c] += light(y, c) - base[c];
+      const std::uint8_t* unlit = dark ? background_.ptr<std::uint8_t>(y, column) : nullptr;
+      for (int c = 0; c < 3; ++c) sums[c] += pixel[c] - (unlit ? unlit[c] : 0);
       ++used;
     }
-    point.colour_sigma = appearance_.noise * std::sqrt(used + 0.25 * used * used);
+    for (int c = 0; c < 3; ++c) colour.light[c] = sums[c] - used * base[c];
+    colour.variance = appearance_.noise * appearance_.noise * (used + 0.25 * used * used);
+    return colour;
   }
 
-  ProfileFit fit_values(double start, double contrast) const {
-    return fitter_.fit(values_.data(), static_cast<int>(values_.size()), start, {appearance_.noise, contrast});
+  ProfileFit fit_values(double start, double contrast, const float* reflectance = nullptr) const {
+    return fitter_.fit({values_.data(), static_cast<int>(values_.size()), start, reflectance},
+                       {appearance_.noise, contrast});
   }
 
-  ProfileFit fit_point(const PathPoint& point, double contrast) {
-    Section section = cut(point, kAll);
-    const double start = point.candidate.row - section.first_row;
-    ProfileFit fit = section.core.width() > 0 ? fit_clipped(point, section) : fit_values(start, contrast);
-    if (section.core.width() == 0 && measure_reflectance(point.column, section.first_row)) {
-      // The profile may be cut by the edge of a square: the model that leaves less of it unexplained.
-      const ProfileFit cut = fitter_.fit(values_.data(), static_cast<int>(values_.size()), start,
-                                         {appearance_.noise, contrast}, reflectance_.data());
-      if (cut.ok && (!fit.ok || cut.misfit < kBetter * fit.misfit)) fit = cut;
+  /// Most points are plain; they are fitted together.
+  std::vector<ProfileFit> fit_all(const StripeRun& points, double contrast) {
+    const std::size_t most = 2 * static_cast<std::size_t>(section_reach()) + 1;
+    std::vector<ProfileFit> fits(points.size());
+    std::vector<float> values(points.size() * most);
+    std::vector<ProfileSection> sections;
+    std::vector<std::pair<std::size_t, int>> plain;  // points and the first rows of their sections
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const PathPoint& point = points[i];
+      Section section = cut(point, kAll);
+      const double start = point.candidate.row - section.first_row;
+      if (section.core.width() > 0) {
+        fits[i] = fit_clipped(point, section);
+      } else if (measure_reflectance(point.column, section.first_row)) {
+        // The profile may be cut by the edge of a square: the model that leaves less of it unexplained.
+        fits[i] = fit_values(start, contrast);
+        const ProfileFit cut = fit_values(start, contrast, reflectance_.data());
+        if (cut.ok && (!fits[i].ok || cut.misfit < kBetter * fits[i].misfit)) fits[i] = cut;
+      } else {
+        float* const kept = values.data() + sections.size() * most;
+        std::ranges::copy(values_, kept);
+        sections.push_back({kept, static_cast<int>(values_.size()), start});
+        plain.emplace_back(i, section.first_row);
+        continue;
+      }
+      fits[i].position += section.first_row;
     }
-    fit.position += section.first_row;
-    return fit;
+    const std::vector<ProfileFit> together = fitter_.fit(sections, {appearance_.noise, contrast});
+    for (std::size_t i = 0; i < together.size(); ++i) {
+      const auto [point, first_row] = plain[i];
+      fits[point] = together[i];
+      fits[point].position += first_row;
+    }
+    return fits;
   }
 
   /// Of the surface across the stripe, in `reflectance_`, by the light that is not the laser's. False where it does not
@@ -390,19 +453,15 @@ class ColumnDetector {
     }
     const auto light_at = [&](int y) {
       const std::uint8_t* pixel = scene.ptr<std::uint8_t>(std::clamp(y, 0, scene.rows - 1)) + at;
-      std::array<float, 3> light{};
-      for (int c = 0; c < channels; ++c) light[c] = weights[c] * static_cast<float>(pixel[c]);
+      float light = 0;
+      for (int c = 0; c < channels; ++c) light += weights[c] * static_cast<float>(pixel[c]);
       return light;
     };
     reflectance_.resize(n);
-    std::array<float, 3> above = light_at(first_row - 1), here = light_at(first_row);
+    float above = light_at(first_row - 1), here = light_at(first_row);
     for (int i = 0; i < n; ++i) {
-      const std::array<float, 3> below = light_at(first_row + i + 1);
-      float sum = 0;
-      for (const float light : above) sum += 0.25f * light;
-      for (const float light : here) sum += 0.5f * light;
-      for (const float light : below) sum += 0.25f * light;
-      reflectance_[i] = sum;
+      const float below = light_at(first_row + i + 1);
+      reflectance_[i] = 0.25f * above + 0.5f * here + 0.25f * below;
       above = here, here = below;
     }
     const int third = n / 3;
@@ -441,7 +500,7 @@ class ColumnDetector {
     std::size_t points = 0;
     for (const StripeRun& run : path) points += run.size();
     const std::size_t step = std::max(kBlock, points / kBlocks);
-    std::vector<std::vector<PathPoint>> blocks;
+    std::vector<StripeRun> blocks;
     for (const StripeRun& run : path)
       for (std::size_t i = 0; i + 2 * kLag < run.size(); i += step) {
         blocks.emplace_back();
@@ -451,12 +510,10 @@ class ColumnDetector {
     ContrastScatters scatters;
     std::vector<double> rows;
     for (std::size_t f = 0; f < ContrastScatters::kContrasts.size(); ++f) {
-      for (const std::vector<PathPoint>& block : blocks) {
+      for (const StripeRun& block : blocks) {
         rows.clear();
-        for (const PathPoint& point : block) {
-          const ProfileFit fit = fit_point(point, ContrastScatters::kContrasts[f]);
+        for (const ProfileFit& fit : fit_all(block, ContrastScatters::kContrasts[f]))
           rows.push_back(fit.ok ? fit.position : NAN);
-        }
         for (std::size_t i = kLag; i + kLag < rows.size(); ++i) {
           const auto column = [&](std::size_t k) { return static_cast<double>(block[k].column); };
           const double share = (column(i) - column(i - kLag)) / (column(i + kLag) - column(i - kLag));
@@ -489,6 +546,7 @@ class ColumnDetector {
   std::array<float, 3> faintest_;
   ClippedRuns cores_;
   ProfileFitter fitter_;
+  int response_step_ = 1;  ///< rows from one of the filter's responses to the next
   double typical_snr_ = 0;
   double contrast_ = 0;  ///< of speckle
   double typical_width_ = 1, typical_skewness_ = 0;

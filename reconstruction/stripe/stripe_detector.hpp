@@ -3,14 +3,15 @@
 //  1. background removed: the dark image where there is one; else by the filter's zero mean, less what is brighter than
 //  one side only, and nothing is found where dark lines are as clear as bright ones
 //  2. stripe colour and width measured on some columns; channels weighted by the inverse covariance of noise and
-//  texture
-//  3. matched filter across the stripe (negated second derivative of a Gauss), noise by MAD, candidates by SNR
+//  texture: the whole scene's to find it, the surface's beside it to fit it
+//  3. matched filter across the stripe (negated second derivative of a Gauss; with a dark image a wide one at every
+//  second row), noise by MAD, candidates by SNR
 //  4. path of most evidence through the candidates of all columns (dynamic programming), which pays for jumps
 //  5. sub-pixel: least squares of a Gaussian profile on its background, weighted with the noise of each pixel: the
 //  image's own, and speckle's, which is in proportion to the light; its contrast is measured in the image. A clipped
 //  plateau: both of its flanks at once, what is clipped being a lower bound
-//  6. points that are wide, lopsided, beside a jump, in the blur beyond an edge, alone, of another colour or doubled by
-//  a reflection are rejected and counted
+//  6. points that are wide, lopsided, beside a jump, in the blur beyond an edge, alone, of another colour, without added
+//  light or doubled by a reflection are rejected and counted
 //  7. sigma from noise and residuals, then calibrated by how the points scatter along the stripe, near and over 40
 //  columns: what neighbours share is an error, too
 //  8. a local line along the stripe that stops at bends
@@ -41,7 +42,8 @@ struct StripeParameters {
 };
 
 /// `image`: 8-bit, 1 or 3 (BGR) channels. `background`: the same scene without laser, empty if there is none.
-/// Without a background a bright line of the scene, as a red cable, may be taken for the stripe when the laser is off.
+/// Without a background a line of the scene that is brighter than its surroundings in all channels may be taken for the
+/// stripe when the laser is off.
 /// Errors: InputError for another type or another background size.
 StripeDetection detect_stripe(const cv::Mat& image, const cv::Mat& background, const StripeParameters& parameters);
 

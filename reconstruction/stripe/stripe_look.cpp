@@ -33,22 +33,32 @@ Reduced reduce(const cv::Mat& image, const cv::Mat& background) {
   const int channels = image.channels(), f = out.factor;
   const cv::Size size(image.cols / f, image.rows / f);
   for (int c = 0; c < channels; ++c) {
-    out.light.emplace_back(size, 0.0f);
+    out.light.emplace_back(size);
     out.clipped.emplace_back();
   }
   const float share = 1.0f / static_cast<float>(f * f);
-  std::vector<std::int16_t> values(static_cast<std::size_t>(size.width * f * channels));
-  const auto plane = [&](int c) { return values.data() + static_cast<std::ptrdiff_t>(c) * size.width * f; };
+  const int columns = size.width * f, bytes = columns * channels;
+  const int together = std::clamp(32767 / (255 * f), 1, f);  // rows whose sum over a reduced pixel 16 bits hold
+  std::vector<std::int16_t> sums(static_cast<std::size_t>(bytes)), values(sums.size());
+  const auto add_groups_of = [&](std::vector<cv::Mat1f>& planes, int y) {
+    for (int c = 0; c < channels; ++c)
+      add_groups(values.data() + static_cast<std::ptrdiff_t>(c) * columns, size.width, f, share, planes[c][y / f]);
+  };
   for (int y = 0; y < size.height * f; ++y) {
+    if (y % f == 0)
+      for (cv::Mat1f& light : out.light) std::fill_n(light[y / f], size.width, 0.0f);
     const std::uint8_t* in = image.ptr<std::uint8_t>(y);
-    const std::uint8_t* dark = background.empty() ? nullptr : background.ptr<std::uint8_t>(y);
-    split_channels(in, dark, size.width * f, channels, values.data());
-    for (int c = 0; c < channels; ++c) add_groups(plane(c), size.width, f, share, out.light[c][y / f]);
-    if (!reaches(in, size.width * f * channels, kClipped)) continue;
-    mark_channels(in, kClipped, size.width * f, channels, values.data());
+    add_row(in, background.empty() ? nullptr : background.ptr<std::uint8_t>(y), bytes, sums.data());
+    if (y % f % together == together - 1 || y % f == f - 1) {
+      split_channels(sums.data(), columns, channels, values.data());
+      add_groups_of(out.light, y);
+      std::ranges::fill(sums, std::int16_t{0});
+    }
+    if (!reaches(in, bytes, kClipped)) continue;
+    mark_channels(in, kClipped, columns, channels, values.data());
     if (out.clipped[0].empty())
       for (cv::Mat1f& clipped : out.clipped) clipped = cv::Mat1f(size, 0.0f);
-    for (int c = 0; c < channels; ++c) add_groups(plane(c), size.width, f, share, out.clipped[c][y / f]);
+    add_groups_of(out.clipped, y);
   }
   return out;
 }
@@ -66,7 +76,8 @@ cv::Mat1f signal_of(const Reduced& image, const std::array<float, 3>& weights) {
   constexpr float kClipped = 0.2f;
   const int channels = static_cast<int>(image.light.size());
   cv::Mat1f signal(image.light[0].size(), 0.0f);
-  for (int c = 0; c < channels; ++c) signal += weights[c] * image.light[c];
+  for (int c = 0; c < channels; ++c)
+    if (weights[c] != 0) signal += weights[c] * image.light[c];
   if (image.clipped[0].empty()) return signal;
   cv::Mat1f clipped(signal.size(), 0.0f);
   for (int c = 0; c < channels; ++c)
@@ -97,7 +108,7 @@ Found follow_ridges(const cv::Mat1f& signal, const cv::Mat1f& sum, const std::ve
   cv::Mat1f response, brightness;
   filter_columns(signal, kernel, response);
   filter_columns(sum, kernel, brightness);
-  response.setTo(0, brightness <= 0);
+  for (int y = 0; y < response.rows; ++y) keep_lit(brightness[y], response.cols, response[y]);
   const double noise = std::max(robust_noise(response), kQuantisation);
   if (edges) weaken_edges(signal, kernel, response);
   Found found;
@@ -105,7 +116,7 @@ Found follow_ridges(const cv::Mat1f& signal, const cv::Mat1f& sum, const std::ve
   std::erase_if(found.path, [](const StripeRun& run) { return static_cast<int>(run.size()) < kMinRun; });
   for (const StripeRun& run : found.path) {
     found.line -= 3;
-    for (const PathPoint& point : run) found.line += std::log(point.candidate.snr / kMinSnr);
+    for (const PathPoint& point : run) found.line += std::log(point.candidate.snr / static_cast<float>(kMinSnr));
   }
   return found;
 }

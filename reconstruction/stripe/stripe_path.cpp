@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+
+#include "reconstruction/stripe/vectorised.hpp"
 
 namespace tankrig {
 namespace {
@@ -19,9 +22,46 @@ struct Node {
   bool starts_run = true;
 };
 
-double gain(double snr, double min_snr, double enough) {
-  const double evidence = std::log(snr / min_snr);
+double gain(float snr, double min_snr, double enough) {
+  const double evidence = std::log(snr / static_cast<float>(min_snr));
   return std::min(evidence, enough) + kGainBeyond * std::max(0.0, evidence - enough);
+}
+
+constexpr int kK = RidgeCandidates::kPerColumn;
+constexpr int kBefore = kLookBack * kK;  ///< candidates that one may follow
+
+/// joined[i]: whether any of the kBefore rows ahead of the i-th is as near to it as the columns between allow. `rows`: as
+/// many candidates in every column, infinite where there is none.
+TANKRIG_VECTORISED
+void mark_joined(const float* rows, int count, float max_step_px, std::uint8_t* joined) {
+  static_assert(kBefore == 16 && kK == 4);
+  const float a = max_step_px, b = 2 * a, c = 3 * a, d = 4 * a;
+  alignas(sizeof(EightFloats)) const EightFloats reach[] = {{d, d, d, d, c, c, c, c}, {b, b, b, b, a, a, a, a}};
+  for (int i = 0; i < count; ++i) {
+    EightInts near = {};
+    for (int half = 0; half < 2; ++half) {
+      EightFloats apart;
+      std::memcpy(&apart, rows + i - i % kK - kBefore + 8 * half, sizeof apart);
+      apart -= rows[i];
+      near |= (apart <= reach[half]) & (apart >= -reach[half]);
+    }
+    std::uint64_t parts[4], all = 0;
+    std::memcpy(parts, &near, sizeof near);
+    for (const std::uint64_t part : parts) all |= part;
+    joined[i] = all != 0;
+  }
+}
+
+std::vector<std::uint8_t> joined_candidates(const RidgeCandidates& candidates, double max_step_px) {
+  const auto count = static_cast<std::size_t>(candidates.columns()) * kK;
+  std::vector<float> rows(kBefore + count, HUGE_VALF);
+  for (int column = 0; column < candidates.columns(); ++column)
+    for (int k = 0; k < candidates.count(column); ++k)
+      rows[kBefore + static_cast<std::size_t>(column) * kK + k] = candidates.at(column, k).row;
+  std::vector<std::uint8_t> joined(count);
+  const float reach = std::nextafter(static_cast<float>(max_step_px), HUGE_VALF);
+  mark_joined(rows.data() + kBefore, static_cast<int>(count), reach, joined.data());
+  return joined;
 }
 
 }  // namespace
@@ -29,7 +69,7 @@ double gain(double snr, double min_snr, double enough) {
 std::vector<StripeRun> best_path(const RidgeCandidates& candidates, double min_snr, double max_step_px,
                                  double typical_snr) {
   const double enough = std::max(kLeastGain, std::log(typical_snr / min_snr));
-  constexpr int kK = RidgeCandidates::kPerColumn;
+  const std::vector<std::uint8_t> joined = joined_candidates(candidates, max_step_px);
   std::vector<Node> nodes(static_cast<std::size_t>(candidates.columns()) * kK);
   double ended_value = 0;  // best path that has left its last run before this column
   int ended_node = -1;
@@ -39,7 +79,7 @@ std::vector<StripeRun> best_path(const RidgeCandidates& candidates, double min_s
     for (int k = 0; k < candidates.count(column); ++k) {
       const RidgeCandidate& here = candidates.at(column, k);
       Node node{ended_value - kRunPrice, ended_node, true};
-      for (int back = 1; back <= std::min(kLookBack, column); ++back) {
+      for (int back = 1; joined[column * kK + k] && back <= std::min(kLookBack, column); ++back) {
         const double reach = max_step_px * back;
         for (int j = 0; j < candidates.count(column - back); ++j) {
           const double step = std::abs(here.row - candidates.at(column - back, j).row);

@@ -20,7 +20,10 @@ int stray_points(Iterator first, Iterator last) {
   for (int i = 0; i < kEndPoints && last - first > i + 1 + kLinePoints / 2; ++i) {
     const Iterator point = first + i, behind = point + 1;
     const Iterator end = behind + std::min<std::ptrdiff_t>(kLinePoints, last - behind);
-    const RunLine line = fit_line(behind, end, point->peak.column);
+    const RunLine line = fit_line<false>(static_cast<int>(end - behind), double{point->peak.column}, [&](int k) {
+      const StripePeak& peak = behind[k].peak;
+      return LinePoint<double>{peak.column, peak.position, 1 / (static_cast<double>(peak.sigma_px) * peak.sigma_px)};
+    });
     const double tolerance = 0.25 + 3.5 * std::sqrt(line.variance + point->peak.sigma_px * point->peak.sigma_px);
     if (std::abs(point->peak.position - line.value) > tolerance) strays = i + 1;
   }
@@ -76,28 +79,41 @@ void drop_edges(std::vector<FittedRun>& runs, const StripeParameters& parameters
   }
 }
 
+bool is_another_colour(const Eigen::Vector3d& light, double tolerance, const Eigen::Vector3d& stripe) {
+  constexpr double kMaxAngle = 0.35;
+  const double along = light.dot(stripe), across = (light - along * stripe).norm();
+  return across >= tolerance && across >= std::tan(kMaxAngle) * along;
+}
+
 void drop_strangers(std::vector<FittedRun>& runs, const StripeParameters& parameters, StripeStatistics& statistics) {
   constexpr int kShort = 4;  // in shortest runs
-  constexpr double kMaxAngle = 0.35, kSigmas = 4;
+  constexpr double kSigmas = 4;
+  constexpr double kAdded = 0.4;  // a camera may lower the other channels, together, by half of what one gains
   const auto is_long = [&](const FittedRun& run) {
     return static_cast<int>(run.size()) >= kShort * parameters.min_run;
   };
+  const auto colour_of = [](const FittedRun& run) {
+    SectionColour colour;
+    for (const RunPoint& point : run) colour += point.colour;
+    return colour;
+  };
+  std::erase_if(runs, [&](const FittedRun& run) {
+    const SectionColour colour = colour_of(run);
+    const double size = colour.light.norm(), sigma = std::sqrt(colour.variance);
+    if (!(colour.light.sum() + kSigmas * sigma < kAdded * size)) return false;
+    statistics.isolated += run.size();
+    return true;
+  });
   Eigen::Vector3d stripe = Eigen::Vector3d::Zero();
   for (const FittedRun& run : runs)
     if (is_long(run))
-      for (const RunPoint& point : run) stripe += point.colour;
+      for (const RunPoint& point : run) stripe += point.colour.light;
   if (!(stripe.norm() > 0)) return;
   stripe.normalize();
   std::erase_if(runs, [&](const FittedRun& run) {
     if (is_long(run)) return false;
-    Eigen::Vector3d colour = Eigen::Vector3d::Zero();
-    double variance = 0;
-    for (const RunPoint& point : run) {
-      colour += point.colour;
-      variance += point.colour_sigma * point.colour_sigma;
-    }
-    const double along = colour.dot(stripe), across = (colour - along * stripe).norm();
-    if (across < kSigmas * std::sqrt(variance) || across < std::tan(kMaxAngle) * along) return false;
+    const SectionColour colour = colour_of(run);
+    if (!is_another_colour(colour.light, kSigmas * std::sqrt(colour.variance), stripe)) return false;
     statistics.isolated += run.size();
     return true;
   });

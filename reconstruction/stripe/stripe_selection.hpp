@@ -8,11 +8,26 @@
 
 namespace tankrig {
 
+/// Of a section across the stripe, or of several: light above what lies beside it, per channel, where not clipped.
+struct SectionColour {
+  Eigen::Vector3d light = Eigen::Vector3d::Zero();
+  double variance = 0;  ///< of each channel
+
+  SectionColour& operator+=(const SectionColour& other) {
+    light += other.light;
+    variance += other.variance;
+    return *this;
+  }
+};
+
+/// Whether `light` is off the direction `stripe`, of unit length, by more than `tolerance` and more than the camera's
+/// response may turn it.
+bool is_another_colour(const Eigen::Vector3d& light, double tolerance, const Eigen::Vector3d& stripe);
+
 struct RunPoint {
   StripePeak peak;
-  double amplitude = 0;                              ///< of the profile, in the image's own unit
-  Eigen::Vector3d colour = Eigen::Vector3d::Zero();  ///< light above the background, per channel, where not clipped
-  double colour_sigma = 0;                           ///< of each channel
+  double amplitude = 0;  ///< of the profile, in the image's own unit
+  SectionColour colour;
 };
 
 using FittedRun = std::vector<RunPoint>;
@@ -21,8 +36,9 @@ using FittedRun = std::vector<RunPoint>;
 /// shorter than min_run (edge between two runs, isolated otherwise).
 void drop_edges(std::vector<FittedRun>& runs, const StripeParameters& parameters, StripeStatistics& statistics);
 
-/// Takes out short runs whose colour is significantly another than that of the long ones (counted as isolated): edges
-/// of what moved since the dark image, and specks.
+/// Takes out (counted as isolated) runs that add no light to the scene's, as a red cable, whose other channels are darker
+/// than what lies beside it; and short runs whose colour is significantly another than that of the long ones: edges of
+/// what moved since the dark image, and specks.
 void drop_strangers(std::vector<FittedRun>& runs, const StripeParameters& parameters, StripeStatistics& statistics);
 
 }  // namespace tankrig

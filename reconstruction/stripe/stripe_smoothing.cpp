@@ -3,9 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstring>
+#include <iterator>
+#include <optional>
 
 #include "core/median.hpp"
 #include "reconstruction/stripe/run_line.hpp"
+#include "reconstruction/stripe/vectorised.hpp"
 
 namespace tankrig {
 namespace {
@@ -14,16 +18,21 @@ constexpr int kLag = 4;            ///< columns after which speckle is another
 constexpr int kBlock = 10;         ///< columns whose mean shows the correlation
 constexpr int kMaxGap = 3;         ///< missing columns over which a line is drawn
 constexpr double kBendPrice = 20;  ///< chi-square, of two degrees of freedom, above which two lines are better than one
-constexpr double kTolerance = 3.0;
+constexpr double kTolerance = 4.5;
 
-/// Deviation of the middle of three from the line of the others, over its sigma: squared.
-void second_differences(const std::vector<double>& column, const std::vector<double>& value,
-                        const std::vector<double>& variance, std::size_t lag, std::vector<double>& squares) {
-  for (std::size_t i = lag; i + lag < value.size(); ++i) {
-    const double span = column[i + lag] - column[i - lag];
-    const double w = (column[i] - column[i - lag]) / span;
-    const double d = value[i] - (1 - w) * value[i - lag] - w * value[i + lag];
-    squares.push_back(d * d / (variance[i] + (1 - w) * (1 - w) * variance[i - lag] + w * w * variance[i + lag]));
+/// Third divided differences of points `lag` apart, over their sigmas: squared. A smooth curve has next to none.
+void third_differences(const std::vector<double>& column, const std::vector<double>& value,
+                       const std::vector<double>& variance, std::size_t lag, std::vector<double>& squares) {
+  for (std::size_t i = 0; i + 3 * lag < value.size(); ++i) {
+    double difference = 0, expected = 0;
+    for (std::size_t k = i; k <= i + 3 * lag; k += lag) {
+      double share = 1;
+      for (std::size_t other = i; other <= i + 3 * lag; other += lag)
+        if (other != k) share /= column[k] - column[other];
+      difference += share * value[k];
+      expected += share * share * variance[k];
+    }
+    squares.push_back(difference * difference / expected);
   }
 }
 
@@ -34,33 +43,105 @@ double mean_square(std::vector<double>& squares, double expected, double prior) 
   return squares.empty() ? expected : (prior * expected + n * upper_median(squares) / kMedianOfChiSquare) / (prior + n);
 }
 
-/// Points before which the run bends, steps or has a gap.
-std::vector<std::size_t> breaks_of(const FittedRun& run, int reach, double correlation) {
-  const std::size_t n = run.size();
-  std::vector<double> evidence(n, 0.0);
-  for (std::size_t i = 1; i < n; ++i) {
-    const double column = 0.5 * (run[i - 1].peak.column + run[i].peak.column);
-    if (run[i].peak.column - run[i - 1].peak.column > kMaxGap + 1) {
-      evidence[i] = HUGE_VAL;
-      continue;
-    }
-    for (const int side : {reach, reach / 2}) {
-      if (side < 4) continue;
-      std::size_t first = i, last = i;
-      while (first > 0 && column - run[first - 1].peak.column < side) --first;
-      while (last < n && run[last].peak.column - column < side) ++last;
-      if (i - first < 4 || last - i < 4) continue;
-      const auto at = [&](std::size_t k) { return run.begin() + static_cast<std::ptrdiff_t>(k); };
-      const RunLine left = fit_line<false>(at(first), at(i), column), right = fit_line<false>(at(i), at(last), column);
-      if (!left.ok || !right.ok) continue;
-      const double a = left.variance + right.variance, b = left.covariance + right.covariance,
-                   c = left.slope_variance + right.slope_variance;
-      const double dv = left.value - right.value, ds = left.slope - right.slope, determinant = a * c - b * b;
-      if (!(determinant > 0)) continue;
-      const double chi2 = (c * dv * dv - 2 * b * dv * ds + a * ds * ds) / determinant / correlation;
-      evidence[i] = std::max(evidence[i], chi2);
+/// A run's points, so that lines through them are quickly fitted.
+struct Series {
+  std::vector<double> column, position, weight;  ///< the last: 1 / sigma^2
+
+  explicit Series(const FittedRun& run) {
+    for (const auto& [peak, amplitude, colour] : run) {
+      column.push_back(peak.column);
+      position.push_back(peak.position);
+      weight.push_back(1 / (static_cast<double>(peak.sigma_px) * peak.sigma_px));
     }
   }
+  std::size_t size() const { return column.size(); }
+
+  /// Whether [first, last) is within the run and no column is missing there.
+  bool whole(std::ptrdiff_t first, std::ptrdiff_t last) const {
+    return first >= 0 && last <= std::ssize(column) &&
+           column[last - 1] - column[first] == static_cast<double>(last - 1 - first);
+  }
+};
+
+/// Line through [first, last) at column `at`; of four lines, each begins and ends a point after the one before.
+template <bool residuals = true, class Real>
+inline __attribute__((always_inline)) RunLine<Real> line_through(const Series& s, std::size_t first, std::size_t last,
+                                                                 const Real& at) {
+  const double *const column = s.column.data() + first, *const position = s.position.data() + first,
+                      *const weight = s.weight.data() + first;
+  return fit_line<residuals, Real>(
+      static_cast<int>(last - first), at, [=](int k) __attribute__((always_inline)) {
+        return LinePoint<Real>{load<Real>(column + k), load<Real>(position + k), load<Real>(weight + k)};
+      });
+}
+
+TANKRIG_VECTORISED
+void fit_lines_around(const Series& s, std::size_t i, std::size_t reach, RunLine<FourDoubles>& lines) {
+  lines = line_through(s, i - reach, i + reach + 1, load<FourDoubles>(s.column.data() + i));
+}
+
+/// Chi-square of two degrees of freedom that the lines through [first, i) and [i, last) are one, at the column between them.
+template <class Real>
+inline __attribute__((always_inline)) Real bend_at(const Series& s, std::size_t first, std::size_t i, std::size_t last,
+                                                   double correlation) {
+  const Real column = 0.5 * (load<Real>(s.column.data() + i - 1) + load<Real>(s.column.data() + i));
+  const RunLine<Real> left = line_through<false>(s, first, i, column), right = line_through<false>(s, i, last, column);
+  const Real a = left.variance + right.variance, b = left.covariance + right.covariance,
+             c = left.slope_variance + right.slope_variance;
+  const Real dv = left.value - right.value, ds = left.slope - right.slope, determinant = a * c - b * b;
+  const Real chi2 = (c * dv * dv - 2 * b * dv * ds + a * ds * ds) / determinant / correlation;
+  return left.ok & right.ok & (determinant > 0) ? chi2 : Real{};
+}
+
+TANKRIG_VECTORISED
+void bends_from(const Series& s, std::size_t i, std::size_t side, double correlation, double* chi2) {
+  const FourDoubles bends = bend_at<FourDoubles>(s, i - side, i, i + side, correlation);
+  std::memcpy(chi2, &bends, sizeof bends);
+}
+
+/// Whether a bend of that chi-square is a corner: of the parabola through both sides, two lines leave less.
+bool is_corner(const Series& s, std::size_t first, std::size_t last, double correlation, double chi2) {
+  constexpr double kCornerPrice = 2;
+  const RunLine line = line_through(s, first, last, s.column[first]);
+  const double of_bend = line.bend_variance > 0 ? line.bend * line.bend / line.bend_variance : 0;
+  return chi2 - of_bend / correlation > kCornerPrice;
+}
+
+/// The evidence that the run bends before each of its points, by `side` columns on either side, where it is more.
+void find_bends(const Series& s, int side, double correlation, std::vector<double>& evidence) {
+  constexpr std::size_t kLeast = 4;
+  const auto reach = static_cast<std::size_t>(side);
+  std::size_t first = 0, last = 0;
+  for (std::size_t i = 1; i < s.size(); ++i) {
+    if (std::isinf(evidence[i])) continue;
+    double chi2[kLanes] = {};
+    std::size_t count = 1;
+    if (s.whole(static_cast<std::ptrdiff_t>(i) - side, static_cast<std::ptrdiff_t>(i + reach + kLanes) - 1)) {
+      bends_from(s, i, reach, correlation, chi2);
+      count = kLanes;
+    } else {
+      const double column = 0.5 * (s.column[i - 1] + s.column[i]);
+      while (column - s.column[first] >= side) ++first;
+      for (last = std::max(last, i); last < s.size() && s.column[last] - column < side;) ++last;
+      if (i - first >= kLeast && last - i >= kLeast) chi2[0] = bend_at<double>(s, first, i, last, correlation);
+    }
+    for (std::size_t k = 0; k < count; ++k) {
+      if (chi2[k] < kBendPrice) continue;
+      const std::size_t from = count > 1 ? i + k - reach : first, to = count > 1 ? i + k + reach : last;
+      if (is_corner(s, from, to, correlation, chi2[k])) evidence[i + k] = std::max(evidence[i + k], chi2[k]);
+    }
+    i += count - 1;
+  }
+}
+
+/// Points before which the run bends, steps or has a gap.
+std::vector<std::size_t> breaks_of(const Series& run, int reach, double correlation) {
+  const std::size_t n = run.size();
+  std::vector<double> evidence(n, 0.0);
+  for (std::size_t i = 1; i < n; ++i)
+    if (run.column[i] - run.column[i - 1] > kMaxGap + 1) evidence[i] = HUGE_VAL;
+  for (const int side : {reach, reach / 2})
+    if (side >= 4) find_bends(run, side, correlation, evidence);
   std::vector<std::size_t> breaks;
   const auto near = static_cast<std::size_t>(std::max(2, reach / 3));
   for (std::size_t i = 1; i < n; ++i) {
@@ -74,20 +155,34 @@ std::vector<std::size_t> breaks_of(const FittedRun& run, int reach, double corre
   return breaks;
 }
 
+/// Adds what a point's neighbours scatter about their lines, as far as it was measured, within `reach` columns.
+TANKRIG_VECTORISED
+void add_scatter(const double* __restrict column, const double* __restrict residual, int count, double reach,
+                 double most, double* __restrict sums, double* __restrict weights, int offset) {
+  for (int i = 0; i < count; ++i) {
+    const double size = residual[i + offset] < most ? residual[i + offset] : most;
+    const double apart = column[i + offset] - column[i];
+    const bool counts = (residual[i + offset] >= 0) & (apart <= reach) & (apart >= -reach);
+    sums[i] += counts ? size : 0;
+    weights[i] += counts ? 1 : 0;
+  }
+}
+
 /// Sigmas follow what the points near by scatter about their lines: a square's edge or a grain of the surface is not
 /// everywhere.
-void scale_locally(const std::vector<double>& residuals, FittedRun& run) {
+void scale_locally(const Series& s, const std::vector<double>& residuals, FittedRun& run) {
   constexpr int kReach = 15;
   constexpr double kPrior = 8, kMost = 25;
-  for (std::size_t i = 0; i < run.size(); ++i) {
-    double sum = kPrior, weight = kPrior;
-    for (std::size_t k = i - std::min<std::size_t>(i, kReach); k < std::min(run.size(), i + kReach + 1); ++k) {
-      if (std::isnan(residuals[k]) || std::abs(run[k].peak.column - run[i].peak.column) > kReach) continue;
-      sum += std::min(residuals[k], kMost);
-      weight += 1;
-    }
-    run[i].peak.sigma_px *= static_cast<float>(std::sqrt(sum / weight));
+  const int n = static_cast<int>(run.size());
+  std::vector<double> sums(run.size(), kPrior), weights(run.size(), kPrior);
+  const int most = std::min(kReach, n - 1);
+  for (int offset = -most; offset <= most; ++offset) {
+    const int first = std::max(0, -offset), count = n - std::abs(offset);
+    add_scatter(s.column.data() + first, residuals.data() + first, count, kReach, kMost, sums.data() + first,
+                weights.data() + first, offset);
   }
+  for (std::size_t i = 0; i < run.size(); ++i)
+    run[i].peak.sigma_px *= static_cast<float>(std::sqrt(sums[i] / weights[i]));
 }
 
 /// Mean of squares over what sigma lets expect; no gross one counts for more than a few.
@@ -99,25 +194,24 @@ double capped_mean(const std::vector<double>& squares) {
   return sum / weight;
 }
 
-/// Squared distances of some points of [begin, end) from the parabola through 40 columns, over what sigma lets expect:
+/// Squared distances of some points of [begin, end) from the parabola through 56 columns, over what sigma lets expect:
 /// what a line of few columns follows is an error all the same where neighbours share it.
-void add_long_residuals(const FittedRun& run, std::size_t begin, std::size_t end, double correlation,
+void add_long_residuals(const Series& run, std::size_t begin, std::size_t end, double correlation,
                         std::vector<double>& residuals) {
-  constexpr int kReach = 20;
+  constexpr int kReach = 28;
   constexpr double kLeastLeft = 0.5;  // of the variance, beside a parabola
   constexpr std::size_t kStep = 5, kLeast = 24;
   std::size_t first = begin, last = begin;
   for (std::size_t i = begin; i < end; i += kStep) {
-    const double column = run[i].peak.column, own = std::pow(run[i].peak.sigma_px, 2);
-    while (first < i && column - run[first].peak.column > kReach) ++first;
-    while (last < end && run[last].peak.column - column <= kReach) ++last;
+    const double column = run.column[i], own = 1 / run.weight[i];
+    while (first < i && column - run.column[first] > kReach) ++first;
+    while (last < end && run.column[last] - column <= kReach) ++last;
     if (last - first < kLeast) continue;
-    const RunLine line = fit_line(run.begin() + static_cast<std::ptrdiff_t>(first),
-                                  run.begin() + static_cast<std::ptrdiff_t>(last), column);
+    const RunLine line = line_through(run, first, last, column);
     if (!line.ok) continue;
     const double value = line.value + line.bend_at * line.bend;
     const double variance = correlation * (line.variance + line.bend_at * line.bend_at * line.bend_variance);
-    residuals.push_back(std::pow(run[i].peak.position - value, 2) / std::max(own - variance, kLeastLeft * own));
+    residuals.push_back(std::pow(run.position[i] - value, 2) / std::max(own - variance, kLeastLeft * own));
   }
 }
 
@@ -134,7 +228,7 @@ std::vector<double> calibrate_sigmas(std::vector<FittedRun>& runs) {
       value.push_back(point.peak.position);
       variance.push_back(static_cast<double>(point.peak.sigma_px) * point.peak.sigma_px);
     }
-    second_differences(column, value, variance, kLag, single[r]);
+    third_differences(column, value, variance, kLag, single[r]);
     all_single.insert(all_single.end(), single[r].begin(), single[r].end());
     std::vector<double> block_column, block_value, block_variance;
     for (std::size_t i = 0; i + kBlock <= value.size(); i += kBlock) {
@@ -142,7 +236,7 @@ std::vector<double> calibrate_sigmas(std::vector<FittedRun>& runs) {
       for (std::size_t k = i; k < i + kBlock; ++k) c += column[k] / kBlock, v += value[k] / kBlock, s += variance[k];
       block_column.push_back(c), block_value.push_back(v), block_variance.push_back(s / (kBlock * kBlock));
     }
-    second_differences(block_column, block_value, block_variance, 1, blocked[r]);
+    third_differences(block_column, block_value, block_variance, 1, blocked[r]);
     all_blocked.insert(all_blocked.end(), blocked[r].begin(), blocked[r].end());
   }
   const double image = mean_square(all_single, 1, kImagePrior);
@@ -157,55 +251,95 @@ std::vector<double> calibrate_sigmas(std::vector<FittedRun>& runs) {
   return correlations;
 }
 
+namespace {
+
+/// What a line says of a point in the middle of those it goes through.
+struct Smoothed {
+  double value, variance;
+  double residual;  ///< the point's own distance from it, squared, over what sigma lets expect
+};
+
+/// None where the points are not on a line, or say no more than the point itself.
+std::optional<Smoothed> smoothed_by(const RunLine<double>& line, double position, double own, double correlation) {
+  const double freedom = line.points - 2;
+  const double of_bend = line.bend_variance > 0 ? line.bend * line.bend / line.bend_variance : 0;
+  if (!line.ok || line.chi2 - of_bend > freedom + kTolerance * std::sqrt(2 * freedom * correlation))
+    return std::nullopt;
+  // As much of the parabola as the points speak for: its own variance is more than a straight line's.
+  const double noise = line.bend_variance * correlation;
+  const double part = noise > 0 ? std::max(0.0, 1 - 2 * noise / (line.bend * line.bend)) : 0;
+  const double value = line.value + part * line.bend_at * line.bend;
+  const double uncorrelated = line.variance + part * line.bend_at * line.bend_at * line.bend_variance;
+  if (correlation * uncorrelated > own) return std::nullopt;
+  const double withheld = std::pow((1 - part) * line.bend_at, 2) * std::max(0.0, line.bend * line.bend - noise);
+  return Smoothed{value, std::min(own, correlation * uncorrelated + withheld),
+                  std::pow(position - value, 2) / std::max(own - uncorrelated, 0.1 * own)};
+}
+
+/// By the widest line up to `reach` columns to both sides of point `i` that its points of [begin, end) agree with.
+std::optional<Smoothed> smoothed(const Series& s, std::size_t i, std::size_t begin, std::size_t end, int reach,
+                                 double correlation) {
+  for (; reach >= 1; reach /= 2) {
+    std::size_t first = i, last = i + 1;
+    while (first > begin && s.column[i] - s.column[first - 1] <= reach) --first;
+    while (last < end && s.column[last] - s.column[i] <= reach) ++last;
+    if (last - first < 3) continue;
+    const auto found =
+        smoothed_by(line_through(s, first, last, s.column[i]), s.position[i], 1 / s.weight[i], correlation);
+    if (found) return found;
+  }
+  return std::nullopt;
+}
+
+/// Of all points of [begin, end), into `out`. Four at a time where no column is missing around them.
+void smooth_piece(const Series& s, std::size_t begin, std::size_t end, int widest, double correlation,
+                  std::vector<std::optional<Smoothed>>& out) {
+  const auto reach = static_cast<std::size_t>(widest);
+  std::size_t i = begin;
+  while (i < end) {
+    if (i < begin + reach || i + kLanes + reach > end ||
+        !s.whole(static_cast<std::ptrdiff_t>(i - reach), static_cast<std::ptrdiff_t>(i + kLanes + reach))) {
+      out[i] = smoothed(s, i, begin, end, widest, correlation);
+      ++i;
+      continue;
+    }
+    RunLine<FourDoubles> lines;
+    fit_lines_around(s, i, reach, lines);
+    for (std::size_t k = 0; k < kLanes; ++k, ++i) {
+      out[i] = smoothed_by(lane_of(lines, static_cast<int>(k)), s.position[i], 1 / s.weight[i], correlation);
+      if (!out[i]) out[i] = smoothed(s, i, begin, end, widest / 2, correlation);
+    }
+  }
+}
+
+}  // namespace
+
 void smooth_run(FittedRun& run, int half_window, double correlation) {
   constexpr int kUsual = 10;  // half window of the lines that sigma is measured by where nothing is smoothed
-  const FittedRun raw = run;
+  const Series raw(run);
   const int widest = half_window > 0 ? half_window : kUsual;
-  const std::vector<std::size_t> breaks = breaks_of(raw, widest, correlation);
-  std::vector<double> residuals(raw.size(), NAN);  // squared, over what sigma lets expect
+  std::vector<std::size_t> ends = breaks_of(raw, widest, correlation);
+  ends.push_back(raw.size());
+  std::vector<std::optional<Smoothed>> smooth(raw.size());
   std::vector<double> long_residuals;
   std::size_t begin = 0;
-  for (const std::size_t end : breaks) {
+  for (const std::size_t end : ends) {
     add_long_residuals(raw, begin, end, correlation, long_residuals);
+    smooth_piece(raw, begin, end, widest, correlation, smooth);
     begin = end;
   }
-  add_long_residuals(raw, begin, raw.size(), correlation, long_residuals);
-  begin = 0;
-  auto next_break = breaks.begin();
+  std::vector<double> residuals(raw.size(), NAN);
   for (std::size_t i = 0; i < raw.size(); ++i) {
-    while (next_break != breaks.end() && *next_break <= i) begin = *next_break++;
-    const std::size_t end = next_break == breaks.end() ? raw.size() : *next_break;
-    const double column = raw[i].peak.column, own = std::pow(raw[i].peak.sigma_px, 2);
-    for (int reach = widest; reach >= 1; reach /= 2) {
-      std::size_t first = i, last = i + 1;
-      while (first > begin && column - raw[first - 1].peak.column <= reach) --first;
-      while (last < end && raw[last].peak.column - column <= reach) ++last;
-      if (last - first < 3) continue;
-      const RunLine line = fit_line(raw.begin() + static_cast<std::ptrdiff_t>(first),
-                                    raw.begin() + static_cast<std::ptrdiff_t>(last), column);
-      if (!line.ok) continue;
-      const double freedom = line.points - 2;
-      const double of_bend = line.bend_variance > 0 ? line.bend * line.bend / line.bend_variance : 0;
-      if (line.chi2 - of_bend > freedom + kTolerance * std::sqrt(2 * freedom * correlation)) continue;
-      // As much of the parabola as the points speak for: its own variance is more than a straight line's.
-      const double noise = line.bend_variance * correlation;
-      const double part = noise > 0 ? std::max(0.0, 1 - 2 * noise / (line.bend * line.bend)) : 0;
-      const double value = line.value + part * line.bend_at * line.bend;
-      const double uncorrelated = line.variance + part * line.bend_at * line.bend_at * line.bend_variance;
-      const double variance = correlation * uncorrelated;
-      if (variance > own) continue;
-      residuals[i] = std::pow(raw[i].peak.position - value, 2) / std::max(own - uncorrelated, 0.1 * own);
-      if (half_window > 0) {
-        run[i].peak.position = static_cast<float>(value);
-        run[i].peak.sigma_px = static_cast<float>(std::sqrt(variance));
-      }
-      break;
-    }
+    if (!smooth[i]) continue;
+    residuals[i] = smooth[i]->residual;
+    if (half_window == 0) continue;
+    run[i].peak.position = static_cast<float>(smooth[i]->value);
+    run[i].peak.sigma_px = static_cast<float>(std::sqrt(smooth[i]->variance));
   }
   const auto shared =
       static_cast<float>(std::sqrt(std::max(1.0, capped_mean(long_residuals) / capped_mean(residuals))));
   for (RunPoint& point : run) point.peak.sigma_px *= shared;
-  scale_locally(residuals, run);
+  scale_locally(raw, residuals, run);
 }
 
 }  // namespace tankrig

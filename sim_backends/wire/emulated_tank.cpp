@@ -2,9 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <condition_variable>
 #include <fstream>
+#include <mutex>
+#include <thread>
 
 #include "core/input_error.hpp"
+#include "core/thread_priority.hpp"
 #include "drivers/can/open_can.hpp"
 #include "sim_backends/faults/picture_faults.hpp"
 #include "sim_backends/wire/wire_faults.hpp"
@@ -62,6 +66,8 @@ struct EmulatedTank::Impl {
       video_outputs.push_back(std::make_unique<V4l2OutputEmulator>(camera.output, pictures_of(camera.name)));
       tell("camera " + camera.name, camera.output.device);
     }
+    if (world.next_place(clock.now()))
+      foreseeing = std::jthread([this](std::stop_token stop) { foresee_places(stop); });
     if (!settings.faults.faults.empty()) play_faults();
   }
 
@@ -116,19 +122,33 @@ struct EmulatedTank::Impl {
     tell("arm", interface);
   }
 
+  Exposure expose(Stamp mid, Duration exposure, std::uint64_t index) {
+    return sample_exposure(
+        mid, exposure, index, [this](Stamp t) { return joints_at(t); }, [this](Stamp t) { return laser.power_at(t); });
+  }
+
+  /// Makes each next place of a board ready while the one before is shown.
+  void foresee_places(std::stop_token stop) {
+    set_background("board-ahead");
+    std::mutex mutex;
+    std::condition_variable_any wake;
+    std::unique_lock lock(mutex);
+    while (!stop.stop_requested()) {
+      const Stamp next = *world.next_place(clock.now());
+      for (const std::string& camera : filming) world.foresee_boards(camera, expose(next, {}, 0));
+      wake.wait_until(lock, stop, std::chrono::steady_clock::time_point{Duration{next.ns}}, [] { return false; });
+    }
+  }
+
   /// What a camera sees from now on. Its first picture takes a second, and is made here.
   PictureSource pictures_of(const std::string& camera) {
-    const auto expose = [this](Stamp mid, Duration exposure, std::uint64_t index) {
-      return sample_exposure(
-          mid, exposure, index, [this](Stamp t) { return joints_at(t); },
-          [this](Stamp t) { return laser.power_at(t); });
-    };
-    world.render(camera, expose(clock.now(), Duration{}, 0));
+    world.render(camera, expose(clock.now(), {}, 0));
+    filming.push_back(camera);
     ExposureTruth* truth = nullptr;
     if (!settings.truth.empty())
       truth = truths.emplace_back(std::make_unique<ExposureTruth>(settings.truth / (camera + ".csv"))).get();
     PictureFaults& spoiler = *spoilers.emplace_back(std::make_unique<PictureFaults>(camera, script));
-    return [this, expose, truth, camera, &spoiler](std::uint64_t index, Stamp begin, Duration exposure) {
+    return [this, truth, camera, &spoiler](std::uint64_t index, Stamp begin, Duration exposure) {
       const Exposure e = expose(begin + exposure / 2 - world.latency(), exposure, index);
       if (truth) truth->add(e);
       if (const FaultSpec* late = script.active(FaultDevice::kCamera, FaultKind::kDelayed, clock.now(), camera))
@@ -153,11 +173,13 @@ struct EmulatedTank::Impl {
   std::optional<LuxEmulator> lux;
   std::optional<BoxEmulator> box;
   std::optional<EmulatedHand> hand;
+  std::vector<std::string> filming;  ///< cameras, from the start on
   std::vector<std::unique_ptr<ExposureTruth>> truths;
   std::vector<std::unique_ptr<PictureFaults>> spoilers;
   std::vector<std::unique_ptr<GigeCameraEmulator>> cameras;  // last: their threads ask the devices above
   std::vector<std::unique_ptr<V4l2OutputEmulator>> video_outputs;
   std::optional<WireFaults> faults;
+  std::jthread foreseeing;
 };
 
 EmulatedTank::EmulatedTank(const TankWorld& world, EmulatedTankSettings settings, Clock& clock)

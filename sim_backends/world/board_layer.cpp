@@ -91,8 +91,8 @@ float BoardLayer::range(const CameraView::Sight& ray) const {
   return nearest;
 }
 
-void BoardLayer::sample_row(const Board& board, int y, const PixelFilter& filter, std::vector<Eigen::Array4f>& fine,
-                            Eigen::Array4f* out) const {
+[[gnu::flatten]] void BoardLayer::sample_row(const Board& board, int y, const PixelFilter& filter,
+                                             std::vector<Eigen::Array4f>& fine, Eigen::Array4f* out) const {
   const int from = board.left * kPerPixel - filter.reach, to = board.right * kPerPixel + filter.reach;
   const float v = (static_cast<float>(y) + 0.5f) / kPerPixel - 0.5f;
   const int row = std::clamp(y / kPerPixel, 0, view_->height() - 1);

@@ -3,11 +3,13 @@
 // Camera and tank do not move and light is linear, so both are computed once; a frame adds the laser's light.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <vector>
 
 #include "sim_backends/world/point_spread.hpp"
+#include "sim_backends/world/port_rays.hpp"
 #include "sim_backends/world/radiometry.hpp"
 
 namespace tankrig::sim {
@@ -98,5 +100,20 @@ class CameraView {
 
 /// Digital numbers per lux of exitance of `spec`'s sensor.
 float digital_numbers_per_lux(const CameraSpec& spec);
+
+inline CameraView::Sight CameraView::sight(float u, float v) const {
+  const float x = std::clamp(u + 0.5f, 0.0f, static_cast<float>(width())),
+              y = std::clamp(v + 0.5f, 0.0f, static_cast<float>(height()));
+  const int i = std::min(static_cast<int>(x), width() - 1), j = std::min(static_cast<int>(y), height() - 1);
+  const float fx = x - static_cast<float>(i), fy = y - static_cast<float>(j);
+  const Eigen::Vector2f* c = corners_.data() + static_cast<std::size_t>(j) * (width() + 1) + i;
+  const Eigen::Vector2f top = c[0] + fx * (c[1] - c[0]);
+  const Eigen::Vector2f bottom = c[width() + 1] + fx * (c[width() + 2] - c[width() + 1]);
+  const Eigen::Vector2f p = top + fy * (bottom - top);
+  const Vector3f direction = Vector3f(p.x(), p.y(), 1).normalized();
+  if (!spec_.model.port) return {centre_, wRc_ * direction};
+  const PortRay ray = through_port(*spec_.model.port, direction.cast<double>().normalized());
+  return {centre_ + wRc_ * ray.origin.cast<float>(), wRc_ * ray.direction.cast<float>()};
+}
 
 }  // namespace tankrig::sim

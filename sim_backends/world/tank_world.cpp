@@ -9,6 +9,7 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <deque>
 #include <mutex>
 
 #include "core/input_error.hpp"
@@ -69,6 +70,8 @@ Scene apply(Scene scene, const WorldOptions& options) {
   return scene;
 }
 
+constexpr std::size_t kBoardsRemembered = 3;
+
 /// A camera and what is computed for it at its first frame.
 struct CameraStation {
   CameraSpec spec;
@@ -77,8 +80,8 @@ struct CameraStation {
   mutable std::once_flag once{};
   mutable std::unique_ptr<const CameraView> view{};
   mutable std::mutex mutex{};  // guards what follows
-  mutable std::vector<PlacedBoard> last_placed{};
-  mutable std::shared_ptr<const BoardLayer> last_boards{};
+  /// Newest first: the next place, the present one, and the one before for a frame that is late.
+  mutable std::deque<std::pair<std::vector<PlacedBoard>, std::shared_ptr<const BoardLayer>>> boards_seen{};
 
   CameraStation(const CameraSpec& camera, std::uint64_t seed)
       : spec(camera), noise(camera, seed), speckle_key(mix(mix(seed, hash_text("speckle")), hash_text(camera.name))) {}
@@ -165,20 +168,20 @@ struct TankWorld::Impl {
     return *s.view;
   }
 
-  /// Boards that have not moved since this camera's last frame look the same.
+  /// Boards that have not moved look the same.
   std::shared_ptr<const BoardLayer> boards_seen(const CameraStation& s, std::vector<PlacedBoard> placed) const {
     const auto same = [](const PlacedBoard& a, const PlacedBoard& b) {
       return a.print == b.print && a.wMt.matrix() == b.wMt.matrix();
     };
     {
       const std::lock_guard lock(s.mutex);
-      if (s.last_boards && std::equal(placed.begin(), placed.end(), s.last_placed.begin(), s.last_placed.end(), same))
-        return s.last_boards;
+      for (const auto& [where, boards] : s.boards_seen)
+        if (std::equal(placed.begin(), placed.end(), where.begin(), where.end(), same)) return boards;
     }
     auto boards = std::make_shared<const BoardLayer>(placed, view(s), radiometry);
     const std::lock_guard lock(s.mutex);
-    s.last_placed = std::move(placed);
-    s.last_boards = boards;
+    s.boards_seen.emplace_front(std::move(placed), boards);
+    if (s.boards_seen.size() > kBoardsRemembered) s.boards_seen.pop_back();
     return boards;
   }
 
@@ -296,6 +299,23 @@ std::shared_ptr<const FrameLayers> TankWorld::layers(const std::string& name, co
 cv::Mat TankWorld::expose(const FrameLayers& frame, double light, std::optional<double> noise) const {
   return impl_->expose(frame, static_cast<float>(in_range("light", light, 1)),
                        noise ? in_range("noise", *noise, 1) : frame.station->spec.sensor.gaussian_sd);
+}
+
+std::optional<Stamp> TankWorld::next_place(Stamp when) const {
+  std::optional<Stamp> next;
+  for (const MovingBoard& board : impl_->moving_boards) {
+    if (board.spec.place != BoardSpec::Place::kShown) continue;
+    const std::int64_t hold = board.spec.hold.count();
+    const Stamp then{(when.ns / hold + 1) * hold};
+    next = next ? std::min(*next, then) : then;
+  }
+  return next;
+}
+
+void TankWorld::foresee_boards(const std::string& name, const Exposure& exposure) const {
+  const CameraStation& s = impl_->station(name);
+  std::vector<PlacedBoard> placed = impl_->boards_at(exposure);
+  tbb::task_arena(1).execute([&] { impl_->boards_seen(s, std::move(placed)); });
 }
 
 cv::Mat TankWorld::render_external(const JointVector& q, bool laser_on, int width, int height) const {

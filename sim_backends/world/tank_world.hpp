@@ -68,6 +68,12 @@ class TankWorld {
   std::shared_ptr<const FrameLayers> layers(const std::string& name, const Exposure& exposure) const;
   cv::Mat expose(const FrameLayers& layers, double light, std::optional<double> noise = {}) const;
 
+  /// The next time after `when` at which a board that is shown comes to another place; nothing if none is shown.
+  std::optional<Stamp> next_place(Stamp when) const;
+  /// Makes what the camera will see of the boards at `exposure` if it was not made yet, in this thread alone: a picture of a new
+  /// place then takes no longer than others.
+  void foresee_boards(const std::string& name, const Exposure& exposure) const;
+
   /// Picture of the whole rig from outside (the paper's Figure 3), BGR, without noise and with the water thinned.
   cv::Mat render_external(const JointVector& q, bool laser_on, int width, int height) const;
 

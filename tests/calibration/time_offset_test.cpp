@@ -54,7 +54,7 @@ TEST(TimeOffset, HasASigmaThatIsWhatTheSolutionsScatterBy) {
     GeneratedSweep sweep;
     sweep.offset = 0.017;
     sweep.noise_px = 0.3;
-    sweep.seed = seed;
+    sweep.seed = static_cast<unsigned>(seed);
     const TimeOffsetSolution s = solve(sweep.problem());
     const double error = s.offset - sweep.offset;
     sum += error;
@@ -103,14 +103,14 @@ TEST_P(Interval, HoldsTheTruthAsOftenAsItSays) {
   const int seeds = testing_support::seeds(100);
   int held = 0;
   double squares = 0, variances = 0;
-  for (unsigned seed = 1; seed <= seeds; ++seed) {
+  for (int seed = 1; seed <= seeds; ++seed) {
     GeneratedSweep sweep;
     sweep.offset = 0.017;
     sweep.noise_px = GetParam().noise_px;
     sweep.velocity = GetParam().velocity;
     sweep.to = GetParam().to;
     sweep.line_step = GetParam().line_step;
-    sweep.seed = seed;
+    sweep.seed = static_cast<unsigned>(seed);
     const TimeOffsetSolution s = solve(sweep.problem());
     const double error = s.offset - sweep.offset;
     held += std::abs(error) <= s.half_width;

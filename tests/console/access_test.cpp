@@ -107,8 +107,8 @@ struct TokensTest : AccessTest {
   void write(Role role, const std::vector<ApiToken>& tokens) const {
     write_users(file, {{"anna", role, {.salt = std::string(16, 's'), .hash = std::string(32, 'h')}, tokens}});
   }
-  std::shared_ptr<BrowserSession> asks(const std::string& token, bool upgrade = false) {
-    return users.session({"", "", "", upgrade, token});
+  std::shared_ptr<BrowserSession> asks(const std::string& by, bool upgrade = false) {
+    return users.session({"", "", "", upgrade, by});
   }
   TemporaryFolder folder;
   const std::filesystem::path file = folder.path() / "users";

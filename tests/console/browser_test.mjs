@@ -20,6 +20,7 @@ const wires = rig !== 'tank-sim'
 const patience = wires ? 120_000 : 60_000 // [ms] for a whole scan
 const mostLate = 50 // [ms] that this process may wake late where the clock judges
 const pingAnswered = 750 // [ms] within which a watcher answers, or it is let go
+const drawnWithin = 500 // [ms] from a frame's stamp to its points on the page
 const stopBound = 100 // [ms] from a click to the laser's command, on loopback
 const makeRig = pictures && !wires ? wholeRig : smallRig
 const [brief, long] = wires || pictures ? ['', ''] : ['short', 'long'] // presets of a scan that is waited for, and of one that is stopped
@@ -52,10 +53,44 @@ const open = async (width = 1280, height = 900) => {
   page.bad = []
   page.on('pageerror', error => page.bad.push(String(error)))
   page.on('console', message => { if (message.type() === 'error') page.bad.push(message.text()) })
+  await page.addInitScript(watchDrawing)
   await page.goto(address)
   await page.getByText('connected', { exact: true }).waitFor()
   return page
 }
+
+/** In the page: of each message of points its frame's stamp [ms] and the points so far; of each drawing of the cloud its points, and when it was
+ * shown [ms, as Date.now()]. */
+function watchDrawing() {
+  window.came = []
+  window.drawn = []
+  let points = 0
+  window.WebSocket = class extends WebSocket {
+    constructor(...where) {
+      super(...where)
+      this.addEventListener('message', ({ data }) => {
+        if (!(data instanceof ArrayBuffer) || new Uint8Array(data)[0] !== 0x4c) return
+        points += (data.byteLength - 9) / 12
+        window.came.push({ stamp: Number(new DataView(data).getBigInt64(1, true)) / 1e6, points })
+      })
+    }
+  }
+  const draw = WebGL2RenderingContext.prototype.drawArrays
+  WebGL2RenderingContext.prototype.drawArrays = function (mode, first, points) {
+    draw.call(this, mode, first, points)
+    if (mode !== this.POINTS || !this.canvas.closest('#cloud')) return
+    requestAnimationFrame(() => requestAnimationFrame(() => window.drawn.push({ points, when: Date.now() })))
+  }
+}
+
+/** From each frame's stamp to the picture with all its points [ms]. */
+async function drawnAfter(page) {
+  const { came, drawn } = await page.evaluate(() => ({ came: window.came, drawn: window.drawn }))
+  const monotonic = monotonicAhead()
+  return came.map(({ stamp, points }) => drawn.find(picture => picture.points >= points).when + monotonic - stamp)
+}
+/** Of a session's stamps, less this machine's clock [ms]. */
+const monotonicAhead = () => Number(process.hrtime.bigint()) / 1e6 - Date.now()
 
 const points = async page => Number((await page.locator('#cloud-says').textContent()).split(' ')[0] || 0)
 const run = page => page.locator('#run-state')
@@ -245,8 +280,10 @@ async function clickCorners(page, session) {
   await page.getByRole('button', { name: 'Save the corners' }).click()
   await page.getByText(/The clicks err by [\d.]+ px; snapped to the edges/).waitFor()
   await keep(page, 'console_corners')
-  const found = JSON.parse(execFileSync(program, ['calibrate', 'object', '--corners', join(place, 'corners.yaml'), '--image', join(place, 'object.png'),
-    '--camera', join(session, 'cameras/mono.yaml'), '--object', join(session, 'black_box.obj'), '--json'], { stdio: ['ignore', 'pipe', 'ignore'] }))
+  const answer = spawnSync(program, ['calibrate', 'object', '--corners', join(place, 'corners.yaml'), '--image', join(place, 'object.png'),
+    '--camera', join(session, 'cameras/mono.yaml'), '--object', join(session, 'black_box.obj'), '--json'], { encoding: 'utf8' })
+  assert.ok(answer.status === 0 || answer.status === 3, answer.stderr) // 3: a corner stays as clicked
+  const found = JSON.parse(answer.stdout)
   assert.ok(found.raw_rms_px < 1, `the clicks err by ${found.raw_rms_px} px`)
   assert.equal(found.corners.length, seen.length)
   for (const { name, clicked_px, snapped_px, not_snapped } of found.corners) {
@@ -257,8 +294,8 @@ async function clickCorners(page, session) {
     const [x, y] = truth.corners.find(corner => corner.name === name).pixel_px
     return Math.hypot(u - x, v - y)
   })
-  astray.sort((a, b) => a - b)
-  assert.ok(astray[astray.length >> 1] < 1.5, `snapped corners lie ${astray.map(d => d.toFixed(2)).join(', ')} px off the truth`)
+  const told = `of ${seen.length} corners, snapped ones lie ${astray.map(d => d.toFixed(2)).join(', ')} px off the truth`
+  assert.ok(astray.length >= 5 && Math.max(...astray) < 0.5, told)
   await canvas.press('ArrowLeft')
   await page.getByRole('button', { name: /snapped/ }).nth(found.corners.length - 1).waitFor({ state: 'detached' })
 }
@@ -476,6 +513,11 @@ test('a scan is started, watched and looked at', async t => {
   assert.equal(await page.evaluate(() => document.documentElement.scrollWidth <= window.innerWidth), true)
   assert.deepEqual(page.bad, [])
   await downloads(page, sessions()[0])
+  if (wires) {
+    const after = (await drawnAfter(page)).sort((a, b) => a - b)
+    console.log(`from a frame's stamp to its points on the page: median ${after[after.length >> 1].toFixed(0)} ms, at most ${after.at(-1).toFixed(0)} ms, ${after.length} messages`)
+    if (after.at(-1) > drawnWithin) skipIfLate(t, `points were drawn after ${after.at(-1).toFixed(0)} ms`)
+  }
 })
 
 test('STOP in the sweep: the devices confirm, and the session can be read', async t => {
@@ -489,7 +531,7 @@ test('STOP in the sweep: the devices confirm, and the session can be read', asyn
   await until('the end', async () => (await run(page).textContent()) === 'Scan: ended in part')
   if (wires) {
     const pressed = await page.evaluate(() => window.pressed)
-    const monotonic = Number(process.hrtime.bigint()) / 1e6 - Date.now() // of the session's stamps, less this clock's [ms]
+    const monotonic = monotonicAhead()
     const after = what => Number(events(sessions()[0]).findLast(line => line.includes(what)).split(',')[0]) / 1e6 - monotonic - pressed
     console.log(`after the click on STOP: laser commanded off ${after(',laser,off').toFixed(1)} ms, read back dark ${after(',laser,dark').toFixed(1)} ms, both confirmed on the page ${confirmed - pressed} ms`)
     if (after(',laser,off') >= stopBound) return skipIfLate(t, `the laser was commanded off after ${after(',laser,off').toFixed(1)} ms`)

@@ -7,15 +7,22 @@
 
 #include <array>
 #include <cmath>
+#include <cstdio>
 #include <cstring>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
+#include <optional>
+#include <set>
 
 #include "console/feed/feed_format.hpp"
 #include "console/server/terminal_program.hpp"
+#include "core/clock.hpp"
+#include "pipeline/live_reconstruction.hpp"
+#include "session/reading/session.hpp"
 #include "tests/program/benchmark_text.hpp"
 #include "tests/program/program.hpp"
+#include "tests/support/machine_witness.hpp"
 
 namespace tankrig::test {
 namespace {
@@ -25,10 +32,16 @@ using ::testing::HasSubstr;
 
 constexpr int kPatience_ms = 120'000;  // between two signs of life
 
+/// A message of points.
+struct Batch {
+  Stamp frame, came;
+};
+
 /// What came, up to the program's end.
 struct Heard {
   std::string screen;
   std::vector<json> texts;
+  std::vector<Batch> batches;
   std::size_t points = 0;
   bool all_finite = true;
   std::map<std::string, cv::Mat> pictures;
@@ -47,7 +60,9 @@ void take(std::string_view message, Heard& heard) {
     const std::string_view jpeg = message.substr(2 + camera->size());
     heard.pictures[std::string(*camera)] = cv::imdecode(std::vector<char>(jpeg.begin(), jpeg.end()), cv::IMREAD_COLOR);
   } else if (message.front() == static_cast<char>(FeedKind::kPoints)) {
-    for (std::size_t at = 1; at + 12 <= message.size(); at += 12) {
+    Batch& batch = heard.batches.emplace_back(Batch{{}, MonotonicClock::one().now()});
+    std::memcpy(&batch.frame.ns, message.data() + 1, sizeof batch.frame.ns);
+    for (std::size_t at = kPointsBegin; at + 12 <= message.size(); at += 12) {
       std::array<float, 3> p{};
       std::memcpy(p.data(), message.data() + at, sizeof p);
       ++heard.points;
@@ -83,6 +98,21 @@ Heard run_on_terminal(std::vector<std::string> words,
   return heard;
 }
 
+/// Stamps [ns] of the frames in which a stripe can be.
+std::set<std::int64_t> lit_frames(const Session& session) {
+  const std::string mono = session.camera(CameraRole::kMono).name;
+  std::set<std::int64_t> lit;
+  for (const FrameRecord& frame : session.frames)
+    if (frame.camera == mono && frame.laser_on) lit.insert(frame.stamp.ns);
+  return lit;
+}
+
+std::set<std::int64_t> told_frames(const Heard& heard) {
+  std::set<std::int64_t> told;
+  for (const Batch& batch : heard.batches) told.insert(batch.frame.ns);
+  return told;
+}
+
 TEST(Feed, OfAScanTellsTheSceneTheSweepAndTheEnd) {
   const std::filesystem::path folder = scratch_folder();
   const Heard heard = run_on_terminal({"scan", "--rig", small_rig(folder), "--out", folder / "session"});
@@ -92,6 +122,8 @@ TEST(Feed, OfAScanTellsTheSceneTheSweepAndTheEnd) {
   EXPECT_EQ(heard.of("scene")[0].at("cameras").size(), 3U);
   EXPECT_GT(heard.points, 1000U);
   EXPECT_TRUE(heard.all_finite);
+  // All of this sweep is in the workspace.
+  EXPECT_EQ(told_frames(heard), lit_frames(Session::open(folder / "session")));
   EXPECT_EQ(heard.pictures.size(), 3U);
   for (const auto& [camera, picture] : heard.pictures) EXPECT_FALSE(picture.empty()) << camera;
   bool lit = false, swept = false;
@@ -124,6 +156,41 @@ TEST(Feed, OfAScanTellsTheSceneTheSweepAndTheEnd) {
   EXPECT_GT(best.at("coverage_of_ceiling").get<double>(), 0.5);
   ASSERT_FALSE(heard.of("progress").empty());
   EXPECT_EQ(heard.of("progress").back().at("fraction"), 1.0);
+}
+
+TEST(Feed, OnTheWireBringsTheFramesPointsWithinHalfASecond) {
+  constexpr Duration kWithin = std::chrono::milliseconds{500};
+  constexpr Duration kBearable = std::chrono::milliseconds{50};  // and still no frame is passed over
+  const std::filesystem::path folder = scratch_folder(), rig = patient_wire_rig(folder / "rig");
+  edit(folder / "rig/base.yaml", {{"from_rad: 1.3\n", "from_rad: 1.5\n"}, {"to_rad: 2.1", "to_rad: 1.9"}});
+  std::optional<testing_support::MachineWitness> witness;  // its threads must not be there when the program is started
+  const Heard heard =
+      run_on_terminal({"scan", "--rig", rig, "--yes", "--out", folder / "session"}, [&](const json&, TerminalProgram&) {
+        if (!witness) witness.emplace();
+      });
+  if (forbids_private_network({heard.exit_code, "", heard.screen})) GTEST_SKIP() << heard.screen;
+  ASSERT_TRUE(witness) << heard.screen;
+  if (heard.exit_code != 0) {
+    TANKRIG_SKIP_IF_LATE(*witness, testing_support::kStarved);
+  }
+  ASSERT_EQ(heard.exit_code, 0) << heard.screen;
+  const std::set<std::int64_t> lit = lit_frames(Session::open(folder / "session")), told = told_frames(heard);
+  ASSERT_FALSE(lit.empty());
+  Duration latest{};
+  for (const Batch& batch : heard.batches) {
+    EXPECT_TRUE(lit.contains(batch.frame.ns)) << batch.frame.ns;
+    EXPECT_GE(batch.came, batch.frame);
+    latest = std::max(latest, batch.came - batch.frame);
+  }
+  // Of the machine, too, the sweep alone is judged: nothing else is timed.
+  const Duration late = witness->latest(Stamp{*lit.begin()}, Stamp{*lit.rbegin()} + kWithin);
+  std::printf("%zu of %zu lit frames, the latest after %.0f ms; the machine was late by %.1f ms\n", told.size(),
+              lit.size(), 1e3 * seconds(latest), 1e3 * seconds(late));
+  const Duration rest = kWithin - kLatestLine;
+  if (late > rest) GTEST_SKIP() << testing_support::machine_was_late(late, rest);
+  EXPECT_LE(latest, kWithin);
+  if (late > kBearable) GTEST_SKIP() << testing_support::machine_was_late(late, kBearable);
+  EXPECT_EQ(told, lit);
 }
 
 TEST(Feed, OfAScanThatIsInterruptedEndsWithWhatWasConfirmed) {

@@ -248,7 +248,7 @@ test('a token lets a program of its user in, by its role, until it is revoked', 
   const upgrade = { Origin: origin(), Connection: 'Upgrade', Upgrade: 'websocket', 'Sec-WebSocket-Version': '13', 'Sec-WebSocket-Key': Buffer.alloc(16).toString('base64') }
   assert.equal((await ask('/live', by(operates, upgrade))).statusCode, 401)
   const flooded = await flood(`Authorization: Bearer ${watches}\r\n`)
-  assert.ok(flooded(404) >= 500 && flooded(429) > 0, `${flooded(404)} served, ${flooded(429)} refused`)
+  assert.ok(flooded(404) >= 480 && flooded(429) > 0, `${flooded(404)} served, ${flooded(429)} refused`) // 500 at once, less those asked before
   await until('calm', async () => (await ask('/api/sessions', by(watches))).statusCode === 200)
   assert.equal(user('revoke', 'ben', 'lamp').status, 0)
   assert.equal((await ask('/api/sessions', by(watches))).statusCode, 401)

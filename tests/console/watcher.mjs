@@ -51,7 +51,7 @@ class Watcher {
 
   take(kind, data) {
     if (kind === 1) this.texts.push(JSON.parse(data.toString()))
-    else if (kind === 2 && data[0] === 0x4c) this.points += (data.length - 1) / 12
+    else if (kind === 2 && data[0] === 0x4c) this.points += (data.length - 9) / 12
     else if (kind === 2) ++this.pictures
     else if (kind === 9) this.send(0x8a, data)
   }

@@ -9,6 +9,7 @@
 #include <csignal>
 
 #include "bench/external/process_tree.hpp"
+#include "core/shown_text.hpp"
 #include "tests/external/own_group.hpp"
 #include "tests/support/sanitizers.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -124,6 +125,14 @@ TEST_F(LimitedRunTest, CountsProcessesThatNobodyWaitedFor) {
 
 TEST_F(LimitedRunTest, LeavesAUserFewMoreTasksWhateverABombDoes) {
   EXPECT_EQ(end_of("test $(sed -n 's/^Max processes *\\([0-9]*\\) .*/\\1/p' /proc/self/limits) -lt 100000"), "");
+}
+
+TEST_F(LimitedRunTest, HidesAFolderInItsWordsWhereverTheyAreCut) {
+  const std::string inside = (folder_.path() / "work").string() + "/";
+  for (std::size_t before = 190 - inside.size(); before < 200; ++before) {
+    EXPECT_EQ(end_of("echo " + std::string(before, 'x') + inside + "run; exit 1"), "exit code 1");
+    EXPECT_EQ(last_words(run_, folder_.path() / "work"), shown_text(std::string(before, 'x') + "run", 200));
+  }
 }
 
 TEST_F(LimitedRunTest, ReadsNoWordsFromAPipe) {

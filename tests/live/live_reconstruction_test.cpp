@@ -53,6 +53,9 @@ FrameRecord record_of(int i) {
   return frame;
 }
 
+/// A clock by which no line is late.
+Stamp still() { return record_of(0).stamp; }
+
 cv::Mat picture_of(int i) {
   GeneratedStripe g;
   g.noise = 3;
@@ -108,7 +111,7 @@ void expect_same(const PointCloud& a, const PointCloud& b) {
 class LiveUnder : public Live, public testing::WithParamInterface<bool> {};
 
 TEST_P(LiveUnder, AClockItGivesWhatTheSessionGivesToTheBit) {
-  begin({.real_time = GetParam(), .waiting_frames = 100});
+  begin({.now = GetParam() ? still : nullptr, .waiting_frames = 100});
   take_all();
   live_->all_recorded();
   const Session session = closed();
@@ -143,6 +146,7 @@ TEST_F(Live, ShowsEachLineOfTheSweepAndCountsThem) {
     const LiveLine& line = lines[i];
     const FrameRecord& frame = session.frames[kDark + i];
     EXPECT_EQ(line.frame, frame.index);
+    EXPECT_EQ(line.stamp, frame.stamp);
     EXPECT_EQ(line.columns, 240u);
     EXPECT_GT(line.found, 215u);
     const Plane sheet_b = session.camera(CameraRole::kMono).bMc * session.laser_plane(frame);
@@ -164,7 +168,11 @@ TEST_F(Live, ShowsEachLineOfTheSweepAndCountsThem) {
 TEST_F(Live, PassesOverFramesInRealTimeRatherThanDelayTheRecorder) {
   std::promise<void> free;
   const std::shared_future<void> freed = free.get_future().share();
-  begin({.real_time = true, .waiting_frames = 4, .line = [=](const LiveLine&) { freed.wait(); }});
+  std::vector<int> told;
+  begin({.now = still, .waiting_frames = 4, .line = [&, freed](const LiveLine& line) {
+           freed.wait();
+           told.push_back(line.frame);
+         }});
   take_all();  // and does not wait for a detector that stands still
   free.set_value();
   const Session session = closed();
@@ -172,9 +180,56 @@ TEST_F(Live, PassesOverFramesInRealTimeRatherThanDelayTheRecorder) {
   const LiveFigures figures = live_->figures();
   EXPECT_GE(figures.passed_over, static_cast<std::uint64_t>(kSweep - 5));
   EXPECT_EQ(figures.frames, static_cast<std::uint64_t>(kSweep));
+  ASSERT_GE(told.size(), 4u);
+  constexpr int kEnd = kDark + kSweep;
+  EXPECT_EQ(std::vector<int>(told.end() - 4, told.end()), (std::vector{kEnd - 4, kEnd - 3, kEnd - 2, kEnd - 1}));
   ASSERT_EQ(ready.size(), 2u) << "it has them all the same";
   EXPECT_EQ(ready[0].json.dump(), from_session(session)[0].json.dump());
 }
+
+struct SlowDetector {
+  std::string name;
+  std::vector<int> finding_ms;  ///< its looks; all further ones take as long as the last
+  std::vector<int> told;        ///< of the sweep's frames, one each 40 ms
+};
+void PrintTo(const SlowDetector& detector, std::ostream* out) { *out << detector.name; }
+
+class LiveWithADetector : public Live, public testing::WithParamInterface<SlowDetector> {};
+
+/// It finds the first line as the second frame comes, and every look begins where the one before ended.
+TEST_P(LiveWithADetector, TellsNoLineLate) {
+  const SlowDetector& detector = GetParam();
+  std::promise<void> all_taken;
+  Stamp now = record_of(kDark).stamp;
+  std::vector<int> told;
+  int readings = -kDark;  // one at a dark frame, one before and one after a lit one
+  const auto clock = [&] {
+    if (++readings > 0 && readings % 2 == 0) {
+      const std::size_t look = static_cast<std::size_t>(readings / 2 - 1);
+      now = now + std::chrono::milliseconds{detector.finding_ms[std::min(look, detector.finding_ms.size() - 1)]};
+    }
+    return now;
+  };
+  begin({.now = clock, .waiting_frames = 100, .line = [&](const LiveLine& line) {
+           if (told.empty()) all_taken.get_future().wait();
+           EXPECT_LE(now - line.stamp, kLatestLine) << line.frame;
+           told.push_back(line.frame - kDark);
+         }});
+  take_all();
+  all_taken.set_value();
+  const Session session = closed();
+  const std::vector<Score> ready = live_->finish(session, kGoOn).scores;
+  EXPECT_EQ(told, detector.told);
+  EXPECT_EQ(live_->figures().passed_over + told.size(), static_cast<std::size_t>(kSweep));
+  ASSERT_EQ(ready.size(), 2u) << "it has them all the same";
+  EXPECT_EQ(ready[0].json.dump(), from_session(session)[0].json.dump());
+}
+INSTANTIATE_TEST_SUITE_P(, LiveWithADetector,
+                         testing::Values(SlowDetector{"ABitTooSlow", {40, 60}, {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11}},
+                                         SlowDetector{"FourTimesTooSlow", {40, 160}, {0, 1, 2, 6, 10}},
+                                         SlowDetector{"SlowerThanTheBound", {40, 500}, {0}},
+                                         SlowDetector{"ThatStoodStillOnce", {40, 430, 40}, {0, 11}}),
+                         [](const auto& detector) { return detector.param.name; });
 
 TEST_F(Live, ThatBreaksHarmsNothingAndSaysWhy) {
   begin({.line = [](const LiveLine&) { throw std::runtime_error("no more memory"); }});
@@ -218,7 +273,7 @@ TEST_F(Live, PicturesStandInForFilesThatAreNotWrittenYet) {
 }
 
 TEST_F(Live, MayBeLeftAtAnyTime) {
-  begin({.real_time = true});
+  begin({.now = still});
   for (int i = 0; i < kDark + 2; ++i) take(i);
   live_.reset();
   closed();

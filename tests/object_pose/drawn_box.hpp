@@ -37,6 +37,7 @@ struct DrawnBox {
   double click_px = 1;    ///< standard deviation of a click's coordinate
   double grey_noise = 2;  ///< of a pixel, in levels
   double shadow = 0;      ///< width on the floor, beside the foot of the face across y that is seen [m]
+  bool slanted = false;   ///< the shadow: it has no width at the foot's end in -x
   CameraModel camera{640, 480, 765.4, 762.9, 315.7, 236.8, -0.08, 0.02, 0.0005, -0.0005, 0};
 
   Transform cMo() const {
@@ -98,7 +99,8 @@ struct DrawnBox {
     if (enter < leave) return kFaces[axis];
     const Vector3d floor = from + (kBoxLow.z() - from.z()) / along.z() * along;
     const double beside = from.y() > 0 ? floor.y() - kBoxHigh.y() : kBoxLow.y() - floor.y();
-    const bool shadowed = beside > 0 && beside < shadow && floor.x() > kBoxLow.x() && floor.x() < kBoxHigh.x();
+    const double share = slanted ? (floor.x() - kBoxLow.x()) / (kBoxHigh.x() - kBoxLow.x()) : 1;
+    const bool shadowed = beside > 0 && beside < share * shadow && floor.x() > kBoxLow.x() && floor.x() < kBoxHigh.x();
     return shadowed ? kFaces[1] + 7 : 150;
   }
 };

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <array>
 #include <cmath>
 #include <csignal>
 #include <regex>
@@ -149,7 +150,7 @@ class CalibrateAll : public testing::Test {
 
   /// Where the clicks put the object before and after they are snapped, and what becomes of the scores: with one draw of
   /// clicks they may fall.
-  void expect_snapping_helps(int seed, const nlohmann::json& truth) const {
+  void compare_with_clicks(int seed, const nlohmann::json& truth) const {
     const fs::path snapped = data_ / "calibration.yaml", raw = data_ / "raw.yaml";
     fs::copy_file(snapped, raw);
     const ProgramRun run = run_tankrig({"calibrate", "object", "--corners", (data_ / "corners.yaml").string(),
@@ -158,7 +159,6 @@ class CalibrateAll : public testing::Test {
     EXPECT_EQ(run.exit_code, 0) << run.err;
     const double off = truth["object_rms_mm"], clicked_off = truth["clicked_object_rms_mm"];
     std::printf("seed %d: object off by: as clicked %.2f mm, snapped %.2f mm\n", seed, clicked_off, off);
-    EXPECT_LT(off, clicked_off);
     for (const char* method : {"laser", "stereo"}) {
       const double clicked_error = mean_error_mm(method, raw), error = mean_error_mm(method, snapped);
       std::printf("seed %d: %s mean error, object as clicked %.2f mm, snapped %.2f mm\n", seed, method, clicked_error,
@@ -201,7 +201,7 @@ TEST_F(CalibrateAll, MakesARigThatNobodyKnowsScanWithinMillimetresAndTheSameNumb
                             "<svg", "data:image/png"})
     EXPECT_THAT(page, HasSubstr(shown));
   expect_a_good_scan(kSeed);
-  expect_snapping_helps(kSeed, truth);
+  compare_with_clicks(kSeed, truth);
 
   const ProgramRun holds = check(kSeed), of_another_rig = check(kSeed + 1);
   EXPECT_EQ(holds.exit_code, 0) << holds.err << holds.out;
@@ -302,12 +302,31 @@ TEST_F(CalibrateAll, TellsOfEachBoardWhetherItCountsAndKeepsWhatAStoppedRunHasTa
 }
 
 class CalibrateAllSlow : public CalibrateAll {};
-class CalibrateAllSlowRigs : public CalibrateAll, public testing::WithParamInterface<int> {};
+class CalibrateAllSlowRigs : public CalibrateAll, public testing::WithParamInterface<int> {
+ protected:
+  /// Of each rig that was compared: the object off its true place, snapped and as clicked [mm].
+  static std::vector<std::array<double, 2>>& off_mm() {
+    static std::vector<std::array<double, 2>> off;
+    return off;
+  }
+
+  /// One draw of clicks may be better than what it is snapped to; several are not.
+  static void TearDownTestSuite() {
+    constexpr std::size_t kSeveral = 5;
+    if (off_mm().size() < kSeveral) return;
+    double snapped = 0, clicked = 0;
+    for (const auto& [by_snapping, by_clicks] : off_mm())
+      snapped += by_snapping * by_snapping, clicked += by_clicks * by_clicks;
+    EXPECT_LT(snapped, clicked) << "squares over " << off_mm().size() << " rigs";
+  }
+};
 
 TEST_P(CalibrateAllSlowRigs, HoldsTheBoundsHoweverTheRigIsBuilt) {
   RecordProperty("seed", GetParam());
   const ProgramRun run = calibrate(GetParam());
   ASSERT_EQ(run.exit_code, 0) << run.err << run.out;
+  const auto truth = run.json()["truth"];
+  off_mm().push_back({truth["object_rms_mm"], truth["clicked_object_rms_mm"]});
   expect_a_good_scan(GetParam());
 }
 

@@ -76,6 +76,33 @@ TEST(Help, EveryCommandExplainsItselfWithAnExample) {
   }
 }
 
+/// What a line of the shell prints.
+std::string printed_by(const std::string& line) {
+  FILE* pipe = popen(line.c_str(), "r");
+  std::string out;
+  for (char buffer[4096]; const std::size_t n = std::fread(buffer, 1, sizeof buffer, pipe);) out.append(buffer, n);
+  EXPECT_EQ(pclose(pipe), 0) << line;
+  return out;
+}
+
+TEST(Help, OfTheSmallerTankrigThatRunBuildsFirstIsTheSame) {
+  std::istringstream lines(read_text(fs::path(TANKRIG_SOURCE_DIR) / "run"));
+  std::string line;
+  while (std::getline(lines, line) && line.find("scan_commands.cpp") == std::string::npos) {
+  }
+  std::istringstream commands(line.substr(0, line.find(')')));
+  int compared = 0;
+  for (std::string command; commands >> command;) {
+    if (command == "|") continue;
+    const auto help = [&](const fs::path& program) {
+      return printed_by("PATH=" + program.parent_path().string() + ":$PATH tankrig " + command + " --help");
+    };
+    EXPECT_EQ(help(TANKRIG_SCAN_PROGRAM), help(TANKRIG_PROGRAM));
+    ++compared;
+  }
+  EXPECT_GT(compared, 1);
+}
+
 /// What bash offers where `words`, the last one unfinished, stand on its command line.
 std::string offered_by_bash(const std::vector<std::string>& words) {
   const fs::path script = scratch_folder() / "complete.bash";
@@ -83,11 +110,7 @@ std::string offered_by_bash(const std::vector<std::string>& words) {
   for (const std::string& word : words) text += "'" + word + "' ";
   write_text(script,
              text + ")\nCOMP_CWORD=" + std::to_string(words.size() - 1) + "\n_tankrig\necho \"${COMPREPLY[*]}\"\n");
-  FILE* pipe = popen(("bash " + script.string()).c_str(), "r");
-  std::string out;
-  for (char buffer[4096]; const std::size_t n = std::fread(buffer, 1, sizeof buffer, pipe);) out.append(buffer, n);
-  EXPECT_EQ(pclose(pipe), 0);
-  return out;
+  return printed_by("bash " + script.string());
 }
 
 TEST(Completion, OffersCommandsOptionsAndValuesAndLeavesTheRestToFiles) {

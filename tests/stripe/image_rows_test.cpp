@@ -4,7 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <functional>
 #include <random>
+#include <utility>
 #include <vector>
 
 namespace tankrig {
@@ -104,21 +107,38 @@ TEST(ImageRows, AreWeighedAlongThemInOneOrder) {
     }
 }
 
-TEST(ImageRows, GiveUpTheirPeaks) {
+TEST(ImageRows, TellTheColumnsOfTheirPeaks) {
+  constexpr float kLeast = 7;
+  std::mt19937 random(kSeed);
+  for (const int n : kLengths)
+    for (int round = 0; round < 20; ++round) {
+      std::vector<float> values[3];
+      for (std::vector<float>& row : values) row = floats(random, n);
+      for (int x = 0; x < n; x += 3)  // equals
+        for (std::vector<float>& row : values) row[x] = std::round(row[x]);
+      std::vector<int> found(n), expected;
+      found.resize(find_peaks(values[0].data(), values[1].data(), values[2].data(), n, kLeast, found.data()));
+      for (int x = 0; x < n; ++x)
+        if (const float h = values[1][x]; h >= kLeast && h >= values[0][x] && h > values[2][x]) expected.push_back(x);
+      EXPECT_EQ(found, expected) << n;
+    }
+}
+
+TEST(ImageRows, KeepWhatIsLit) {
   std::mt19937 random(kSeed);
   for (const int n : kLengths) {
-    const std::vector<float> above = floats(random, n), here = floats(random, n), below = floats(random, n);
-    std::vector<int> peaks(n), expected;
-    peaks.resize(find_peaks(above.data(), here.data(), below.data(), n, 2, peaks.data()));
+    const std::vector<float> brightness = floats(random, n);
+    std::vector<float> values = floats(random, n), expected = values;
+    keep_lit(brightness.data(), n, values.data());
     for (int x = 0; x < n; ++x)
-      if (here[x] >= 2 && here[x] >= above[x] && here[x] > below[x]) expected.push_back(x);
-    EXPECT_EQ(peaks, expected) << n;
+      if (brightness[x] <= 0) expected[x] = 0;
+    EXPECT_EQ(values, expected) << n;
   }
 }
 
 class ImageRowsOf : public testing::TestWithParam<int> {};
 
-TEST_P(ImageRowsOf, ChannelsAreWeighedSplitAndMarked) {
+TEST_P(ImageRowsOf, ChannelsAreWeighedAddedSplitAndMarked) {
   const int channels = GetParam();
   std::mt19937 random(kSeed);
   const float weights[] = {0.3f, -0.7f, 1.1f};
@@ -126,16 +146,18 @@ TEST_P(ImageRowsOf, ChannelsAreWeighedSplitAndMarked) {
     const std::vector<std::uint8_t> in = bytes(random, channels * n), dark = bytes(random, channels * n);
     for (const std::uint8_t* less : {static_cast<const std::uint8_t*>(nullptr), dark.data()}) {
       std::vector<float> weighed(n), expected_weighed(n);
-      std::vector<std::int16_t> split(channels * n), marked(split), expected_split(split), expected_marked(split);
+      std::vector<std::int16_t> sums(channels * n, 5), split(sums), marked(sums), expected_split(sums),
+          expected_marked(sums);
       weigh_pixels(in.data(), less, n, channels, weights, weighed.data());
-      split_channels(in.data(), less, n, channels, split.data());
+      add_row(in.data(), less, channels * n, sums.data());
+      split_channels(sums.data(), n, channels, split.data());
       mark_channels(in.data(), 200, n, channels, marked.data());
       for (int x = 0; x < n; ++x)
         for (int c = 0; c < channels; ++c) {
           const int light = in[channels * x + c] - (less ? less[channels * x + c] : 0);
           const float share = weights[c] * static_cast<float>(light);
           expected_weighed[x] = c ? expected_weighed[x] + share : share;
-          expected_split[c * n + x] = static_cast<std::int16_t>(light);
+          expected_split[c * n + x] = static_cast<std::int16_t>(5 + light);
           expected_marked[c * n + x] = in[channels * x + c] >= 200;
         }
       EXPECT_EQ(weighed, expected_weighed) << n;

@@ -240,6 +240,51 @@ TEST(StripeDetector, TakesTheEdgeOfATableForNoStripe) {
   EXPECT_EQ(detect_stripe(of_wood(empty.image()), {}, StripeParameters{}).peaks.size(), 0u);
 }
 
+/// A cable of red plastic, 4 px thick: what it covers is not seen in the other channels either.
+cv::Mat with_red_cable(cv::Mat image, double row, int columns) {
+  image.forEach<cv::Vec3b>([&](cv::Vec3b& pixel, const int* at) {
+    if (at[1] < columns && std::abs(at[0] - row - 10 * std::sin(at[1] / 25.0)) < 2) pixel = {55, 36, 150};
+  });
+  return image;
+}
+
+GeneratedStripe in_a_lit_room() {
+  GeneratedStripe stripe;
+  stripe.bgr = {0.04, 0.06, 1};
+  stripe.peak = 110;
+  stripe.noise = 2;
+  stripe.row = [](int x) { return 60 + 0.1 * x; };
+  stripe.scene = [](int x, int y) { return 80 + 7 * std::sin(0.35 * x + 0.2 * y) + 5 * std::sin(0.9 * y); };
+  return stripe;
+}
+
+TEST(StripeDetector, TakesARedCableForNoStripe) {
+  GeneratedStripe empty = in_a_lit_room();
+  empty.laser = false;
+  EXPECT_EQ(detect_stripe(with_red_cable(empty.image(), 140, empty.width), {}, StripeParameters{}).peaks.size(), 0u);
+}
+
+TEST(StripeDetector, TakesARedCableForNoRivalOfTheStripe) {
+  const GeneratedStripe stripe = in_a_lit_room();
+  const StripeDetection detection = detect_stripe(with_red_cable(stripe.image(), 140, 90), {}, unsmoothed());
+  const Errors e = errors_of(detection, stripe);
+  EXPECT_GE(e.count, 0.97 * stripe.width);
+  EXPECT_EQ(e.gross, 0);
+}
+
+TEST(StripeDetector, FitsTheProfileByTheSurfaceBesideIt) {
+  const GeneratedStripe stripe = in_a_lit_room();
+  cv::Mat image = stripe.image();
+  image.forEach<cv::Vec3b>([](cv::Vec3b& pixel, const int* at) {  // yellow and blue things far from the stripe
+    if (at[0] > 120 && (at[0] / 6 + at[1] / 20) % 2 == 0)
+      pixel = at[1] % 40 < 20 ? cv::Vec3b(40, 170, 200) : cv::Vec3b(120, 60, 40);
+  });
+  const Errors e = errors_of(detect_stripe(image, {}, unsmoothed()), stripe);
+  std::cout << "rms " << e.rms << " px, " << e.count << " columns\n";
+  EXPECT_GE(e.count, 0.97 * stripe.width);
+  EXPECT_LT(e.rms, 0.04);
+}
+
 TEST(StripeDetector, FollowsAStripeThatIsWeakEverywhere) {
   for (unsigned seed = 1; seed <= 3; ++seed) {
     GeneratedStripe stripe;

@@ -262,6 +262,44 @@ TEST(ParticleFilter, KeepsSurfacesAndDropsWhatFloatsAlone) {
   for (std::size_t i = 0; i < points.size(); ++i) EXPECT_EQ(keep[i], i < surface || i >= speck) << i;
 }
 
+TEST(ParticleFilter, KeepsWhatItsDefinitionKeeps) {
+  constexpr double kRadius = 0.015;
+  constexpr int kRun = 8;
+  for (const unsigned seed : {1u, 2u, 3u, 4u}) {
+    SCOPED_TRACE(testing::Message() << "seed " << seed);
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> place(-0.15, 0.15), step(-0.012, 0.012);
+    std::vector<CloudPoint> points;
+    for (int frame = 0; frame < 40; ++frame)
+      for (int piece = 0; piece < 3; ++piece) {
+        CloudPoint point;
+        point.frame = frame;
+        point.p = Vector3d(place(random), place(random), place(random));
+        if (piece == 0 && frame % 2 == 1) point.p = points.back().p;  // one cell, two frames in sequence
+        for (int i = 0; i < 10; ++i, point.p += Vector3d(step(random), step(random), step(random)))
+          points.push_back(point);
+      }
+    const std::vector<bool> keep = confirmed_points(points, kRadius, kRun);
+    std::size_t by_others = 0, by_own = 0, dropped = 0;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      bool other = false;
+      int own = 0;
+      for (std::size_t j = 0; j < points.size(); ++j) {
+        const double distance = (points[j].p - points[i].p).norm();
+        if (points[j].frame != points[i].frame)
+          other = other || distance <= kRadius;
+        else if (j != i)
+          own += distance <= 2 * kRadius;
+      }
+      EXPECT_EQ(keep[i], other || own >= kRun) << i;
+      ++(other ? by_others : own >= kRun ? by_own : dropped);
+    }
+    EXPECT_GT(by_others, 50u);
+    EXPECT_GT(by_own, 50u);
+    EXPECT_GT(dropped, 50u);
+  }
+}
+
 TEST(StripeCsv, NamesWhatRunsAlongAndAcross) {
   const TemporaryFolder folder;
   const auto path = folder.path() / "stripe.csv";

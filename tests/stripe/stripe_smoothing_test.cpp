@@ -50,9 +50,24 @@ double error_over_sigma(Shape shape, double reach) {
 double line(double x) { return 100 + 0.1 * x; }
 double arc(double x) { return 100 + 0.0008 * std::pow(x - kColumns / 2.0, 2); }  // of a sphere's stripe
 
+double wave(double x) { return 100 + 72 * std::sin(x / 60); }  // bends by many sigmas over a window
+
 TEST(StripeSmoothing, SigmasAreHonestWhereErrorsAreIndependent) {
   EXPECT_NEAR(error_over_sigma(line, 0), 1, 0.06);
   EXPECT_NEAR(error_over_sigma(arc, 0), 1, 0.06);
+  EXPECT_NEAR(error_over_sigma(wave, 0), 1, 0.06);
+}
+
+TEST(StripeSmoothing, FollowsASmoothCurve) {
+  double squares = 0;
+  constexpr unsigned kSeeds = 10;
+  for (unsigned seed = 1; seed <= kSeeds; ++seed) {
+    std::vector<FittedRun> runs{run_along(wave, 0, seed)};
+    const std::vector<double> correlations = calibrate_sigmas(runs);
+    smooth_run(runs[0], 10, correlations[0]);
+    for (const RunPoint& p : runs[0]) squares += std::pow(p.peak.position - wave(p.peak.column), 2);
+  }
+  EXPECT_LT(std::sqrt(squares / (kSeeds * kColumns)), 0.65 * kError) << "seeds 1 to " << kSeeds;
 }
 
 TEST(StripeSmoothing, SigmasAreNearlyHonestWhereNeighboursShareTheirErrors) {
@@ -62,6 +77,24 @@ TEST(StripeSmoothing, SigmasAreNearlyHonestWhereNeighboursShareTheirErrors) {
     EXPECT_LT(on_line, 1.3) << reach << " columns";
     EXPECT_GT(on_line, 0.9) << reach << " columns";
     EXPECT_NEAR(on_arc, on_line, 0.1) << reach << " columns";
+  }
+}
+
+/// A point's line is fitted with its neighbours' where no column is missing, and alone near an end.
+TEST(StripeSmoothing, APointIsSmoothedByItsNeighboursAlone) {
+  constexpr int kReach = 10;
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    FittedRun run = run_along(arc, 0, seed);
+    for (RunPoint& point : run) point.peak.sigma_px *= 3;  // chance makes no bend
+    FittedRun whole = run;
+    smooth_run(whole, kReach, 1);
+    int alike = 0;
+    for (int x = kReach; x + kReach < kColumns; ++x) {
+      FittedRun around(run.begin() + x - kReach, run.begin() + x + kReach + 1);
+      smooth_run(around, kReach, 1);
+      alike += around[kReach].peak.position == whole[x].peak.position;
+    }
+    EXPECT_EQ(alike, kColumns - 2 * kReach) << "seed " << seed;
   }
 }
 

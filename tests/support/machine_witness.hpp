@@ -84,6 +84,13 @@ class MachineWitness {
     end();
     return late_;
   }
+  /// Ends the watch: at most, of what overlaps this time.
+  Duration latest(Stamp from, Stamp to) {
+    Duration latest{};
+    for (const Late& late : lateness())
+      if (late.came >= from && late.due <= to) latest = std::max(latest, late.came - late.due);
+    return latest;
+  }
 
  private:
   void end() {

@@ -84,7 +84,8 @@ Reconstruction run_in(const fs::path& place, const Algorithm& algorithm, const G
     if (out.reason.empty() && fs::file_size(cloud) == 0) fs::remove(cloud);  // it left none
   }
   if (!out.reason.empty()) {
-    if (const std::string said = last_words(run); !said.empty()) out.reason += ": " + said;
+    const std::string said = last_words(run, stranger ? stranger->folder : fs::path());
+    if (!said.empty()) out.reason += ": " + said;
     return out;
   }
   try {

@@ -1,19 +1,11 @@
 #include "apps/tankrig/calibrate_all/live_pictures.hpp"
 
 #include <fmt/format.h>
-#include <sys/resource.h>
-#include <sys/syscall.h>
-#include <unistd.h>
 
 #include "core/input_error.hpp"
+#include "core/thread_priority.hpp"
 
 namespace tankrig::app {
-namespace {
-
-constexpr int kNice = 10;
-
-}  // namespace
-
 LivePictures::LivePictures(PictureJudge judge, Progress& progress)
     : judge_(std::move(judge)), progress_(progress), thread_([this] { run(); }) {}
 
@@ -57,7 +49,7 @@ void LivePictures::judge(int number, const Moment& moment) {
 }
 
 void LivePictures::run() {
-  ::setpriority(PRIO_PROCESS, static_cast<id_t>(::syscall(SYS_gettid)), kNice);
+  set_background("judge");
   std::unique_lock lock(mutex_);
   while (true) {
     wake_.wait(lock, [this] { return ends_ || !whole_.empty(); });

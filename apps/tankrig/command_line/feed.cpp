@@ -19,7 +19,7 @@ namespace {
 
 constexpr int kWidest = 960;  // of a picture [px]
 constexpr int kQuality = 80;  // of its JPEG
-constexpr std::size_t kMostPoints = (kMostFeedBytes - 1) / (3 * sizeof(float));
+constexpr std::size_t kMostPoints = (kMostFeedBytes - kPointsBegin) / (3 * sizeof(float));
 
 /// -1 unless the variable names a socket of the right kind.
 int inherited_socket() noexcept {
@@ -59,10 +59,11 @@ void Feed::tell(const nlohmann::ordered_json& message) noexcept {
 
 void Feed::report(const std::filesystem::path& file) { tell({{"feed", "report"}, {"file", file.string()}}); }
 
-void Feed::points(const std::vector<CloudPoint>& points) noexcept {
+void Feed::points(Stamp frame, const std::vector<CloudPoint>& points) noexcept {
   if (!heard()) return;
   for (std::size_t from = 0; from < points.size(); from += kMostPoints) {
     std::string message = begin(FeedKind::kPoints);
+    message.append(reinterpret_cast<const char*>(&frame.ns), sizeof frame.ns);
     for (std::size_t i = from; i < std::min(points.size(), from + kMostPoints); ++i) {
       const Eigen::Vector3f p = points[i].p.cast<float>();
       message.append(reinterpret_cast<const char*>(p.data()), 3 * sizeof(float));

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "core/time.hpp"
 #include "reconstruction/cloud/cloud.hpp"
 
 namespace tankrig::app {
@@ -24,8 +25,8 @@ class Feed {
   void tell(const nlohmann::ordered_json& message) noexcept;
   /// The page that a command has left; a path from the working directory.
   void report(const std::filesystem::path& file);
-  /// Frame: b.
-  void points(const std::vector<CloudPoint>& points) noexcept;
+  /// `frame`: the stamp of the one they are from. Frame: b.
+  void points(Stamp frame, const std::vector<CloudPoint>& points) noexcept;
   /// 8 bits, grey or BGR.
   void picture(const std::string& camera, const cv::Mat& picture) noexcept;
 

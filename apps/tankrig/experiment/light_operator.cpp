@@ -4,8 +4,9 @@
 #include <unistd.h>
 
 #include <cstdio>
-#include <iostream>
+#include <optional>
 
+#include "apps/tankrig/command_line/confirm.hpp"
 #include "apps/tankrig/command_line/stop.hpp"
 #include "apps/tankrig/devices/scene_check.hpp"
 #include "apps/tankrig/scan/shown_scan.hpp"
@@ -66,16 +67,17 @@ std::string LightOperator::typed(const LuxLevel& level) const {
     throw InputError(rig_.file,
                      "scan: read_lux is false and standard input is no terminal, expected a lux meter or "
                      "somebody to type what it reads");
-  for (std::string reading;;) {
+  while (true) {
     std::fprintf(stderr, "Set the light to %s. What does your lux meter read [lx]? ", wanted(level).c_str());
-    if (!std::getline(std::cin, reading)) {
+    const std::optional<std::string> reading = typed_line();
+    if (!reading) {
       if (StopOnSignal::requested()) throw StoppedEarly("stopped before the light was set: nothing moved");
       throw InputError("no reading was typed: nothing was done");
     }
     try {
-      check_lux(reading);
-      if (reading != "auto" && level.holds(std::stod(reading))) return reading;
-      std::fprintf(stderr, "found %s, expected %s\n", reading.c_str(), wanted(level).c_str());
+      check_lux(*reading);
+      if (*reading != "auto" && level.holds(std::stod(*reading))) return *reading;
+      std::fprintf(stderr, "found %s, expected %s\n", reading->c_str(), wanted(level).c_str());
     } catch (const InputError&) {
       std::fprintf(stderr, "expected a number\n");
     }

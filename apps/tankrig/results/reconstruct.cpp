@@ -1,20 +1,14 @@
-// `tankrig reconstruct` and `tankrig report`: a recorded session again, without the rig.
+// `tankrig reconstruct`: a recorded session again, without the rig.
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
-#include "apps/tankrig/bench/bench_results.hpp"
-#include "apps/tankrig/command_line/feed.hpp"
 #include "apps/tankrig/command_line/output.hpp"
 #include "apps/tankrig/command_line/rig_files.hpp"
-#include "apps/tankrig/command_line/stop.hpp"
 #include "apps/tankrig/commands.hpp"
-#include "apps/tankrig/results/coverage_option.hpp"
 #include "apps/tankrig/results/summary.hpp"
-#include "apps/tankrig/scan/shown_scan.hpp"
 #include "apps/tankrig/session/open_session.hpp"
 #include "core/input_error.hpp"
 #include "core/shown_text.hpp"
-#include "pipeline/report_session.hpp"
 #include "pipeline/score_session.hpp"
 #include "reconstruction/cloud/cloud_io.hpp"
 #include "rig/config/rig_config.hpp"
@@ -31,12 +25,6 @@ struct ReconstructOptions {
   std::string method = "laser";
   std::filesystem::path rig;  ///< reconstruction parameters; empty: the session's own
   std::filesystem::path out;  ///< empty: SESSION/clouds/METHOD.ply
-  bool json = false;
-};
-
-struct ReportOptions {
-  std::filesystem::path session;
-  std::string coverage_mm;  ///< empty: the session's
   bool json = false;
 };
 
@@ -91,32 +79,6 @@ int reconstruct(const ReconstructOptions& options) {
   return kOk;
 }
 
-int report(const ReportOptions& options) {
-  if (holds_benchmark(options.session)) return report_benchmark(options.session, options.json);
-  Progress progress;
-  const SessionLock at_rest(options.session);
-  const Session session = open_with_warnings(options.session, progress).session;
-  PipelineParameters parameters = pipeline_parameters(session);
-  set_coverage(parameters.thresholds, options.coverage_mm);
-  const StopOnSignal stop_on_signal;
-  const auto scores = reconstruct_and_report(session, parameters, StopOnSignal::requested(), progress.callback());
-  progress.finish_line();
-  if (!scores) {
-    progress.warn("stopped before the report");
-    return kPartial;
-  }
-  warn_of(*scores, progress);
-  show_scores(*scores);
-  Feed::one().report(session.path / "report.html");
-  if (options.json)
-    print_json(scores_json(*scores));
-  else
-    std::printf("%s%slook at %s\n", score_table(tabled(*scores)).c_str(),
-                options.coverage_mm.empty() ? "" : coverage_table(tabled(*scores)).c_str(),
-                printable((session.path / "report.html").string()).c_str());
-  return kOk;
-}
-
 }  // namespace
 
 void add_reconstruct(CLI::App& app, ChosenCommand& chosen) {
@@ -129,17 +91,6 @@ void add_reconstruct(CLI::App& app, ChosenCommand& chosen) {
       ->capture_default_str();
   c->add_option("--rig", o.rig, "Rig whose reconstruction parameters replace the session's");
   c->add_option("--out", o.out, "Cloud file to write, .ply or .pcd (default: both, in SESSION/clouds)");
-  add_json_flag(c, o.json);
-}
-
-void add_report(CLI::App& app, ChosenCommand& chosen) {
-  CLI::App* c = app.add_subcommand("report",
-                                   "Reconstruct and score a session again, and write its pictures and its report.html; "
-                                   "or a benchmark's page from its results");
-  ReportOptions& o = options_of(c, chosen, &report);
-  c->footer("Example: tankrig report sessions/monday --coverage 1,2,5,10");
-  add_session_option(c, o.session);
-  add_coverage_option(c, o.coverage_mm);
   add_json_flag(c, o.json);
 }
 

@@ -17,6 +17,7 @@
 #include "apps/tankrig/scan/timing.hpp"
 #include "apps/tankrig/scan/used_calibration.hpp"
 #include "core/camera_file.hpp"
+#include "core/clock.hpp"
 #include "core/input_error.hpp"
 #include "core/range_words.hpp"
 #include "core/shown_text.hpp"
@@ -45,8 +46,8 @@ class LiveView {
     show_scene(rig);
     if (!parameters) return;
     LiveOptions options;
-    options.real_time = real_time;
-    if (Feed::one().heard()) options.line = [](const LiveLine& line) { Feed::one().points(line.points); };
+    if (real_time) options.now = [] { return MonotonicClock::one().now(); };
+    if (Feed::one().heard()) options.line = [](const LiveLine& line) { Feed::one().points(line.stamp, line.points); };
     const auto memory = static_cast<std::size_t>(::sysconf(_SC_PHYS_PAGES)) * static_cast<std::size_t>(::getpagesize());
     options.kept_bytes = std::min(options.kept_bytes, memory / 4);
     try {

@@ -1,22 +1,18 @@
 #include "apps/tankrig/scan/shown_frames.hpp"
 
 #include <fmt/format.h>
-#include <pthread.h>
-#include <sys/resource.h>
-#include <sys/syscall.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
 
 #include "apps/tankrig/command_line/feed.hpp"
 #include "bench/report/preview_picture.hpp"
+#include "core/thread_priority.hpp"
 
 namespace tankrig::app {
 namespace {
 
 constexpr auto kPeriod = std::chrono::milliseconds{200};
-constexpr int kNice = 10;
 constexpr double kSmooth = 0.2;  // of a period's newest value
 
 }  // namespace
@@ -52,8 +48,7 @@ void ShownFrames::frame(const FrameRecord& record, const cv::Mat& image) {
 }
 
 void ShownFrames::run() {
-  ::pthread_setname_np(::pthread_self(), "pictures");
-  ::setpriority(PRIO_PROCESS, static_cast<id_t>(::syscall(SYS_gettid)), kNice);
+  set_background("pictures");
   std::unique_lock lock(mutex_);
   while (!wake_.wait_for(lock, kPeriod, [this] { return ends_; })) {
     bool any = false;

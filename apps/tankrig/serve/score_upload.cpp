@@ -64,11 +64,6 @@ fs::path program_folder(const fs::path& unpacked) {
   throw InputError(fmt::format("archive: has no {}, expected an <algorithm> that names the program", kAlgorithmFile));
 }
 
-std::string without(std::string text, const std::string& hidden) {
-  for (std::size_t at; (at = text.find(hidden)) != std::string::npos;) text.erase(at, hidden.size());
-  return text;
-}
-
 /// Errors: InputError that does not name this machine's folders.
 Algorithm read_stranger(const fs::path& folder) {
   Algorithm algorithm;
@@ -107,7 +102,7 @@ Reconstruction run_archive(const ScoreOptions& o, const PipelineParameters& para
   Reconstruction out =
       external_reconstruction(algorithm, {opened.session, opened.joints, rig_yaml}, parameters.workspace,
                               StopOnSignal::requested(), Stranger{folder, o.to / "log.txt"});
-  if (!out.reason.empty()) throw InputError(without(out.reason, folder.string() + "/"));
+  if (!out.reason.empty()) throw InputError(out.reason);
   write_cloud(o.to / "cloud.ply", out.cloud);
   return out;
 }
