@@ -16,10 +16,17 @@ LiveDetector::LiveDetector(const CalibratedCamera& camera, const PipelineParamet
   job_.workspace = parameters.workspace;
 }
 
-void LiveDetector::add_dark(const cv::Mat& image) { dark_.push_back(image); }
+void LiveDetector::add_dark(const cv::Mat& image) {
+  dark_.push_back(image);
+  background_.release();
+}
+
+void LiveDetector::learn_dark() {
+  if (background_.empty() && !dark_.empty()) background_ = median_background(dark_);
+}
 
 void LiveDetector::learn(const cv::Mat& image) {
-  if (!dark_.empty()) background_ = median_background(std::exchange(dark_, {}));
+  learn_dark();
   if (looks_++ >= kLooks) return;
   StripeLook look = find_look(image, background_, detector_.orientation);
   if (looks_ == 1 || look.evidence > look_.evidence) look_ = std::move(look);

@@ -29,6 +29,8 @@ class LiveDetector {
   LiveDetector(const CalibratedCamera& camera, const PipelineParameters& parameters);
 
   void add_dark(const cv::Mat& image);
+  /// While there is time: what is made of the dark images so far. find_line() makes what is not there yet.
+  void learn_dark();
   /// Errors: InputError if the image is not of the camera's size.
   LiveLine find_line(const cv::Mat& image, const FrameRecord& frame, const Plane& cPl);
 

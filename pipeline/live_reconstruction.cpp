@@ -206,8 +206,14 @@ class LiveReconstruction::Work {
     std::optional<LiveDetector> detector;
     if (const CalibratedCamera* mono = session_.find_camera(CameraRole::kMono)) detector.emplace(*mono, parameters_);
     std::unique_lock lock(mutex_);
+    const auto something_to_do = [this] { return stop_ || settled_ || !waiting_.empty(); };
     while (true) {
-      news_.wait(lock, [this] { return stop_ || settled_ || !waiting_.empty(); });
+      if (!news_.wait_for(lock, kLastFrames, something_to_do)) {
+        lock.unlock();
+        if (detector) detector->learn_dark();
+        lock.lock();
+      }
+      news_.wait(lock, something_to_do);
       if (stop_ || waiting_.empty()) return;
       const Stamp begin = now();
       pass_over_late(begin);

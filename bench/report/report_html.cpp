@@ -185,7 +185,7 @@ std::string report_html(const ReportData& data) {
                            {"thresholds", section("rows", threshold_rows(data.methods))},
                            {"session", section("facts", fact_rows(data))},
                            {"command", data.command}},
-                       {{"view", std::string(kViewTemplate)}});
+                       {{"links", std::string(kLinksTemplate)}, {"view", std::string(kViewTemplate)}});
 }
 
 void write_report_html(const fs::path& file, const ReportData& data) { write_file_durably(file, report_html(data)); }

@@ -11,6 +11,9 @@ namespace tankrig {
 const std::string& cloud_view_program();  ///< draws cloud_view_json() by three.js
 const std::string& plots_program();       ///< draws chart_json() by uPlot
 
+/// For a page's head, links.html.mustache compiled in: in the console's frame its links ask the page around it.
+extern const char* const kLinksTemplate;
+
 /// Without a '<', so that a page can hold it in a <script>.
 std::string script_json(const nlohmann::ordered_json& data);
 

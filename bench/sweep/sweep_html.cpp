@@ -299,7 +299,7 @@ std::string sweep_html(const fs::path& folder, const Benchmark& benchmark, const
           {"command", "tankrig " + run.value("command", "bench") + " " + benchmark.file.filename().string() +
                           shared_options(run) + " --seed " + text_of(run, "seed")},
           {"facts", fact_nodes(run)}},
-      {{"table", std::string(kTable)}, {"view", std::string(kViewTemplate)}});
+      {{"links", std::string(kLinksTemplate)}, {"table", std::string(kTable)}, {"view", std::string(kViewTemplate)}});
 }
 
 }  // namespace tankrig

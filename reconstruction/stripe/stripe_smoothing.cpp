@@ -185,36 +185,6 @@ void scale_locally(const Series& s, const std::vector<double>& residuals, Fitted
     run[i].peak.sigma_px *= static_cast<float>(std::sqrt(sums[i] / weights[i]));
 }
 
-/// Mean of squares over what sigma lets expect; no gross one counts for more than a few.
-double capped_mean(const std::vector<double>& squares) {
-  constexpr double kPrior = 4, kMost = 100;
-  double sum = kPrior, weight = kPrior;
-  for (const double square : squares)
-    if (!std::isnan(square)) sum += std::min(square, kMost), weight += 1;
-  return sum / weight;
-}
-
-/// Squared distances of some points of [begin, end) from the parabola through 56 columns, over what sigma lets expect:
-/// what a line of few columns follows is an error all the same where neighbours share it.
-void add_long_residuals(const Series& run, std::size_t begin, std::size_t end, double correlation,
-                        std::vector<double>& residuals) {
-  constexpr int kReach = 28;
-  constexpr double kLeastLeft = 0.5;  // of the variance, beside a parabola
-  constexpr std::size_t kStep = 5, kLeast = 24;
-  std::size_t first = begin, last = begin;
-  for (std::size_t i = begin; i < end; i += kStep) {
-    const double column = run.column[i], own = 1 / run.weight[i];
-    while (first < i && column - run.column[first] > kReach) ++first;
-    while (last < end && run.column[last] - column <= kReach) ++last;
-    if (last - first < kLeast) continue;
-    const RunLine line = line_through(run, first, last, column);
-    if (!line.ok) continue;
-    const double value = line.value + line.bend_at * line.bend;
-    const double variance = correlation * (line.variance + line.bend_at * line.bend_at * line.bend_variance);
-    residuals.push_back(std::pow(run.position[i] - value, 2) / std::max(own - variance, kLeastLeft * own));
-  }
-}
-
 }  // namespace
 
 std::vector<double> calibrate_sigmas(std::vector<FittedRun>& runs) {
@@ -312,6 +282,42 @@ void smooth_piece(const Series& s, std::size_t begin, std::size_t end, int wides
   }
 }
 
+/// Of some points of a run, squared distances from the parabola through 56 columns over what sigma lets expect: what a
+/// line of few columns follows is an error all the same where neighbours share it.
+struct LongResiduals {
+  std::vector<double> single, smoothed;  ///< of the points as they are, and as lines have smoothed them
+};
+
+void add_long_residuals(const Series& s, std::size_t begin, std::size_t end, double correlation,
+                        const std::vector<std::optional<Smoothed>>& smooth, LongResiduals& residuals) {
+  constexpr int kReach = 28;
+  constexpr double kLeastLeft = 0.5;  // of the variance, beside a parabola
+  constexpr std::size_t kStep = 5, kLeast = 24;
+  std::size_t first = begin, last = begin;
+  for (std::size_t i = begin; i < end; i += kStep) {
+    const double column = s.column[i], own = 1 / s.weight[i];
+    while (first < i && column - s.column[first] > kReach) ++first;
+    while (last < end && s.column[last] - column <= kReach) ++last;
+    if (last - first < kLeast) continue;
+    const RunLine line = line_through(s, first, last, column);
+    if (!line.ok) continue;
+    const double value = line.value + line.bend_at * line.bend;
+    const double variance = correlation * (line.variance + line.bend_at * line.bend_at * line.bend_variance);
+    residuals.single.push_back(std::pow(s.position[i] - value, 2) / std::max(own - variance, kLeastLeft * own));
+    if (smooth[i] && variance < (1 - kLeastLeft) * smooth[i]->variance)
+      residuals.smoothed.push_back(std::pow(smooth[i]->value - value, 2) / (smooth[i]->variance - variance));
+  }
+}
+
+/// Mean of squares over what sigma lets expect; no gross one counts for more than a few.
+double capped_mean(const std::vector<double>& squares) {
+  constexpr double kPrior = 4, kMost = 100;
+  double sum = kPrior, weight = kPrior;
+  for (const double square : squares)
+    if (!std::isnan(square)) sum += std::min(square, kMost), weight += 1;
+  return sum / weight;
+}
+
 }  // namespace
 
 void smooth_run(FittedRun& run, int half_window, double correlation) {
@@ -321,11 +327,11 @@ void smooth_run(FittedRun& run, int half_window, double correlation) {
   std::vector<std::size_t> ends = breaks_of(raw, widest, correlation);
   ends.push_back(raw.size());
   std::vector<std::optional<Smoothed>> smooth(raw.size());
-  std::vector<double> long_residuals;
+  LongResiduals long_residuals;
   std::size_t begin = 0;
   for (const std::size_t end : ends) {
-    add_long_residuals(raw, begin, end, correlation, long_residuals);
     smooth_piece(raw, begin, end, widest, correlation, smooth);
+    add_long_residuals(raw, begin, end, correlation, smooth, long_residuals);
     begin = end;
   }
   std::vector<double> residuals(raw.size(), NAN);
@@ -336,9 +342,9 @@ void smooth_run(FittedRun& run, int half_window, double correlation) {
     run[i].peak.position = static_cast<float>(smooth[i]->value);
     run[i].peak.sigma_px = static_cast<float>(std::sqrt(smooth[i]->variance));
   }
-  const auto shared =
-      static_cast<float>(std::sqrt(std::max(1.0, capped_mean(long_residuals) / capped_mean(residuals))));
-  for (RunPoint& point : run) point.peak.sigma_px *= shared;
+  double shared = std::max(1.0, capped_mean(long_residuals.single) / capped_mean(residuals));
+  if (half_window > 0) shared = std::max(shared, capped_mean(long_residuals.smoothed));
+  for (RunPoint& point : run) point.peak.sigma_px *= static_cast<float>(std::sqrt(shared));
   scale_locally(raw, residuals, run);
 }
 

@@ -13,6 +13,7 @@
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <optional>
+#include <regex>
 #include <set>
 
 #include "console/feed/feed_format.hpp"
@@ -113,6 +114,13 @@ std::set<std::int64_t> told_frames(const Heard& heard) {
   return told;
 }
 
+/// Lit frames that the scan says it had no time for.
+std::size_t passed_over(const std::string& screen) {
+  std::smatch found;
+  return std::regex_search(screen, found, std::regex("live: (\\d+) of \\d+ frames passed over")) ? std::stoul(found[1])
+                                                                                                 : 0;
+}
+
 TEST(Feed, OfAScanTellsTheSceneTheSweepAndTheEnd) {
   const std::filesystem::path folder = scratch_folder();
   const Heard heard = run_on_terminal({"scan", "--rig", small_rig(folder), "--out", folder / "session"});
@@ -160,7 +168,8 @@ TEST(Feed, OfAScanTellsTheSceneTheSweepAndTheEnd) {
 
 TEST(Feed, OnTheWireBringsTheFramesPointsWithinHalfASecond) {
   constexpr Duration kWithin = std::chrono::milliseconds{500};
-  constexpr Duration kBearable = std::chrono::milliseconds{50};  // and still no frame is passed over
+  constexpr Duration kBearable = std::chrono::milliseconds{50};  // and still hardly a frame is passed over
+  constexpr double kInTime = 0.8;  // of the frames, at least; the background waits its turn
   const std::filesystem::path folder = scratch_folder(), rig = patient_wire_rig(folder / "rig");
   edit(folder / "rig/base.yaml", {{"from_rad: 1.3\n", "from_rad: 1.5\n"}, {"to_rad: 2.1", "to_rad: 1.9"}});
   std::optional<testing_support::MachineWitness> witness;  // its threads must not be there when the program is started
@@ -186,11 +195,12 @@ TEST(Feed, OnTheWireBringsTheFramesPointsWithinHalfASecond) {
   const Duration late = witness->latest(Stamp{*lit.begin()}, Stamp{*lit.rbegin()} + kWithin);
   std::printf("%zu of %zu lit frames, the latest after %.0f ms; the machine was late by %.1f ms\n", told.size(),
               lit.size(), 1e3 * seconds(latest), 1e3 * seconds(late));
+  EXPECT_EQ(told.size() + passed_over(heard.screen), lit.size());
   const Duration rest = kWithin - kLatestLine;
   if (late > rest) GTEST_SKIP() << testing_support::machine_was_late(late, rest);
   EXPECT_LE(latest, kWithin);
   if (late > kBearable) GTEST_SKIP() << testing_support::machine_was_late(late, kBearable);
-  EXPECT_EQ(told, lit);
+  EXPECT_GE(static_cast<double>(told.size()), kInTime * static_cast<double>(lit.size()));
 }
 
 TEST(Feed, OfAScanThatIsInterruptedEndsWithWhatWasConfirmed) {

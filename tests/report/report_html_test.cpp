@@ -147,6 +147,16 @@ TEST(Report, GroupsPicturesUnderTheirHeadingsAndLinksToFiles) {
   EXPECT_THAT(html, HasSubstr("<a href=\"clouds&#x2F;&quot;odd&quot;.ply\">"));
 }
 
+TEST(Report, ListensToItsLinksBeforeThereAreAny) {
+  ReportData data = some_report();
+  data.methods[0].files = {"clouds/laser.ply"};
+  const std::string html = report_html(data);
+  const std::size_t listens = html.find("addEventListener('click'");
+  ASSERT_NE(listens, std::string::npos);
+  EXPECT_LT(listens, html.find("</head>"));
+  EXPECT_EQ(html.find("<a href"), html.find("<a href", listens));
+}
+
 TEST(Report, HoldsEachByteOfAPicture) {
   const TemporaryFolder folder;
   ReportData data;
