@@ -75,8 +75,9 @@ void take(std::string_view message, Heard& heard) {
 }
 
 /// `on_text`: is told each text of the feed as it comes.
+/// `late`: looks at the feed when the program has ended.
 Heard run_on_terminal(std::vector<std::string> words,
-                      const std::function<void(const json&, TerminalProgram&)>& on_text = {}) {
+                      const std::function<void(const json&, TerminalProgram&)>& on_text = {}, bool late = false) {
   words.insert(words.begin(), TANKRIG_PROGRAM);
   TerminalProgram program(words);
   Heard heard;
@@ -84,12 +85,12 @@ Heard run_on_terminal(std::vector<std::string> words,
   bool over = false;
   while (!over) {
     std::array<pollfd, 3> wanted{
-        {{program.terminal(), POLLIN, 0}, {program.feed(), POLLIN, 0}, {program.end(), POLLIN, 0}}};
+        {{program.terminal(), POLLIN, 0}, {late ? -1 : program.feed(), POLLIN, 0}, {program.end(), POLLIN, 0}}};
     if (::poll(wanted.data(), wanted.size(), kPatience_ms) <= 0) break;
     over = wanted[2].revents != 0;
     for (ssize_t n; (n = ::read(program.terminal(), buffer.data(), buffer.size())) > 0;)
       heard.screen.append(buffer.data(), static_cast<std::size_t>(n));
-    for (ssize_t n; (n = ::recv(program.feed(), buffer.data(), buffer.size(), MSG_DONTWAIT)) > 0;) {
+    for (ssize_t n; (over || !late) && (n = ::recv(program.feed(), buffer.data(), buffer.size(), MSG_DONTWAIT)) > 0;) {
       const bool text = buffer.front() == static_cast<char>(FeedKind::kText);
       take({buffer.data(), static_cast<std::size_t>(n)}, heard);
       if (text && on_text) on_text(heard.texts.back(), program);
@@ -201,6 +202,14 @@ TEST(Feed, OnTheWireBringsTheFramesPointsWithinHalfASecond) {
   EXPECT_LE(latest, kWithin);
   if (late > kBearable) GTEST_SKIP() << testing_support::machine_was_late(late, kBearable);
   EXPECT_GE(static_cast<double>(told.size()), kInTime * static_cast<double>(lit.size()));
+}
+
+TEST(Feed, KeepsWhatIsSaidOnceForAListenerThatLooksLate) {
+  const std::filesystem::path folder = scratch_folder();
+  const Heard heard = run_on_terminal({"scan", "--rig", small_rig(folder), "--out", folder / "session"}, {}, true);
+  ASSERT_EQ(heard.exit_code, 0) << heard.screen;
+  for (const char* once : {"scene", "lux", "end", "scores"}) EXPECT_EQ(heard.of(once).size(), 1U) << once;
+  EXPECT_LT(told_frames(heard).size(), lit_frames(Session::open(folder / "session")).size()) << "all had room";
 }
 
 TEST(Feed, OfAScanThatIsInterruptedEndsWithWhatWasConfirmed) {

@@ -1,6 +1,8 @@
 #include "apps/tankrig/command_line/feed.hpp"
 
 #include <fcntl.h>
+#include <linux/sockios.h>
+#include <sys/ioctl.h>
 #include <sys/socket.h>
 
 #include <algorithm>
@@ -17,8 +19,10 @@
 namespace tankrig::app {
 namespace {
 
-constexpr int kWidest = 960;  // of a picture [px]
-constexpr int kQuality = 80;  // of its JPEG
+constexpr double kOfPictures = 0.5, kOfNewest = 0.75, kOfOnce = 1;  // room, by what is sent
+constexpr int kBuffer = 208 << 10;  // [bytes] asked for: what any Linux gives; it takes twice as much
+constexpr int kWidest = 960;        // of a picture [px]
+constexpr int kQuality = 80;        // of its JPEG
 constexpr std::size_t kMostPoints = (kMostFeedBytes - kPointsBegin) / (3 * sizeof(float));
 
 /// -1 unless the variable names a socket of the right kind.
@@ -37,6 +41,10 @@ int inherited_socket() noexcept {
 
 std::string begin(FeedKind kind) { return std::string(1, static_cast<char>(kind)); }
 
+std::string text_message(const nlohmann::ordered_json& message) {
+  return begin(FeedKind::kText) + message.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
 }  // namespace
 
 Feed& Feed::one() {
@@ -44,17 +52,27 @@ Feed& Feed::one() {
   return feed;
 }
 
-Feed::Feed() noexcept : socket_(inherited_socket()) {}
+Feed::Feed() noexcept : socket_(inherited_socket()) {
+  ::setsockopt(socket_, SOL_SOCKET, SO_SNDBUF, &kBuffer, sizeof kBuffer);
+  socklen_t size = sizeof buffer_;
+  ::getsockopt(socket_, SOL_SOCKET, SO_SNDBUF, &buffer_, &size);
+}
 
-void Feed::send(const std::string& message) noexcept {
-  if (message.size() > kMostFeedBytes) return;
+void Feed::send(const std::string& message, double room) noexcept {
   const int socket = socket_.load(std::memory_order_relaxed);
+  int waiting = 0;
+  ::ioctl(socket, SIOCOUTQ, &waiting);
+  if (message.size() > kMostFeedBytes || waiting + static_cast<double>(message.size()) > room * buffer_) return;
   if (::send(socket, message.data(), message.size(), MSG_DONTWAIT | MSG_NOSIGNAL) >= 0) return;
   if (errno == EPIPE || errno == ECONNRESET || errno == EBADF) socket_ = -1;
 }
 
 void Feed::tell(const nlohmann::ordered_json& message) noexcept {
-  if (heard()) send(begin(FeedKind::kText) + message.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+  if (heard()) send(text_message(message), kOfOnce);
+}
+
+void Feed::tell_newest(const nlohmann::ordered_json& message) noexcept {
+  if (heard()) send(text_message(message), kOfNewest);
 }
 
 void Feed::report(const std::filesystem::path& file) { tell({{"feed", "report"}, {"file", file.string()}}); }
@@ -68,7 +86,7 @@ void Feed::points(Stamp frame, const std::vector<CloudPoint>& points) noexcept {
       const Eigen::Vector3f p = points[i].p.cast<float>();
       message.append(reinterpret_cast<const char*>(p.data()), 3 * sizeof(float));
     }
-    send(message);
+    send(message, kOfPictures);
   }
 }
 
@@ -83,7 +101,7 @@ void Feed::picture(const std::string& camera, const cv::Mat& picture) noexcept {
     message += static_cast<char>(name.size());
     message += name;
     message += picture_jpeg(shown, kQuality);
-    send(message);
+    send(message, kOfPictures);
   } catch (const std::exception&) {  // a picture that nobody sees; the frame itself is recorded elsewhere
   }
 }

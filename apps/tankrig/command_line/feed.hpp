@@ -13,8 +13,8 @@
 
 namespace tankrig::app {
 
-/// Never waits: what a listener has no room for is lost, and one that has gone is not told again. Does nothing where
-/// nobody listens.
+/// Never waits: what a listener has no room for is lost, pictures and points first, what is said once last. One that has
+/// gone is not told again. Does nothing where nobody listens.
 /// Threads: any.
 class Feed {
  public:
@@ -23,6 +23,8 @@ class Feed {
 
   bool heard() const noexcept { return socket_.load(std::memory_order_relaxed) >= 0; }
   void tell(const nlohmann::ordered_json& message) noexcept;
+  /// What is soon told anew.
+  void tell_newest(const nlohmann::ordered_json& message) noexcept;
   /// The page that a command has left; a path from the working directory.
   void report(const std::filesystem::path& file);
   /// `frame`: the stamp of the one they are from. Frame: b.
@@ -32,9 +34,11 @@ class Feed {
 
  private:
   Feed() noexcept;
-  void send(const std::string& message) noexcept;
+  /// `room`: share of the socket's buffer that may then be in use.
+  void send(const std::string& message, double room) noexcept;
 
   std::atomic<int> socket_{-1};
+  int buffer_ = 0;  ///< the socket's [bytes]
 };
 
 }  // namespace tankrig::app

@@ -49,7 +49,7 @@ void Progress::update(const std::string& stage, double fraction, const std::stri
   const bool new_stage = stage != stage_;
   if (Feed::one().heard() && (new_stage || fraction >= 1 || now - fed_ >= std::chrono::milliseconds(100))) {
     fed_ = now;
-    Feed::one().tell({{"feed", "progress"}, {"stage", stage}, {"fraction", fraction}, {"detail", detail}});
+    Feed::one().tell_newest({{"feed", "progress"}, {"stage", stage}, {"fraction", fraction}, {"detail", detail}});
   }
   if (!terminal_) {
     if (new_stage) end_stage(), std::fprintf(stderr, "%s\n", stage.c_str());

@@ -32,7 +32,7 @@ inline void show_cameras(const std::vector<CameraView>& cameras) {
     if (camera.lost) one["lost"] = *camera.lost;
     said["cameras"].push_back(std::move(one));
   }
-  Feed::one().tell(said);
+  Feed::one().tell_newest(said);
 }
 
 }  // namespace tankrig::app

@@ -79,7 +79,7 @@ void show_state(const RigConfig& rig, const ScanProgress& progress) {
   for (const CameraProgress& camera : progress.cameras) state["lost"][camera.name] = camera.left_out;
   if (progress.wake_ups) state["wake_ups"] = json_of(*progress.wake_ups, progress.overruns);
   if (progress.laser) state["laser"] = progress.laser->emitting ? "on" : progress.laser->powered ? "warming up" : "off";
-  Feed::one().tell(state);
+  Feed::one().tell_newest(state);
 }
 
 void show_lux(double lux, const std::string& source) {
