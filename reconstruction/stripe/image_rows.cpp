@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <type_traits>
 #include <vector>
 
 #include "reconstruction/stripe/vectorised.hpp"
@@ -29,20 +30,23 @@ void keep_brighter(const std::uint8_t* __restrict bgr, int columns, int y, std::
 TANKRIG_VECTORISED
 void select_bytes(const std::uint8_t* const* rows, int count, int rank, int columns, std::uint8_t* out) {
   constexpr int kBlock = 64;
-  for (int begin = 0; begin < columns; begin += kBlock) {
-    const int length = std::min(kBlock, columns - begin);
-    std::uint8_t found[kBlock] = {}, tried[kBlock], values[kBlock] = {};
-    std::int16_t below[kBlock];
+  std::uint8_t found[kBlock], tried[kBlock], values[kBlock] = {};
+  std::int16_t below[kBlock];
+  const auto select = [&](int begin, auto length) {
+    for (int i = 0; i < kBlock; ++i) found[i] = 0;
     for (int bit = 128; bit > 0; bit /= 2) {
       for (int i = 0; i < kBlock; ++i) tried[i] = static_cast<std::uint8_t>(found[i] | bit), below[i] = 0;
       for (int row = 0; row < count; ++row) {
-        std::memcpy(values, rows[row] + begin, static_cast<std::size_t>(length));
+        std::memcpy(values, rows[row] + begin, length);
         for (int i = 0; i < kBlock; ++i) below[i] = static_cast<std::int16_t>(below[i] + (values[i] < tried[i]));
       }
       for (int i = 0; i < kBlock; ++i) found[i] = below[i] <= rank ? tried[i] : found[i];
     }
-    std::memcpy(out + begin, found, static_cast<std::size_t>(length));
-  }
+    std::memcpy(out + begin, found, length);
+  };
+  if (columns < kBlock) return select(0, static_cast<std::size_t>(columns));
+  for (int next = 0; next < columns; next += kBlock)  // the last block overlaps the one before
+    select(std::min(next, columns - kBlock), std::integral_constant<std::size_t, kBlock>{});
 }
 
 TANKRIG_VECTORISED
