@@ -206,7 +206,9 @@ TEST(Feed, OnTheWireBringsTheFramesPointsWithinHalfASecond) {
 
 TEST(Feed, KeepsWhatIsSaidOnceForAListenerThatLooksLate) {
   const std::filesystem::path folder = scratch_folder();
-  const Heard heard = run_on_terminal({"scan", "--rig", small_rig(folder), "--out", folder / "session"}, {}, true);
+  const std::filesystem::path rig = small_rig(folder);
+  edit(rig, {{"from_rad: 1.68", "from_rad: 1.4"}});
+  const Heard heard = run_on_terminal({"scan", "--rig", rig, "--out", folder / "session"}, {}, true);
   ASSERT_EQ(heard.exit_code, 0) << heard.screen;
   for (const char* once : {"scene", "lux", "end", "scores"}) EXPECT_EQ(heard.of(once).size(), 1U) << once;
   EXPECT_LT(told_frames(heard).size(), lit_frames(Session::open(folder / "session")).size()) << "all had room";

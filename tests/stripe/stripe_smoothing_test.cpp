@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdio>
 #include <random>
 
 namespace tankrig {
@@ -29,16 +30,16 @@ FittedRun run_along(Shape shape, double reach, unsigned seed) {
   return run;
 }
 
-/// Root mean square of the points' errors over their own sigmas, without smoothing.
+/// Root mean square of the points' errors over their own sigmas.
 template <class Shape>
-double error_over_sigma(Shape shape, double reach) {
+double error_over_sigma(Shape shape, double reach, int smoothing = 0) {
   constexpr unsigned kSeeds = 20;
   double sum = 0;
   int points = 0;
   for (unsigned seed = 1; seed <= kSeeds; ++seed) {
     std::vector<FittedRun> runs{run_along(shape, reach, seed)};
     const std::vector<double> correlations = calibrate_sigmas(runs);
-    smooth_run(runs[0], 0, correlations[0]);
+    smooth_run(runs[0], smoothing, correlations[0]);
     for (const RunPoint& p : runs[0]) {
       sum += std::pow((p.peak.position - shape(p.peak.column)) / p.peak.sigma_px, 2);
       ++points;
@@ -78,6 +79,38 @@ TEST(StripeSmoothing, SigmasAreNearlyHonestWhereNeighboursShareTheirErrors) {
     EXPECT_GT(on_line, 0.9) << reach << " columns";
     EXPECT_NEAR(on_arc, on_line, 0.1) << reach << " columns";
   }
+}
+
+TEST(StripeSmoothing, SmoothedSigmasAreHonestWhereErrorsAreIndependent) {
+  for (const auto shape : {line, arc, wave}) {
+    const double found = error_over_sigma(shape, 0, 10);
+    std::printf("smoothed error over sigma: %.3f\n", found);
+    EXPECT_NEAR(found, 1, 0.15);
+  }
+}
+
+/// As on a board's squares, or in a picture's blocks.
+TEST(StripeSmoothing, SmoothedSigmasHoldWhatBlocksOfNeighboursShare) {
+  constexpr int kBlock = 16;
+  constexpr unsigned kSeeds = 20;
+  double squares = 0;
+  for (unsigned seed = 1; seed <= kSeeds; ++seed) {
+    std::vector<FittedRun> runs{run_along(line, 0, seed)};
+    std::mt19937 random(seed);
+    std::normal_distribution<double> normal(0, 0.5 * kError);
+    double shared = 0;
+    for (int x = 0; x < kColumns; ++x) {
+      if (x % kBlock == 0) shared = normal(random);
+      runs[0][x].peak.position += static_cast<float>(shared);
+    }
+    const std::vector<double> correlations = calibrate_sigmas(runs);
+    smooth_run(runs[0], 10, correlations[0]);
+    for (const RunPoint& p : runs[0]) squares += std::pow((p.peak.position - line(p.peak.column)) / p.peak.sigma_px, 2);
+  }
+  const double found = std::sqrt(squares / (kSeeds * kColumns));
+  std::printf("smoothed error over sigma: %.3f, seeds 1 to %u\n", found, kSeeds);
+  EXPECT_LT(found, 1.39);  // a parabola follows a part of it
+  EXPECT_GT(found, 0.9);
 }
 
 /// A point's line is fitted with its neighbours' where no column is missing, and alone near an end.
