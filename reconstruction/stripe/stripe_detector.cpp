@@ -17,6 +17,7 @@
 #include "reconstruction/stripe/plateau_fit.hpp"
 #include "reconstruction/stripe/profile_fit.hpp"
 #include "reconstruction/stripe/ridge_filter.hpp"
+#include "reconstruction/stripe/section_colour.hpp"
 #include "reconstruction/stripe/stripe_path.hpp"
 #include "reconstruction/stripe/stripe_selection.hpp"
 #include "reconstruction/stripe/stripe_smoothing.hpp"
@@ -32,7 +33,7 @@ constexpr int kAll = std::numeric_limits<int>::max();
 constexpr int kCoreReach = 10;         ///< [px] to either side of a white core
 constexpr double kSkirt = 20;          ///< [DN] of the stripe's colour beside its white core
 constexpr double kWideFilter = 2.2;    ///< [px] sd from which every second row tells its peaks
-constexpr double kSignificance = 4.0;  ///< sigmas beyond which a shape or a colour is not chance
+constexpr double kSignificance = 4.0;  ///< sigmas beyond which a shape is not chance
 constexpr double kBlurred = 0.5;       ///< [DN] noise that leaves no bands of a smooth light's rounding
 constexpr double kBand = 1.5;          ///< [DN] in each channel: more than the height of such a band
 
@@ -64,7 +65,8 @@ class ColumnDetector {
         clipped_(image, appearance_.light),
         faintest_(faintest_channel(appearance_.light, background)),
         cores_(image, faintest_),
-        fitter_(appearance_.sd_px, background.empty()) {}
+        fitter_(appearance_.sd_px, background.empty()),
+        colours_(image, background, appearance_, fitter_.half_window()) {}
 
   StripeDetection detect() {
     const RidgeCandidates candidates = find_candidates();
@@ -270,10 +272,10 @@ class ColumnDetector {
         ++statistics.too_wide;
       } else if (skewness > p.max_skew && skewness > kSignificance * fit.skewness_sigma) {
         ++statistics.skewed;
-      } else if (has_rival(candidates, point)) {
+      } else if (colours_.has_rival(candidates, point, p)) {
         ++statistics.ambiguous;
       } else {
-        out.push_back({peak_of(point.column, fit), fit.amplitude, colour_at(point.column, fit.position)});
+        out.push_back({peak_of(point.column, fit), fit.amplitude, colours_.at(point.column, fit.position)});
       }
     }
     return out;
@@ -325,76 +327,6 @@ class ColumnDetector {
       fill([](auto light) { return light(0); });
     else
       fill([](auto light) { return light(0) + light(1) + light(2); });
-  }
-
-  /// Candidates in line with one, and their light.
-  struct Line {
-    int columns = 0;  ///< beside its own
-    SectionColour colour;
-  };
-
-  Line line_at(const RidgeCandidates& candidates, int middle, double row) const {
-    constexpr int kReach = 6;
-    Line line;
-    for (int column = std::max(0, middle - kReach); column <= std::min(candidates.columns() - 1, middle + kReach);
-         ++column)
-      for (int k = 0; k < candidates.count(column); ++k) {
-        const double found = candidates.at(column, k).row;
-        if (std::abs(found - row) > parameters_.max_step_px * std::abs(column - middle)) continue;
-        line.columns += column != middle;
-        line.colour += colour_at(column, found);
-        break;
-      }
-    return line;
-  }
-
-  /// Another line in this column, almost as strong and continued on both sides. The laser's light has one colour wherever
-  /// it falls: beside a point of that colour a line of another is no rival.
-  bool has_rival(const RidgeCandidates& candidates, const PathPoint& point) const {
-    constexpr int kNeeded = 9;
-    for (int k = 0; k < candidates.count(point.column); ++k) {
-      const RidgeCandidate& rival = candidates.at(point.column, k);
-      if (std::abs(rival.row - point.candidate.row) < 4 * appearance_.sd_px + 2) continue;
-      if (rival.snr < parameters_.max_second_peak * point.candidate.snr) continue;
-      const Line line = line_at(candidates, point.column, rival.row);
-      if (line.columns >= kNeeded &&
-          !(differs(line.colour) && !differs(line_at(candidates, point.column, point.candidate.row).colour)))
-        return true;
-    }
-    return false;
-  }
-
-  bool differs(const SectionColour& colour) const {
-    if (!(appearance_.colour.norm() > 0)) return false;
-    return is_another_colour(colour.light, kSignificance * std::sqrt(colour.variance), appearance_.colour.normalized());
-  }
-
-  /// Of the pixels that are not clipped, above the mean of two pixels on either side beyond the profile.
-  SectionColour colour_at(int column, double row) const {
-    SectionColour colour;
-    const int channels = image_.channels(), reach = fitter_.half_window();
-    const int centre = static_cast<int>(std::lround(row));
-    const int first = centre - reach, last = centre + reach;
-    if (channels < 3 || first < 1 || last + 1 >= image_.rows) return colour;
-    const bool dark = !background_.empty();
-    const auto light = [&](int y, int c) {
-      const auto at = static_cast<std::ptrdiff_t>(column) * channels + c;
-      return static_cast<double>(image_.ptr<std::uint8_t>(y)[at] - (dark ? background_.ptr<std::uint8_t>(y)[at] : 0));
-    };
-    Eigen::Vector3d base;
-    for (int c = 0; c < 3; ++c)
-      base[c] = 0.25 * (light(first - 1, c) + light(first, c) + light(last, c) + light(last + 1, c));
-    int used = 0, sums[3] = {};
-    for (int y = first + 1; y < last; ++y) {
-      const std::uint8_t* pixel = image_.ptr<std::uint8_t>(y, column);
-      if (pixel[0] == 255 || pixel[1] == 255 || pixel[2] == 255) continue;
-      const std::uint8_t* unlit = dark ? background_.ptr<std::uint8_t>(y, column) : nullptr;
-      for (int c = 0; c < 3; ++c) sums[c] += pixel[c] - (unlit ? unlit[c] : 0);
-      ++used;
-    }
-    for (int c = 0; c < 3; ++c) colour.light[c] = sums[c] - used * base[c];
-    colour.variance = appearance_.noise * appearance_.noise * (used + 0.25 * used * used);
-    return colour;
   }
 
   ProfileFit fit_values(double start, double contrast, const float* reflectance = nullptr) const {
@@ -546,6 +478,7 @@ class ColumnDetector {
   std::array<float, 3> faintest_;
   ClippedRuns cores_;
   ProfileFitter fitter_;
+  SectionColours colours_;
   int response_step_ = 1;  ///< rows from one of the filter's responses to the next
   double typical_snr_ = 0;
   double contrast_ = 0;  ///< of speckle

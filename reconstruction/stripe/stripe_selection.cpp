@@ -79,12 +79,6 @@ void drop_edges(std::vector<FittedRun>& runs, const StripeParameters& parameters
   }
 }
 
-bool is_another_colour(const Eigen::Vector3d& light, double tolerance, const Eigen::Vector3d& stripe) {
-  constexpr double kMaxAngle = 0.35;
-  const double along = light.dot(stripe), across = (light - along * stripe).norm();
-  return across >= tolerance && across >= std::tan(kMaxAngle) * along;
-}
-
 void drop_strangers(std::vector<FittedRun>& runs, const StripeParameters& parameters, StripeStatistics& statistics) {
   constexpr int kShort = 4;  // in shortest runs
   constexpr double kSigmas = 4;

@@ -1,28 +1,12 @@
 // Fitted points of a stripe in runs: which to keep, and why not the others.
 #pragma once
 
-#include <Eigen/Core>
 #include <vector>
 
+#include "reconstruction/stripe/section_colour.hpp"
 #include "reconstruction/stripe/stripe_detector.hpp"
 
 namespace tankrig {
-
-/// Of a section across the stripe, or of several: light above what lies beside it, per channel, where not clipped.
-struct SectionColour {
-  Eigen::Vector3d light = Eigen::Vector3d::Zero();
-  double variance = 0;  ///< of each channel
-
-  SectionColour& operator+=(const SectionColour& other) {
-    light += other.light;
-    variance += other.variance;
-    return *this;
-  }
-};
-
-/// Whether `light` is off the direction `stripe`, of unit length, by more than `tolerance` and more than the camera's
-/// response may turn it.
-bool is_another_colour(const Eigen::Vector3d& light, double tolerance, const Eigen::Vector3d& stripe);
 
 struct RunPoint {
   StripePeak peak;

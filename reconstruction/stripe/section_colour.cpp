@@ -1,0 +1,77 @@
+#include "reconstruction/stripe/section_colour.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace tankrig {
+
+bool is_another_colour(const Eigen::Vector3d& light, double tolerance, const Eigen::Vector3d& stripe) {
+  constexpr double kMaxAngle = 0.35;
+  const double along = light.dot(stripe), across = (light - along * stripe).norm();
+  return across >= tolerance && across >= std::tan(kMaxAngle) * along;
+}
+
+SectionColour SectionColours::at(int column, double row) const {
+  SectionColour colour;
+  const int channels = image_.channels(), centre = static_cast<int>(std::lround(row));
+  const int first = centre - reach_, last = centre + reach_;
+  if (channels < 3 || first < 1 || last + 1 >= image_.rows) return colour;
+  const bool dark = !background_.empty();
+  const auto light = [&](int y, int c) {
+    const auto at = static_cast<std::ptrdiff_t>(column) * channels + c;
+    return static_cast<double>(image_.ptr<std::uint8_t>(y)[at] - (dark ? background_.ptr<std::uint8_t>(y)[at] : 0));
+  };
+  Eigen::Vector3d base;
+  for (int c = 0; c < 3; ++c)
+    base[c] = 0.25 * (light(first - 1, c) + light(first, c) + light(last, c) + light(last + 1, c));
+  int used = 0, sums[3] = {};
+  for (int y = first + 1; y < last; ++y) {
+    const std::uint8_t* pixel = image_.ptr<std::uint8_t>(y, column);
+    if (pixel[0] == 255 || pixel[1] == 255 || pixel[2] == 255) continue;
+    const std::uint8_t* unlit = dark ? background_.ptr<std::uint8_t>(y, column) : nullptr;
+    for (int c = 0; c < 3; ++c) sums[c] += pixel[c] - (unlit ? unlit[c] : 0);
+    ++used;
+  }
+  for (int c = 0; c < 3; ++c) colour.light[c] = sums[c] - used * base[c];
+  colour.variance = appearance_.noise * appearance_.noise * (used + 0.25 * used * used);
+  return colour;
+}
+
+SectionColours::Line SectionColours::line_at(const RidgeCandidates& candidates, int middle, double row,
+                                             double max_step_px) const {
+  constexpr int kReach = 6;
+  Line line;
+  for (int column = std::max(0, middle - kReach); column <= std::min(candidates.columns() - 1, middle + kReach);
+       ++column)
+    for (int k = 0; k < candidates.count(column); ++k) {
+      const double found = candidates.at(column, k).row;
+      if (std::abs(found - row) > max_step_px * std::abs(column - middle)) continue;
+      line.columns += column != middle;
+      line.colour += at(column, found);
+      break;
+    }
+  return line;
+}
+
+bool SectionColours::has_rival(const RidgeCandidates& candidates, const PathPoint& point,
+                               const StripeParameters& parameters) const {
+  constexpr int kNeeded = 9;
+  for (int k = 0; k < candidates.count(point.column); ++k) {
+    const RidgeCandidate& rival = candidates.at(point.column, k);
+    if (std::abs(rival.row - point.candidate.row) < 4 * appearance_.sd_px + 2) continue;
+    if (rival.snr < parameters.max_second_peak * point.candidate.snr) continue;
+    const Line line = line_at(candidates, point.column, rival.row, parameters.max_step_px);
+    if (line.columns < kNeeded) continue;
+    if (!differs(line.colour)) return true;
+    if (differs(line_at(candidates, point.column, point.candidate.row, parameters.max_step_px).colour)) return true;
+  }
+  return false;
+}
+
+bool SectionColours::differs(const SectionColour& colour) const {
+  if (!(appearance_.colour.norm() > 0)) return false;
+  constexpr double kSigmas = 4;
+  return is_another_colour(colour.light, kSigmas * std::sqrt(colour.variance), appearance_.colour.normalized());
+}
+
+}  // namespace tankrig
