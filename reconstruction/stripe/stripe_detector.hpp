@@ -13,7 +13,7 @@
 //  6. points that are wide, lopsided, beside a jump, in the blur beyond an edge, alone, of another colour, without added
 //  light or doubled by a reflection are rejected and counted
 //  7. sigma from noise and residuals, then calibrated by how the points scatter along the stripe, near and over 40
-//  columns: what neighbours share is an error, too
+//  columns: what neighbours share is an error, too; after smoothing by how far they are from a parabola over 56
 //  8. a local line along the stripe that stops at bends
 // Sources: Steger 1998 (filter), Naidu & Fisher 1991 (sub-pixel), Viterbi 1967 (path).
 #pragma once
