@@ -204,6 +204,15 @@ TEST(SessionList, NamesWhatIsNoSessionAnyMore) {
                  {"gone", "expected a folder of sessions"});
 }
 
+TEST(Init, CopiesARigWithAllThatItIsBasedOn) {
+  for (const char* of : {"tank-sim", "tank-true", "tank-true-wire"}) {
+    const fs::path rig = scratch_folder() / of;
+    ASSERT_EQ(run_tankrig({"init", rig.string(), "--from", of}).exit_code, 0);
+    const ProgramRun run = run_tankrig({"scan", "--rig", (rig / "rig.yaml").string(), "--dry-run"});
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+  }
+}
+
 TEST(DryRun, NeedsNoDevice) {
   const fs::path rig = scratch_folder() / "rig";
   ASSERT_EQ(run_tankrig({"init", rig.string(), "--from", "tank-wire"}).exit_code, 0);

@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <regex>
 #include <sstream>
+#include <utility>
 
 #include "apps/tankrig/bench/bench_names.hpp"
 #include "apps/tankrig/calibrate/targets.hpp"
@@ -123,13 +124,13 @@ int init(const InitOptions& options) {
   const auto rig_text = [&](const fs::path& of) {
     return without_folder(without_folder(read_whole_file(of), scene.filename()), mesh.filename());
   };
-  if (!root.has("base")) {
-    write_file_durably(building / "rig.yaml", named(rig_text(file), name));
-  } else {
-    write_file_durably(building / "base.yaml", rig_text(root.path("base")));
-    const std::string text =
-        std::regex_replace(rig_text(file), std::regex(R"((^|\n)base: *[^ #\n]+)"), "$1base: base.yaml");
-    write_file_durably(building / "rig.yaml", named(text, name));
+  std::string as = "rig.yaml", base = "base.yaml";
+  for (fs::path of = file; !of.empty(); as = std::exchange(base, "base_of_" + base)) {
+    const ConfigNode rig = rig_file(of);
+    std::string text = rig_text(of);
+    if (rig.has("base")) text = std::regex_replace(text, std::regex(R"((^|\n)base: *[^ #\n]+)"), "$1base: " + base);
+    write_file_durably(building / as, of == file ? named(text, name) : text);
+    of = rig.has("base") ? fs::path(rig.path("base")) : fs::path();
   }
   write_file_durably(building / scene.filename(), without_folder(read_whole_file(scene), mesh.filename()));
   write_file_durably(building / mesh.filename(), read_whole_file(mesh));
