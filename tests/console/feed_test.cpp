@@ -169,7 +169,7 @@ TEST(Feed, OfAScanTellsTheSceneTheSweepAndTheEnd) {
 
 TEST(Feed, OnTheWireBringsTheFramesPointsWithinHalfASecond) {
   constexpr Duration kWithin = std::chrono::milliseconds{500};
-  constexpr Duration kBearable = std::chrono::milliseconds{50};  // and still hardly a frame is passed over
+  constexpr Duration kBearable = std::chrono::milliseconds{50};  // and still most frames are told
   constexpr double kInTime = 0.8;  // of the frames, at least; the background waits its turn
   const std::filesystem::path folder = scratch_folder(), rig = patient_wire_rig(folder / "rig");
   edit(folder / "rig/base.yaml", {{"from_rad: 1.3\n", "from_rad: 1.5\n"}, {"to_rad: 2.1", "to_rad: 1.9"}});

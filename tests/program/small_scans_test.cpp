@@ -68,6 +68,7 @@ TEST(CalibrateTime, FindsAnInjectedOffsetAndKeepsTheSessionWhole) {
   recorded(rig, session);
   const ProgramRun run = run_tankrig({"calibrate", "time", session.string(), "--json"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_NEAR(run.json().at("time_offset_s").get<double>(), 0.020, 0.001);
   const auto interval = run.json().at("interval_95_s").get<std::array<double, 2>>();
   EXPECT_LT(interval[0], 0.020);
   EXPECT_GT(interval[1], 0.020);
