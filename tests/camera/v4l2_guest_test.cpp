@@ -5,10 +5,12 @@
 #include <unistd.h>
 
 #include <cmath>
+#include <condition_variable>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <mutex>
 
 #include "core/clock.hpp"
 #include "core/input_error.hpp"
@@ -448,14 +450,32 @@ TEST_F(V4l2GuestLoopback, WrittenPicturesAreCountedByTheKernel) {
 
 TEST_F(V4l2GuestLoopback, V4l2CtlSeesAndStreamsTheEmulatedCamera) {
   if (std::system("v4l2-ctl --version >/dev/null 2>&1") != 0) GTEST_SKIP() << "v4l2-ctl is not installed";
-  // The device's four buffers go round: v4l2-ctl must have written a picture out before its buffer's next turn.
-  emulation.rate_hz = 4;
-  sim::V4l2OutputEmulator emulator(emulation, source(1));
-  const auto run = [](const std::string& command) {
+  // v4l2loopback may write a picture over one that is being read: each waits here until v4l2-ctl, however late, has
+  // written the last one out. Without stdbuf the end of a picture would stay in v4l2-ctl.
+  constexpr std::size_t kPicture = 320 * 240;
+  std::mutex mutex;
+  std::condition_variable wake;
+  std::size_t given = 0, read = 0;
+  const auto read_on = [&](std::size_t pictures) {
+    {
+      const std::lock_guard lock(mutex);
+      read = pictures;
+    }
+    wake.notify_all();
+  };
+  const auto give = [&](std::uint64_t index, Stamp, Duration) {
+    std::unique_lock lock(mutex);
+    wake.wait(lock, [&] { return given <= read; });
+    ++given;
+    return picture(index, 1);
+  };
+  sim::V4l2OutputEmulator emulator(emulation, give);
+  const auto run = [&](const std::string& command) {
     std::string output;
     FILE* pipe = ::popen(command.c_str(), "r");
     char bytes[65536];
-    for (std::size_t n; (n = std::fread(bytes, 1, sizeof bytes, pipe)) > 0;) output.append(bytes, n);
+    for (ssize_t n; (n = ::read(::fileno(pipe), bytes, sizeof bytes)) > 0; read_on(output.size() / kPicture))
+      output.append(bytes, static_cast<std::size_t>(n));
     return std::pair(::pclose(pipe), output);
   };
   const auto [seen, text] = run("v4l2-ctl -d /dev/video10 --get-fmt-video --list-formats 2>&1");
@@ -463,9 +483,9 @@ TEST_F(V4l2GuestLoopback, V4l2CtlSeesAndStreamsTheEmulatedCamera) {
   EXPECT_THAT(text, HasSubstr("320/240"));
   EXPECT_THAT(text, HasSubstr("'GREY'"));
   const auto [streamed, bytes] =
-      run("timeout 60 v4l2-ctl -d /dev/video10 --stream-mmap --stream-count=15 --stream-to=- 2>/dev/null");
+      run("timeout 60 stdbuf -o0 v4l2-ctl -d /dev/video10 --stream-mmap --stream-count=15 --stream-to=- 2>/dev/null");
+  read_on(1000);  // the emulator's thread may end
   EXPECT_EQ(streamed, 0);
-  constexpr std::size_t kPicture = 320 * 240;
   ASSERT_EQ(bytes.size(), 15 * kPicture);
   for (std::size_t i = 0; i < 15; ++i) {
     const auto index = static_cast<std::uint8_t>(bytes[i * kPicture]);  // its first pixel
