@@ -21,6 +21,7 @@ struct Flanks {
   ClippedRun core;
   double middle, height;
   bool sloped;
+  const float* reflectance;
 
   struct Sums {
     Matrix5 normal = Matrix5::Zero();
@@ -38,11 +39,12 @@ struct Flanks {
       const bool clipped = static_cast<int>(i) >= core.first && static_cast<int>(i) <= core.last;
       const double exponent = k * (e2 - x * x);
       if (clipped && exponent > 0.5) continue;
-      const double g = height * std::exp(std::min(exponent, kMaxExponent));
-      const double residual = values[i] - p[3] - p[4] * t - g;
+      const double share = reflectance ? reflectance[i] : 1;
+      const double g = share * height * std::exp(std::min(exponent, kMaxExponent));
+      const double residual = values[i] - share * (p[3] + p[4] * t) - g;
       if (clipped && residual < 0) continue;
       Vector5 j;
-      j << g * 2 * k * x, g * 2 * k * e2, g * exponent, 1, sloped ? t : 0;
+      j << g * 2 * k * x, g * 2 * k * e2, g * exponent, share, sloped ? share * t : 0;
       s.normal.selfadjointView<Eigen::Lower>().rankUpdate(j);
       s.right += j * residual;
       s.squares += residual * residual;
@@ -63,13 +65,16 @@ double fall(const std::vector<float>& values, int from, int step, double level) 
 
 }  // namespace
 
-PlateauFit fit_plateau(const std::vector<float>& values, const ClippedRun& core, double noise, bool sloped) {
+PlateauFit fit_plateau(const std::vector<float>& values, const ClippedRun& core, double noise, bool sloped,
+                       const float* reflectance) {
   PlateauFit fit;
   const int n = static_cast<int>(values.size());
   if (core.first < kFlankPixels || core.last + kFlankPixels >= n) return fit;
   double top = 0;
   for (int i = core.first; i <= core.last; ++i) top += values[i] / core.width();
-  const double base = 0.25 * (values[0] + values[1] + values[n - 2] + values[n - 1]);
+  double ends = 0, shares = 0;
+  for (const int i : {0, 1, n - 2, n - 1}) ends += values[i], shares += reflectance ? reflectance[i] : 1;
+  const double base = ends / shares;
   const double height = top - base, middle = 0.5 * (core.first + core.last);
   if (!(height > 8 * noise)) return fit;
 
@@ -79,7 +84,7 @@ PlateauFit fit_plateau(const std::vector<float>& values, const ClippedRun& core,
   const double e = 0.5 * (core.last - core.first), outer = e + 0.5 * (left + right);
   Vector5 p;
   p << middle + 0.5 * (right - left), std::log(e), std::log(1.2 / (outer * outer - e * e)), base, 0;
-  const Flanks flanks{values, core, middle, height, sloped};
+  const Flanks flanks{values, core, middle, height, sloped, reflectance};
   Flanks::Sums at = flanks.sums(p);
   double damping = 1e-3;
   for (int iteration = 0; iteration < 20; ++iteration) {

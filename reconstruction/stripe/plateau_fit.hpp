@@ -20,6 +20,8 @@ struct PlateauFit {
 /// Censored least squares: background + height * exp(k * (e^2 - (x - centre)^2)) with e, k, centre and background free;
 /// a clipped value is a lower bound. Not ok where a flank is missing or the two are not mirror images.
 /// `core`: the values that are clipped; `noise`: sd of a value; `sloped`: the background is a line instead of a constant.
-PlateauFit fit_plateau(const std::vector<float>& values, const ClippedRun& core, double noise, bool sloped);
+/// `reflectance`: of the surface at each value, 1 at most, where it changes; all light is in proportion to it.
+PlateauFit fit_plateau(const std::vector<float>& values, const ClippedRun& core, double noise, bool sloped,
+                       const float* reflectance = nullptr);
 
 }  // namespace tankrig

@@ -54,6 +54,8 @@ class ProfileFitter {
   /// `sd` of the profile [px]; `sloped`: the background is a line instead of a constant.
   ProfileFitter(double sd, bool sloped);
 
+  double sd() const { return shape_.sd; }
+
   /// Half of the window, in whole pixels.
   int half_window() const { return shape_.half_window; }
 

@@ -12,6 +12,8 @@ bool is_another_colour(const Eigen::Vector3d& light, double tolerance, const Eig
 }
 
 SectionColour SectionColours::at(int column, double row) const {
+  constexpr double kEdge = 0.7;   // of the brighter end: how much darker the other is
+  constexpr double kClear = 6.0;  // noise
   SectionColour colour;
   const int channels = image_.channels(), centre = static_cast<int>(std::lround(row));
   const int first = centre - reach_, last = centre + reach_;
@@ -21,9 +23,16 @@ SectionColour SectionColours::at(int column, double row) const {
     const auto at = static_cast<std::ptrdiff_t>(column) * channels + c;
     return static_cast<double>(image_.ptr<std::uint8_t>(y)[at] - (dark ? background_.ptr<std::uint8_t>(y)[at] : 0));
   };
-  Eigen::Vector3d base;
-  for (int c = 0; c < 3; ++c)
-    base[c] = 0.25 * (light(first - 1, c) + light(first, c) + light(last, c) + light(last + 1, c));
+  Eigen::Vector3d base = Eigen::Vector3d::Zero();
+  double darkest = HUGE_VAL, brightest = 0;
+  for (const int y : {first - 1, first, last, last + 1}) {
+    const Eigen::Vector3d end(light(y, 0), light(y, 1), light(y, 2));
+    base += 0.25 * end;
+    darkest = std::min(darkest, end.norm()), brightest = std::max(brightest, end.norm());
+  }
+  // Across an edge neither end is what lies under the stripe.
+  const double step = brightest - darkest;
+  if (!dark && step > kEdge * brightest && step > kClear * appearance_.noise) return colour;
   int used = 0, sums[3] = {};
   for (int y = first + 1; y < last; ++y) {
     const std::uint8_t* pixel = image_.ptr<std::uint8_t>(y, column);

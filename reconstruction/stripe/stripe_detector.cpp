@@ -6,7 +6,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <opencv2/core.hpp>
 #include <optional>
 
@@ -14,6 +13,7 @@
 #include "core/median.hpp"
 #include "reconstruction/stripe/appearance.hpp"
 #include "reconstruction/stripe/clipped_runs.hpp"
+#include "reconstruction/stripe/cut_profile.hpp"
 #include "reconstruction/stripe/plateau_fit.hpp"
 #include "reconstruction/stripe/profile_fit.hpp"
 #include "reconstruction/stripe/ridge_filter.hpp"
@@ -27,8 +27,6 @@ namespace {
 
 constexpr double kMinProfileSnr = 3.0;   ///< amplitude over its sigma in the local fit
 constexpr double kSureProfileSnr = 1.5;  ///< likewise where the look's path runs
-constexpr double kBetter = 0.7;          ///< misfit of a model over that of the usual one, from which it is believed
-constexpr float kEdge = 0.7f, kDarkest = 0.03f;  ///< of the reflectance over its largest
 constexpr int kAll = std::numeric_limits<int>::max();
 constexpr int kCoreReach = 10;         ///< [px] to either side of a white core
 constexpr double kSkirt = 20;          ///< [DN] of the stripe's colour beside its white core
@@ -345,21 +343,22 @@ class ColumnDetector {
       const PathPoint& point = points[i];
       Section section = cut(point, kAll);
       const double start = point.candidate.row - section.first_row;
-      if (section.core.width() > 0) {
-        fits[i] = fit_clipped(point, section);
-      } else if (measure_reflectance(point.column, section.first_row)) {
-        // The profile may be cut by the edge of a square: the model that leaves less of it unexplained.
-        fits[i] = fit_values(start, contrast);
-        const ProfileFit cut = fit_values(start, contrast, reflectance_.data());
-        if (cut.ok && (!fits[i].ok || cut.misfit < kBetter * fits[i].misfit)) fits[i] = cut;
-      } else {
-        float* const kept = values.data() + sections.size() * most;
-        std::ranges::copy(values_, kept);
-        sections.push_back({kept, static_cast<int>(values_.size()), start});
-        plain.emplace_back(i, section.first_row);
+      std::optional<ProfileFit> fit;  // of those that are fitted alone
+      if (section.core.width() > 0)
+        fit = fit_clipped(point, section);
+      else if (crosses_edge(point.column, section))
+        fit = better(fit_values(start, contrast), fit_values(start, contrast, reflectance_.data()));
+      else if (background_.empty() && image_.channels() == 1)
+        fit = fit_unseen_edge(fitter_, values_, start, {appearance_.noise, contrast});
+      if (fit) {
+        fits[i] = *fit;
+        fits[i].position += section.first_row;
         continue;
       }
-      fits[i].position += section.first_row;
+      float* const kept = values.data() + sections.size() * most;
+      std::ranges::copy(values_, kept);
+      sections.push_back({kept, static_cast<int>(values_.size()), start});
+      plain.emplace_back(i, section.first_row);
     }
     const std::vector<ProfileFit> together = fitter_.fit(sections, {appearance_.noise, contrast});
     for (std::size_t i = 0; i < together.size(); ++i) {
@@ -370,39 +369,14 @@ class ColumnDetector {
     return fits;
   }
 
-  /// Of the surface across the stripe, in `reflectance_`, by the light that is not the laser's. False where it does not
-  /// change, or cannot be told.
-  bool measure_reflectance(int column, int first_row) {
-    const int channels = image_.channels(), n = static_cast<int>(values_.size());
-    const auto at = static_cast<std::ptrdiff_t>(column) * channels;
-    const bool dark = !background_.empty();
-    const cv::Mat& scene = dark ? background_ : image_;
-    if (!dark && channels < 3) return false;
-    std::array<float, 3> weights = appearance_.light;
-    if (!dark) {
-      const float along = weights[0] + weights[1] + weights[2];
-      for (float& weight : weights) weight = 1 - along * weight;
-    }
-    const auto light_at = [&](int y) {
-      const std::uint8_t* pixel = scene.ptr<std::uint8_t>(std::clamp(y, 0, scene.rows - 1)) + at;
-      float light = 0;
-      for (int c = 0; c < channels; ++c) light += weights[c] * static_cast<float>(pixel[c]);
-      return light;
-    };
-    reflectance_.resize(n);
-    float above = light_at(first_row - 1), here = light_at(first_row);
-    for (int i = 0; i < n; ++i) {
-      const float below = light_at(first_row + i + 1);
-      reflectance_[i] = 0.25f * above + 0.5f * here + 0.25f * below;
-      above = here, here = below;
-    }
-    const int third = n / 3;
-    const float first = std::accumulate(reflectance_.begin(), reflectance_.begin() + third, 0.0f) / third;
-    const float last = std::accumulate(reflectance_.end() - third, reflectance_.end(), 0.0f) / third;
-    const float top = std::max(first, last);
-    if (std::abs(first - last) < kEdge * top || top < 6 * appearance_.noise) return false;
-    for (float& share : reflectance_) share = std::max(share / top, kDarkest);
-    return true;
+  /// Whether an edge of the surface's brightness divides the section: then `reflectance_` is that of its values.
+  bool crosses_edge(int column, const Section& section) {
+    const SectionRows rows{column, section.first_row, static_cast<int>(values_.size()), section.core};
+    return measure_reflectance(image_, background_, appearance_, rows, reflectance_);
+  }
+
+  static ProfileFit better(const ProfileFit& whole, const ProfileFit& cut) {
+    return explains_more(cut, whole) ? cut : whole;
   }
 
   /// By both flanks of a wide plateau, otherwise as if it were not clipped.
@@ -413,7 +387,15 @@ class ColumnDetector {
       return ClippedRun{section.core.first - section.first_row, section.core.last - section.first_row};
     };
     if (core().width() >= kWidePlateau) {
-      const auto plateau = [&] { return fit_plateau(values_, core(), appearance_.noise, background_.empty()); };
+      const auto plateau = [&] {
+        const auto fit_with = [&](const float* reflectance) {
+          return fit_plateau(values_, core(), appearance_.noise, background_.empty(), reflectance);
+        };
+        const PlateauFit whole = fit_with(nullptr);
+        if (!crosses_edge(point.column, section)) return whole;
+        const PlateauFit cut = fit_with(reflectance_.data());
+        return explains_more(cut.profile, whole.profile) ? cut : whole;
+      };
       PlateauFit fit = plateau();
       if (section.white && (!fit.profile.ok || fit.sd_px > kHazy * core().width())) {
         section = cut(point, kCoreReach);
@@ -422,8 +404,14 @@ class ColumnDetector {
       fit.profile.width_ratio = std::min(fit.sd_px, fit.half_height_px / kFullWidthOfSd) / appearance_.sd_px;
       if (fit.profile.ok) return fit.profile;
     }
-    return fit_values(0.5 * (core().first + core().last),
-                      0);  // a clipped core carries no speckle, and its flanks no more than their share
+    // A clipped core carries no speckle, and its flanks no more than their share.
+    const double middle = 0.5 * (core().first + core().last);
+    const ProfileFit whole = fit_values(middle, 0);
+    if (!crosses_edge(point.column, section)) return whole;
+    for (int i = core().first; i <= core().last; ++i)
+      values_[i] = reflectance_[i] = 0;  // what is clipped tells nothing
+    const ProfileSection cut{values_.data(), static_cast<int>(values_.size()), middle, reflectance_.data()};
+    return better(whole, fit_cut(fitter_, cut, {appearance_.noise, 0}));
   }
 
   /// On some sections that are not clipped. What is off a Gauss is not speckle, though its residuals look alike.

@@ -21,6 +21,7 @@ struct GeneratedStripe {
   unsigned seed = 1;
   std::function<double(int)> row;  ///< true row at a column; not finite: no stripe there
   std::function<double(int, int)> scene = [](int, int) { return 8.0; };  ///< grey value at (x, y) without laser [DN]
+  std::function<double(int, int)> reflectance;                           ///< at (x, y), to the laser; none: 1
   bool laser = true;
 
   double true_row(int column) const { return row ? row(column) : 0.4 * height + 0.137 * column; }
@@ -34,7 +35,8 @@ struct GeneratedStripe {
       for (int y = 0; y < height; ++y) {
         const double t = (y - centre) / sd;
         const double factor = speckle > 0 ? std::max(0.0, 1 + speckle * normal(random)) : 1;
-        const double light = laser && std::isfinite(centre) ? factor * peak * std::exp(-0.5 * t * t) : 0;
+        const double share = factor * (reflectance ? reflectance(x, y) : 1);
+        const double light = laser && std::isfinite(centre) ? share * peak * std::exp(-0.5 * t * t) : 0;
         for (int c = 0; c < 3; ++c)
           out.at<cv::Vec3b>(y, x)[c] =
               cv::saturate_cast<std::uint8_t>(scene(x, y) + light * bgr[c] + noise * normal(random));

@@ -1,0 +1,37 @@
+// The profile of a stripe that crosses an edge of the surface's brightness: of a board's square, of an object's rim.
+#pragma once
+
+#include <opencv2/core.hpp>
+#include <optional>
+#include <vector>
+
+#include "reconstruction/stripe/appearance.hpp"
+#include "reconstruction/stripe/clipped_runs.hpp"
+#include "reconstruction/stripe/profile_fit.hpp"
+
+namespace tankrig {
+
+/// Rows [first, first + count) of a column, and those of its pixels that are clipped.
+struct SectionRows {
+  int column = 0, first = 0, count = 0;
+  ClippedRun core;
+};
+
+/// Of the surface at each row, at most 1, by the light that is not the laser's. False where no edge divides the section, or
+/// the image cannot tell: a grey one without a dark one.
+bool measure_reflectance(const cv::Mat& image, const cv::Mat& background, const StripeAppearance& appearance,
+                         const SectionRows& rows, std::vector<float>& reflectance);
+
+/// Whether the model with the edge leaves so much less unexplained that it is believed.
+bool explains_more(const ProfileFit& cut, const ProfileFit& whole);
+
+/// A section with reflectance, whose middle may lie on the dark side, far from where the light is brightest. The sigma holds
+/// what the edge's own place, known to a quarter of a pixel, leaves open.
+ProfileFit fit_cut(const ProfileFitter& fitter, const ProfileSection& section, const ValueNoise& noise);
+
+/// Of values that an edge divides which nothing else shows: with the best of all edges, or none where that explains as much.
+/// Empty: the values' ends do not differ.
+std::optional<ProfileFit> fit_unseen_edge(const ProfileFitter& fitter, const std::vector<float>& values, double start,
+                                          const ValueNoise& noise);
+
+}  // namespace tankrig
