@@ -7,7 +7,7 @@
 namespace tankrig {
 namespace {
 
-constexpr int kFull = 254, kKnee = 240;
+constexpr int kFull = 254;
 
 }  // namespace
 

@@ -7,6 +7,9 @@
 
 namespace tankrig {
 
+/// From here up a value may be that of a clipped run's end.
+inline constexpr int kKnee = 240;
+
 /// Rows of one column in which a channel is clipped.
 struct ClippedRun {
   int first = 0, last = -1;

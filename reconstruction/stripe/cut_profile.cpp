@@ -11,14 +11,18 @@ constexpr float kEdge = 0.7f;      ///< of the brighter end: how much darker the
 constexpr float kDarkest = 0.03f;  ///< of the reflectance over its largest
 constexpr double kClear = 6;       ///< noise that the brighter end is above
 
+/// Parts of the section that its ends are. What is beside the profile changes its fit only while it is in the values: a dark
+/// image takes it away.
+constexpr int kAnywhere = 6, kThroughProfile = 3;
+
 struct Ends {
   float first, last;
   float top() const { return std::max(first, last); }
 };
 
-/// Means of the first and the last sixth, where an edge lies between them.
-std::optional<Ends> ends_at_edge(const std::vector<float>& light, double noise) {
-  const auto n = static_cast<std::ptrdiff_t>(std::max<std::size_t>(2, light.size() / 6));
+/// Means of the first and the last `part`th, where an edge lies between them.
+std::optional<Ends> ends_at_edge(const std::vector<float>& light, int part, double noise) {
+  const auto n = std::max<std::ptrdiff_t>(2, std::ssize(light) / part);
   const auto mean = [&](auto from) { return std::accumulate(from, from + n, 0.0f) / static_cast<float>(n); };
   const Ends ends{mean(light.begin()), mean(light.rbegin())};
   if (std::abs(ends.first - ends.last) < kEdge * ends.top() || ends.top() < kClear * noise) return std::nullopt;
@@ -44,9 +48,9 @@ bool measure_reflectance(const cv::Mat& image, const cv::Mat& background, const 
                          const SectionRows& rows, std::vector<float>& reflectance) {
   const int channels = image.channels();
   const bool dark = !background.empty();
-  if (!dark && channels < 3) return false;
+  if (dark ? rows.core.width() > 0 : channels < 3) return false;
   const cv::Mat& scene = dark ? background : image;
-  const ClippedRun core = dark ? ClippedRun{} : rows.core;  // where the laser's light cannot be told from the rest
+  const ClippedRun& core = rows.core;  // where the laser's light cannot be told from the rest
   const std::array<float, 3> weights = dark ? appearance.light : against_laser(appearance, core.width() > 0);
   const auto light_at = [&](int y) {
     if (y >= core.first && y <= core.last) y = 2 * y < core.first + core.last ? core.first - 1 : core.last + 1;
@@ -63,7 +67,7 @@ bool measure_reflectance(const cv::Mat& image, const cv::Mat& background, const 
     reflectance[i] = 0.25f * above + 0.5f * here + 0.25f * below;
     above = here, here = below;
   }
-  const auto ends = ends_at_edge(reflectance, appearance.noise);
+  const auto ends = ends_at_edge(reflectance, dark ? kThroughProfile : kAnywhere, appearance.noise);
   if (!ends) return false;
   for (float& share : reflectance) share = std::max(share / ends->top(), kDarkest);
   return true;
@@ -96,7 +100,7 @@ ProfileFit fit_cut(const ProfileFitter& fitter, const ProfileSection& section, c
 
 std::optional<ProfileFit> fit_unseen_edge(const ProfileFitter& fitter, const std::vector<float>& values, double start,
                                           const ValueNoise& noise) {
-  const auto ends = ends_at_edge(values, noise.additive);
+  const auto ends = ends_at_edge(values, kAnywhere, noise.additive);
   if (!ends) return std::nullopt;
   const int n = static_cast<int>(values.size());
   const ProfileSection section{values.data(), n, start};

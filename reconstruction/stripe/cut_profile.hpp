@@ -17,8 +17,9 @@ struct SectionRows {
   ClippedRun core;
 };
 
-/// Of the surface at each row, at most 1, by the light that is not the laser's. False where no edge divides the section, or
-/// the image cannot tell: a grey one without a dark one.
+/// Of the surface at each row, at most 1, by the light that is not the laser's. False where no edge divides the section, where
+/// the image cannot tell, a grey one without a dark one, and of a clipped section with a dark one: what its flanks lie on is
+/// gone, and behind an edge of the scene there is mostly another depth.
 bool measure_reflectance(const cv::Mat& image, const cv::Mat& background, const StripeAppearance& appearance,
                          const SectionRows& rows, std::vector<float>& reflectance);
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "reconstruction/stripe/clipped_runs.hpp"
+
 namespace tankrig {
 
 bool is_another_colour(const Eigen::Vector3d& light, double tolerance, const Eigen::Vector3d& stripe) {
@@ -23,20 +25,23 @@ SectionColour SectionColours::at(int column, double row) const {
     const auto at = static_cast<std::ptrdiff_t>(column) * channels + c;
     return static_cast<double>(image_.ptr<std::uint8_t>(y)[at] - (dark ? background_.ptr<std::uint8_t>(y)[at] : 0));
   };
+  const auto is_clipped = [](const std::uint8_t* pixel) { return std::max({pixel[0], pixel[1], pixel[2]}) >= kKnee; };
   Eigen::Vector3d base = Eigen::Vector3d::Zero();
   double darkest = HUGE_VAL, brightest = 0;
   for (const int y : {first - 1, first, last, last + 1}) {
+    colour.hidden |= is_clipped(image_.ptr<std::uint8_t>(y, column));
     const Eigen::Vector3d end(light(y, 0), light(y, 1), light(y, 2));
     base += 0.25 * end;
     darkest = std::min(darkest, end.norm()), brightest = std::max(brightest, end.norm());
   }
+  if (colour.hidden) return colour;
   // Across an edge neither end is what lies under the stripe.
   const double step = brightest - darkest;
   if (!dark && step > kEdge * brightest && step > kClear * appearance_.noise) return colour;
   int used = 0, sums[3] = {};
   for (int y = first + 1; y < last; ++y) {
     const std::uint8_t* pixel = image_.ptr<std::uint8_t>(y, column);
-    if (pixel[0] == 255 || pixel[1] == 255 || pixel[2] == 255) continue;
+    if (is_clipped(pixel)) continue;
     const std::uint8_t* unlit = dark ? background_.ptr<std::uint8_t>(y, column) : nullptr;
     for (int c = 0; c < 3; ++c) sums[c] += pixel[c] - (unlit ? unlit[c] : 0);
     ++used;

@@ -14,6 +14,7 @@ namespace tankrig {
 struct SectionColour {
   Eigen::Vector3d light = Eigen::Vector3d::Zero();
   double variance = 0;  ///< of each channel
+  bool hidden = false;  ///< of a core wider than the section: it has none
 
   SectionColour& operator+=(const SectionColour& other) {
     light += other.light;
@@ -33,8 +34,8 @@ class SectionColours {
   SectionColours(const cv::Mat& image, const cv::Mat& background, const StripeAppearance& appearance, int reach)
       : image_(image), background_(background), appearance_(appearance), reach_(reach) {}
 
-  /// Of the pixels that are not clipped, above the mean of two pixels on either side beyond the profile; 0 in a grey image
-  /// and where the image ends first.
+  /// Of the pixels that are not clipped, above the mean of two pixels on either side beyond the profile; 0 in a grey image,
+  /// where the image ends first, and across an edge of the scene's brightness.
   SectionColour at(int column, double row) const;
 
   /// Another line in the point's column, almost as strong and continued on both sides. The laser's light has one colour

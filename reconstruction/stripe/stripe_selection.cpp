@@ -91,7 +91,11 @@ void drop_strangers(std::vector<FittedRun>& runs, const StripeParameters& parame
     for (const RunPoint& point : run) colour += point.colour;
     return colour;
   };
+  const auto is_hidden = [](const FittedRun& run) {
+    return 2 * std::ranges::count_if(run, [](const RunPoint& p) { return p.colour.hidden; }) > std::ssize(run);
+  };
   std::erase_if(runs, [&](const FittedRun& run) {
+    if (is_hidden(run)) return false;
     const SectionColour colour = colour_of(run);
     const double size = colour.light.norm(), sigma = std::sqrt(colour.variance);
     if (!(colour.light.sum() + kSigmas * sigma < kAdded * size)) return false;
@@ -105,7 +109,7 @@ void drop_strangers(std::vector<FittedRun>& runs, const StripeParameters& parame
   if (!(stripe.norm() > 0)) return;
   stripe.normalize();
   std::erase_if(runs, [&](const FittedRun& run) {
-    if (is_long(run)) return false;
+    if (is_long(run) || is_hidden(run)) return false;
     const SectionColour colour = colour_of(run);
     if (!is_another_colour(colour.light, kSigmas * std::sqrt(colour.variance), stripe)) return false;
     statistics.isolated += run.size();

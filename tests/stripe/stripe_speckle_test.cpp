@@ -139,5 +139,23 @@ TEST(StripeStrangers, AnEdgeOfTheArmMovedSinceTheDarkImageIsNoStripe) {
   }
 }
 
+/// On a bright object the halo clips in the laser's own channel: beside the core only the other channels rise.
+TEST(StripeStrangers, APieceInAHaloThatClipsIsTheStripes) {
+  GeneratedStripe wall, core, halo;
+  wall.bgr = core.bgr = halo.bgr = {0.3, 0.25, 1};
+  wall.noise = core.noise = halo.noise = 1.5;
+  wall.sd = 2, core.sd = 2.5, halo.sd = 14;
+  wall.peak = 300, core.peak = 1500, halo.peak = 520;
+  wall.row = [](int x) { return x < 180 ? 120.0 : NAN; };
+  core.row = halo.row = [](int x) { return x >= 190 && x < 215 ? 90 + 0.4 * (x - 190) : NAN; };
+  core.seed = 2, halo.seed = 3;
+  const cv::Mat image = cv::max(wall.image(), cv::max(core.image(), halo.image()));
+  const StripeDetection detection = detect_stripe(image, {}, columns(0));
+  std::size_t found = 0;
+  for (const StripePeak& peak : detection.peaks)
+    found += peak.column >= 190 && std::abs(peak.position - core.true_row(static_cast<int>(peak.column))) < 1;
+  EXPECT_GE(found, 20u) << "of 25 columns";
+}
+
 }  // namespace
 }  // namespace tankrig
