@@ -78,14 +78,13 @@ bool explains_more(const ProfileFit& cut, const ProfileFit& whole) {
   return cut.ok && (!whole.ok || cut.misfit < kBetter * whole.misfit);
 }
 
-ProfileFit fit_cut(const ProfileFitter& fitter, const ProfileSection& section, const ValueNoise& noise) {
-  constexpr double kStep = 1.2;  // [sd]
-  constexpr int kStarts = 3;
+ProfileFit fit_cut(const ProfileFitter& fitter, const ProfileSection& section, const ValueNoise& noise, int starts) {
+  constexpr double kStep = 1.2;        // [sd]
   constexpr double kEdgeSigma = 0.25;  // [px]
   const float* const share = section.reflectance;
   const double step = (share[0] < share[section.count - 1] ? -kStep : kStep) * fitter.sd();
   ProfileFit best;
-  for (int k = 0; k < kStarts; ++k) {
+  for (int k = 0; k < starts; ++k) {
     const ProfileFit fit = fitter.fit({section.values, section.count, section.start + k * step, share}, noise);
     if (fit.ok && (!best.ok || fit.misfit < best.misfit)) best = fit;
   }
@@ -94,7 +93,8 @@ ProfileFit fit_cut(const ProfileFitter& fitter, const ProfileSection& section, c
   moved.assign(share, share + section.count);
   for (int i = 1; i < section.count; ++i) moved[i] = 0.5f * (share[i] + share[i - 1]);
   const ProfileFit there = fitter.fit(with(section, moved, best.position), noise);
-  if (there.ok) best.sigma = std::hypot(best.sigma, 2 * kEdgeSigma * (there.position - best.position));
+  if (there.ok) best.edge_sigma = 2 * kEdgeSigma * std::abs(there.position - best.position);
+  best.sigma = std::hypot(best.sigma, best.edge_sigma);
   return best;
 }
 
@@ -111,7 +111,7 @@ std::optional<ProfileFit> fit_unseen_edge(const ProfileFitter& fitter, const std
       const float share = std::clamp(0.5f + 0.25f * static_cast<float>(2 * (i - edge) + 1), 0.0f, 1.0f);
       reflectance[i] = std::max(kDarkest, (ends->first + share * (ends->last - ends->first)) / ends->top());
     }
-    const ProfileFit fit = fit_cut(fitter, with(section, reflectance, start), noise);
+    const ProfileFit fit = fit_cut(fitter, with(section, reflectance, start), noise, kStartsInTheDark);
     if (fit.ok && (!best.ok || fit.misfit < best.misfit)) best = fit;
   }
   const ProfileFit whole = fitter.fit(section, noise);

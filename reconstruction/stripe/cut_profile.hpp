@@ -26,9 +26,12 @@ bool measure_reflectance(const cv::Mat& image, const cv::Mat& background, const 
 /// Whether the model with the edge leaves so much less unexplained that it is believed.
 bool explains_more(const ProfileFit& cut, const ProfileFit& whole);
 
-/// A section with reflectance, whose middle may lie on the dark side, far from where the light is brightest. The sigma holds
-/// what the edge's own place, known to a quarter of a pixel, leaves open.
-ProfileFit fit_cut(const ProfileFitter& fitter, const ProfileSection& section, const ValueNoise& noise);
+/// As many reach two sd and more into the dark.
+inline constexpr int kStartsInTheDark = 3;
+
+/// A section with reflectance, whose middle may lie on the dark side, far from where the light is brightest: the best of
+/// `starts` there. The sigma holds what the edge's own place, known to a quarter of a pixel, leaves open.
+ProfileFit fit_cut(const ProfileFitter& fitter, const ProfileSection& section, const ValueNoise& noise, int starts);
 
 /// Of values that an edge divides which nothing else shows: with the best of all edges, or none where that explains as much.
 /// Empty: the values' ends do not differ.

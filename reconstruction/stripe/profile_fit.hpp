@@ -35,7 +35,8 @@ struct ProfileFit {
   double width_sigma = 0;
   double skewness = 0;  ///< third standardised moment, to first order (Gram-Charlier)
   double skewness_sigma = 0;
-  double misfit = 0;  ///< mean squared residual over what the noise lets expect
+  double misfit = 0;      ///< mean squared residual over what the noise lets expect
+  double edge_sigma = 0;  ///< what `sigma` holds for the unknown place of an edge: neighbours share it [px]
 };
 
 /// Of the fitted profiles: their sd [px], and what depends on it alone.

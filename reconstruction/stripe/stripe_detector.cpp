@@ -273,7 +273,8 @@ class ColumnDetector {
       } else if (colours_.has_rival(candidates, point, p)) {
         ++statistics.ambiguous;
       } else {
-        out.push_back({peak_of(point.column, fit), fit.amplitude, colours_.at(point.column, fit.position)});
+        out.push_back(
+            {peak_of(point.column, fit), fit.amplitude, colours_.at(point.column, fit.position), fit.edge_sigma});
       }
     }
     return out;
@@ -327,9 +328,13 @@ class ColumnDetector {
       fill([](auto light) { return light(0) + light(1) + light(2); });
   }
 
-  ProfileFit fit_values(double start, double contrast, const float* reflectance = nullptr) const {
-    return fitter_.fit({values_.data(), static_cast<int>(values_.size()), start, reflectance},
-                       {appearance_.noise, contrast});
+  ProfileFit fit_values(double start, double contrast) const {
+    return fitter_.fit({values_.data(), static_cast<int>(values_.size()), start}, {appearance_.noise, contrast});
+  }
+
+  ProfileFit fit_cut_values(double start, double contrast, int starts) const {
+    return fit_cut(fitter_, {values_.data(), static_cast<int>(values_.size()), start, reflectance_.data()},
+                   {appearance_.noise, contrast}, starts);
   }
 
   /// Most points are plain; they are fitted together.
@@ -347,7 +352,7 @@ class ColumnDetector {
       if (section.core.width() > 0)
         fit = fit_clipped(point, section);
       else if (crosses_edge(point.column, section))
-        fit = better(fit_values(start, contrast), fit_values(start, contrast, reflectance_.data()));
+        fit = better(fit_values(start, contrast), fit_cut_values(start, contrast, 1));
       else if (background_.empty() && image_.channels() == 1)
         fit = fit_unseen_edge(fitter_, values_, start, {appearance_.noise, contrast});
       if (fit) {
@@ -410,8 +415,7 @@ class ColumnDetector {
     if (!crosses_edge(point.column, section)) return whole;
     for (int i = core().first; i <= core().last; ++i)
       values_[i] = reflectance_[i] = 0;  // what is clipped tells nothing
-    const ProfileSection cut{values_.data(), static_cast<int>(values_.size()), middle, reflectance_.data()};
-    return better(whole, fit_cut(fitter_, cut, {appearance_.noise, 0}));
+    return better(whole, fit_cut_values(middle, 0, kStartsInTheDark));
   }
 
   /// On some sections that are not clipped. What is off a Gauss is not speckle, though its residuals look alike.

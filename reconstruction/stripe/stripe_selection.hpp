@@ -12,6 +12,7 @@ struct RunPoint {
   StripePeak peak;
   double amplitude = 0;  ///< of the profile, in the image's own unit
   SectionColour colour;
+  double edge_px = 0;  ///< of the peak's sigma, what no neighbour makes smaller
 };
 
 using FittedRun = std::vector<RunPoint>;

@@ -48,7 +48,7 @@ struct Series {
   std::vector<double> column, position, weight;  ///< the last: 1 / sigma^2
 
   explicit Series(const FittedRun& run) {
-    for (const auto& [peak, amplitude, colour] : run) {
+    for (const auto& [peak, amplitude, colour, edge] : run) {
       column.push_back(peak.column);
       position.push_back(peak.position);
       weight.push_back(1 / (static_cast<double>(peak.sigma_px) * peak.sigma_px));
@@ -346,6 +346,7 @@ void smooth_run(FittedRun& run, int half_window, double correlation) {
   if (half_window > 0) shared = std::max(shared, capped_mean(long_residuals.smoothed));
   for (RunPoint& point : run) point.peak.sigma_px *= static_cast<float>(std::sqrt(shared));
   scale_locally(raw, residuals, run);
+  for (RunPoint& point : run) point.peak.sigma_px = std::max(point.peak.sigma_px, static_cast<float>(point.edge_px));
 }
 
 }  // namespace tankrig

@@ -119,7 +119,7 @@ TEST(CutProfile, IsCentredOnBothSidesOfTheEdgeFromWhereItIsBrightest) {
     const Section s = section_at(centre, 1, random);
     const double start = std::min(centre, 11.0);
     const ProfileSection section{s.values.data(), static_cast<int>(s.values.size()), start, s.reflectance.data()};
-    const ProfileFit fit = fit_cut(fitter, section, {1, 0});
+    const ProfileFit fit = fit_cut(fitter, section, {1, 0}, kStartsInTheDark);
     ASSERT_TRUE(fit.ok);
     EXPECT_NEAR(fit.position, centre, 0.5);
     EXPECT_NEAR(fit.position, centre, 4 * fit.sigma);

@@ -114,6 +114,19 @@ TEST(StripeSmoothing, SmoothedSigmasHoldWhatBlocksOfNeighboursShare) {
 }
 
 /// A point's line is fitted with its neighbours' where no column is missing, and alone near an end.
+TEST(StripeSmoothing, LeavesThePartOfASigmaThatAnEdgeHasInCommon) {
+  constexpr double kOfEdge = 0.15;
+  FittedRun run = run_along(line, 0, 5);
+  for (int x = 300; x < 340; ++x) run[x].edge_px = kOfEdge;
+  smooth_run(run, 10, 1);
+  for (int x = 20; x + 20 < kColumns; ++x) {
+    if (x >= 300 && x < 340)
+      EXPECT_GE(run[x].peak.sigma_px, static_cast<float>(kOfEdge)) << "column " << x << ", seed 5";
+    else
+      EXPECT_LT(run[x].peak.sigma_px, 0.12) << "column " << x << ", seed 5";
+  }
+}
+
 TEST(StripeSmoothing, APointIsSmoothedByItsNeighboursAlone) {
   constexpr int kReach = 10;
   for (unsigned seed = 1; seed <= 20; ++seed) {
