@@ -59,15 +59,22 @@ OnBoard judged(const StripeDetection& detection, const GeneratedStripe& truth) {
   return out;
 }
 
-TEST(CutProfile, OfAStripeThatClipsOnTheWhiteSquaresIsFoundAcrossTheirEdges) {
+/// Of a stripe with that peak [DN], not smoothed, without a dark image; in a colour image, or in its red channel alone.
+OnBoard detected(double peak, bool grey, unsigned seed) {
   StripeParameters parameters;
   parameters.smoothing_px = 0;
+  const GeneratedStripe truth = on_board(peak, seed);
+  cv::Mat image = truth.image();
+  if (grey) cv::extractChannel(image, image, 2);
+  const OnBoard result = judged(detect_stripe(image, {}, parameters), truth);
+  std::cout << "seed " << seed << ": found " << result.found << ", gross " << result.gross << ", rms " << result.rms
+            << " px, error over sigma " << result.over_sigma << '\n';
+  return result;
+}
+
+TEST(CutProfile, OfAStripeThatClipsOnTheWhiteSquaresIsFoundAcrossTheirEdges) {
   for (unsigned seed = 1; seed <= 6; ++seed) {
-    SCOPED_TRACE(testing::Message() << "seed " << seed);
-    const GeneratedStripe truth = on_board(900, seed);
-    const OnBoard result = judged(detect_stripe(truth.image(), {}, parameters), truth);
-    std::cout << "seed " << seed << ", clipped: found " << result.found << ", gross " << result.gross << ", rms "
-              << result.rms << " px, error over sigma " << result.over_sigma << '\n';
+    const OnBoard result = detected(900, false, seed);
     EXPECT_GT(result.found, 0.98);
     EXPECT_LT(result.gross, 0.003);
     EXPECT_LT(result.rms, 0.25);
@@ -76,16 +83,8 @@ TEST(CutProfile, OfAStripeThatClipsOnTheWhiteSquaresIsFoundAcrossTheirEdges) {
 }
 
 TEST(CutProfile, InAGreyImageIsFoundAcrossTheEdgesThatNothingElseShows) {
-  StripeParameters parameters;
-  parameters.smoothing_px = 0;
   for (unsigned seed = 1; seed <= 6; ++seed) {
-    SCOPED_TRACE(testing::Message() << "seed " << seed);
-    const GeneratedStripe truth = on_board(140, seed);
-    cv::Mat grey;
-    cv::extractChannel(truth.image(), grey, 2);
-    const OnBoard result = judged(detect_stripe(grey, {}, parameters), truth);
-    std::cout << "seed " << seed << ", grey: found " << result.found << ", gross " << result.gross << ", rms "
-              << result.rms << " px, error over sigma " << result.over_sigma << '\n';
+    const OnBoard result = detected(140, true, seed);
     EXPECT_GT(result.found, 0.9);
     EXPECT_LT(result.gross, 0.03);
     EXPECT_LT(result.rms, 0.45);
