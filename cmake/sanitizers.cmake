@@ -1,6 +1,7 @@
 # The build's sanitizers. What is suppressed, and why: tests/sanitizers/, docs/reference/testing.md.
 if(TANKRIG_FUZZ)
-  add_compile_options(-fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer -O0)  # half of the compiling, which is most of what seconds of fuzzing cost
+  # -O0: half of the compiling, which is most of what seconds of fuzzing cost.
+  add_compile_options(-fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer -O0)
   add_link_options(-fsanitize=address,undefined)
 elseif(TANKRIG_SANITIZE STREQUAL "address")
   add_compile_options(-fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer -O1)

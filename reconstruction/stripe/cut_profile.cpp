@@ -7,9 +7,7 @@
 namespace tankrig {
 namespace {
 
-constexpr float kEdge = 0.7f;      ///< of the brighter end: how much darker the other is
 constexpr float kDarkest = 0.03f;  ///< of the reflectance over its largest
-constexpr double kClear = 6;       ///< noise that the brighter end is above
 
 /// Parts of the section that its ends are. What is beside the profile changes its fit only while it is in the values: a dark
 /// image takes it away.
@@ -23,10 +21,10 @@ struct Ends {
 /// Means of the first and the last `part`th, where an edge lies between them.
 std::optional<Ends> ends_at_edge(const std::vector<float>& light, int part, double noise) {
   const auto n = std::max<std::ptrdiff_t>(2, std::ssize(light) / part);
+  if (std::ssize(light) < 2 * n) return std::nullopt;
   const auto mean = [&](auto from) { return std::accumulate(from, from + n, 0.0f) / static_cast<float>(n); };
   const Ends ends{mean(light.begin()), mean(light.rbegin())};
-  if (std::abs(ends.first - ends.last) < kEdge * ends.top() || ends.top() < kClear * noise) return std::nullopt;
-  return ends;
+  return differ_by_edge(ends.first, ends.last, noise) ? std::optional(ends) : std::nullopt;
 }
 
 /// Channel weights to which the laser adds nothing.
@@ -43,6 +41,12 @@ ProfileSection with(const ProfileSection& section, const std::vector<float>& ref
 }
 
 }  // namespace
+
+bool differ_by_edge(double one, double other, double noise) {
+  constexpr double kEdge = 0.7, kClear = 6;
+  const double top = std::max(one, other);
+  return std::abs(one - other) >= kEdge * top && top >= kClear * noise;
+}
 
 bool measure_reflectance(const cv::Mat& image, const cv::Mat& background, const StripeAppearance& appearance,
                          const SectionRows& rows, std::vector<float>& reflectance) {

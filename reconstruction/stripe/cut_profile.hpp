@@ -11,6 +11,9 @@
 
 namespace tankrig {
 
+/// Whether one value's light is so much less than the other's that an edge of the scene lies between them.
+bool differ_by_edge(double one, double other, double noise);
+
 /// Rows [first, first + count) of a column, and those of its pixels that are clipped.
 struct SectionRows {
   int column = 0, first = 0, count = 0;

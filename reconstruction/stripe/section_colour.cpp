@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "reconstruction/stripe/clipped_runs.hpp"
+#include "reconstruction/stripe/cut_profile.hpp"
 
 namespace tankrig {
 
@@ -14,8 +15,6 @@ bool is_another_colour(const Eigen::Vector3d& light, double tolerance, const Eig
 }
 
 SectionColour SectionColours::at(int column, double row) const {
-  constexpr double kEdge = 0.7;   // of the brighter end: how much darker the other is
-  constexpr double kClear = 6.0;  // noise
   SectionColour colour;
   const int channels = image_.channels(), centre = static_cast<int>(std::lround(row));
   const int first = centre - reach_, last = centre + reach_;
@@ -36,8 +35,7 @@ SectionColour SectionColours::at(int column, double row) const {
   }
   if (colour.hidden) return colour;
   // Across an edge neither end is what lies under the stripe.
-  const double step = brightest - darkest;
-  if (!dark && step > kEdge * brightest && step > kClear * appearance_.noise) return colour;
+  if (!dark && differ_by_edge(darkest, brightest, appearance_.noise)) return colour;
   int used = 0, sums[3] = {};
   for (int y = first + 1; y < last; ++y) {
     const std::uint8_t* pixel = image_.ptr<std::uint8_t>(y, column);
