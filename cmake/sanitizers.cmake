@@ -14,3 +14,7 @@ elseif(TANKRIG_SANITIZE STREQUAL "thread")
 elseif(TANKRIG_SANITIZE)
   message(FATAL_ERROR "TANKRIG_SANITIZE: found ${TANKRIG_SANITIZE}, expected address, thread or nothing")
 endif()
+if(TANKRIG_FUZZ OR TANKRIG_SANITIZE)
+  # A sanitizer opens modules in our place: found by a run path that holds for the whole program, not for whom asks.
+  add_link_options(-Wl,--disable-new-dtags)
+endif()
