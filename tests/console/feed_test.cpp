@@ -79,6 +79,7 @@ void take(std::string_view message, Heard& heard) {
 Heard run_on_terminal(std::vector<std::string> words,
                       const std::function<void(const json&, TerminalProgram&)>& on_text = {}, bool late = false) {
   words.insert(words.begin(), TANKRIG_PROGRAM);
+  std::filesystem::current_path(TANKRIG_SOURCE_DIR);  // where its rigs are
   TerminalProgram program(words);
   Heard heard;
   std::string buffer(kMostFeedBytes, '\0');
