@@ -113,7 +113,6 @@ TEST(StripeSmoothing, SmoothedSigmasHoldWhatBlocksOfNeighboursShare) {
   EXPECT_GT(found, 0.9);
 }
 
-/// A point's line is fitted with its neighbours' where no column is missing, and alone near an end.
 TEST(StripeSmoothing, LeavesThePartOfASigmaThatAnEdgeHasInCommon) {
   constexpr double kOfEdge = 0.15;
   FittedRun run = run_along(line, 0, 5);
@@ -127,6 +126,7 @@ TEST(StripeSmoothing, LeavesThePartOfASigmaThatAnEdgeHasInCommon) {
   }
 }
 
+/// A point's line is fitted with its neighbours' where no column is missing, and alone near an end.
 TEST(StripeSmoothing, APointIsSmoothedByItsNeighboursAlone) {
   constexpr int kReach = 10;
   for (unsigned seed = 1; seed <= 20; ++seed) {
