@@ -12,6 +12,12 @@ namespace {
 
 constexpr int kLanes = 8;
 
+inline __attribute__((always_inline)) EightFloats load(const float* values) {
+  EightFloats loaded;
+  std::memcpy(&loaded, values, sizeof loaded);
+  return loaded;
+}
+
 }  // namespace
 
 TANKRIG_VECTORISED
@@ -59,17 +65,6 @@ bool reaches(const std::uint8_t* bytes, int count, std::uint8_t limit) {
 namespace {
 
 TANKRIG_VECTORISED
-void weigh_grey(const std::uint8_t* __restrict in, int columns, float weight, float* __restrict out) {
-  for (int x = 0; x < columns; ++x) out[x] = weight * in[x];
-}
-
-TANKRIG_VECTORISED
-void weigh_grey(const std::uint8_t* __restrict in, const std::uint8_t* __restrict dark, int columns, float weight,
-                float* __restrict out) {
-  for (int x = 0; x < columns; ++x) out[x] = weight * (in[x] - dark[x]);
-}
-
-TANKRIG_VECTORISED
 void add_bytes(const std::uint8_t* __restrict in, int count, std::int16_t* __restrict sums) {
   for (int i = 0; i < count; ++i) sums[i] = static_cast<std::int16_t>(sums[i] + in[i]);
 }
@@ -108,15 +103,9 @@ void weigh_planes(const std::int16_t* __restrict first, const std::int16_t* __re
   for (int x = 0; x < columns; ++x) out[x] = w0 * first[x] + w1 * second[x] + w2 * third[x];
 }
 
-void weigh_colour(const std::uint8_t* in, const std::uint8_t* dark, int columns, const float* weights, float* out) {
-  constexpr int kBlock = 256;  // pixels whose values stay in the first cache
-  std::int16_t light[3 * kBlock], first[kBlock], second[kBlock], third[kBlock];
-  for (int x = 0; x < columns; x += kBlock) {
-    const int count = std::min(kBlock, columns - x);
-    dark ? subtract(in + 3 * x, dark + 3 * x, 3 * count, light) : widen(in + 3 * x, 3 * count, light);
-    split_colour(light, count, first, second, third);
-    weigh_planes(first, second, third, count, weights[0], weights[1], weights[2], out + x);
-  }
+TANKRIG_VECTORISED
+void weigh_plane(const std::int16_t* __restrict in, int columns, float weight, float* __restrict out) {
+  for (int x = 0; x < columns; ++x) out[x] = weight * in[x];
 }
 
 TANKRIG_VECTORISED
@@ -144,37 +133,40 @@ void add_share(const std::int16_t* __restrict sums, int count, float share, floa
 
 }  // namespace
 
-void weigh_pixels(const std::uint8_t* in, const std::uint8_t* dark, int columns, int channels, const float* weights,
+void weigh_pixels(const PixelRows& in, const PixelRows& dark, int rows, int columns, int channels, const float* weights,
                   float* out) {
-  if (channels == 1)
-    dark ? weigh_grey(in, dark, columns, weights[0], out) : weigh_grey(in, columns, weights[0], out);
-  else
-    weigh_colour(in, dark, columns, weights, out);
+  constexpr int kBlock = 256;  // pixels whose values stay in the first cache
+  std::int16_t light[3 * kBlock], first[kBlock], second[kBlock], third[kBlock];
+  for (int x = 0; x < columns; x += kBlock) {
+    const int count = std::min(kBlock, columns - x), at = channels * x, values = channels * count;
+    const auto row = [&](int y) { return in.first + y * in.step + at; };
+    const auto dark_row = [&](int y) { return dark.first ? dark.first + y * dark.step + at : nullptr; };
+    set_row(row(0), dark_row(0), values, light);
+    for (int y = 1; y < rows; ++y) add_row(row(y), dark_row(y), values, light);
+    if (channels == 1) {
+      weigh_plane(light, count, weights[0], out + x);
+    } else {
+      split_colour(light, count, first, second, third);
+      weigh_planes(first, second, third, count, weights[0], weights[1], weights[2], out + x);
+    }
+  }
 }
 
 TANKRIG_VECTORISED
 void weigh_rows(const float* const* rows, const float* kernel, int radius, int columns, float* __restrict out) {
-  constexpr int kWide = 16, kBlock = 4 * kWide;  // values that stay in registers
-  const auto load = [](const float* values, SixteenFloats& loaded) { std::memcpy(&loaded, values, sizeof loaded); };
+  constexpr int kTogether = 8, kBlock = kTogether * kLanes;  // values that stay in registers
   for (int next = 0; columns >= kBlock && next < columns; next += kBlock) {
     const int begin = std::min(next, columns - kBlock);  // the last block overlaps the one before
-    SixteenFloats a, b, c, d, above, below;
-    load(rows[0] + begin, a), a *= kernel[0];
-    load(rows[0] + begin + kWide, b), b *= kernel[0];
-    load(rows[0] + begin + 2 * kWide, c), c *= kernel[0];
-    load(rows[0] + begin + 3 * kWide, d), d *= kernel[0];
+    EightFloats sums[kTogether];
+#pragma GCC unroll 8
+    for (int i = 0; i < kTogether; ++i) sums[i] = kernel[0] * load(rows[0] + begin + i * kLanes);
     for (int k = 1; k <= radius; ++k) {
       const float *up = rows[-k] + begin, *down = rows[k] + begin;
-      const float weight = kernel[k];
-      load(up, above), load(down, below), a += weight * (above + below);
-      load(up + kWide, above), load(down + kWide, below), b += weight * (above + below);
-      load(up + 2 * kWide, above), load(down + 2 * kWide, below), c += weight * (above + below);
-      load(up + 3 * kWide, above), load(down + 3 * kWide, below), d += weight * (above + below);
+#pragma GCC unroll 8
+      for (int i = 0; i < kTogether; ++i) sums[i] += kernel[k] * (load(up + i * kLanes) + load(down + i * kLanes));
     }
-    std::memcpy(out + begin, &a, sizeof a);
-    std::memcpy(out + begin + kWide, &b, sizeof b);
-    std::memcpy(out + begin + 2 * kWide, &c, sizeof c);
-    std::memcpy(out + begin + 3 * kWide, &d, sizeof d);
+#pragma GCC unroll 8
+    for (int i = 0; i < kTogether; ++i) std::memcpy(out + begin + i * kLanes, &sums[i], sizeof sums[i]);
   }
   for (int x = 0; columns < kBlock && x < columns; ++x) {
     float sum = kernel[0] * rows[0][x];
@@ -211,32 +203,31 @@ void keep_lit(const float* __restrict brightness, int columns, float* __restrict
 TANKRIG_VECTORISED
 int find_peaks(const float* above, const float* here, const float* below, int columns, float least, int* at) {
   constexpr int kTogether = 4;
-  const auto all_low = [&](int x, int lanes) {  // most are
-    EightInts high = {};
-    for (int i = 0; i < lanes; ++i) {
-      EightFloats values;
-      std::memcpy(&values, here + x + i * kLanes, sizeof values);
-      high |= values >= least;
-    }
+  const auto none = [](const EightInts& mask) {
     std::uint64_t parts[4];
-    std::memcpy(parts, &high, sizeof high);
+    std::memcpy(parts, &mask, sizeof mask);
     return (parts[0] | parts[1] | parts[2] | parts[3]) == 0;
   };
-  int found = 0;
-  const auto look_at = [&](int begin, int end) {
-    for (int x = begin; x < end; ++x) {
-      at[found] = x;
-      found += (here[x] >= least) & (here[x] >= above[x]) & (here[x] > below[x]);
-    }
-  };
-  int begin = 0;
+  int found = 0, begin = 0;
   for (; begin + kTogether * kLanes <= columns; begin += kTogether * kLanes) {
-    if (all_low(begin, kTogether)) continue;
-    for (int i = 0; i < kTogether; ++i)
-      if (const int x = begin + i * kLanes; !all_low(x, 1)) look_at(x, x + kLanes);
+    EightInts high[kTogether], any = {};
+    for (int i = 0; i < kTogether; ++i) any |= high[i] = load(here + begin + i * kLanes) >= least;
+    if (none(any)) continue;  // most are
+    for (int i = 0; i < kTogether; ++i) {
+      const int x = begin + i * kLanes;
+      const EightFloats value = load(here + x);
+      const EightInts peaks = high[i] & (value >= load(above + x)) & (value > load(below + x));
+      if (none(peaks)) continue;
+      for (int k = 0; k < kLanes; ++k) at[found] = x + k, found -= peaks[k];
+    }
   }
-  look_at(begin, columns);
+  for (; begin < columns; ++begin)
+    if (here[begin] >= least && here[begin] >= above[begin] && here[begin] > below[begin]) at[found++] = begin;
   return found;
+}
+
+void set_row(const std::uint8_t* in, const std::uint8_t* dark, int count, std::int16_t* sums) {
+  dark ? subtract(in, dark, count, sums) : widen(in, count, sums);
 }
 
 void add_row(const std::uint8_t* in, const std::uint8_t* dark, int count, std::int16_t* sums) {

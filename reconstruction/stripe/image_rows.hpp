@@ -1,6 +1,7 @@
 // Loops over rows of images, written to be vectorised.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 namespace tankrig {
@@ -21,8 +22,15 @@ void weigh_line(const float* values, const float* kernel, int radius, int count,
 /// holds as many as there are columns; how many they are.
 int find_peaks(const float* above, const float* here, const float* below, int columns, float least, int* at);
 
-/// out[x] = sum of weights[c] * (channel c of pixel x, less that of `dark` where there is one). 1 or 3 channels.
-void weigh_pixels(const std::uint8_t* in, const std::uint8_t* dark, int columns, int channels, const float* weights,
+/// Some rows of an image, from `first` on; null: none. `step`: bytes from each to the next.
+struct PixelRows {
+  const std::uint8_t* first = nullptr;
+  std::ptrdiff_t step = 0;
+};
+
+/// out[x] = sum of weights[c] * (channel c of pixel x of so many rows, at most 128, less that of `dark` where there is
+/// one). 1 or 3 channels.
+void weigh_pixels(const PixelRows& in, const PixelRows& dark, int rows, int columns, int channels, const float* weights,
                   float* out);
 
 /// out[x] = kernel[0] * rows[0][x] + sum over k up to `radius` of kernel[k] * (rows[-k][x] + rows[k][x]), in this order.
@@ -31,7 +39,10 @@ void weigh_rows(const float* const* rows, const float* kernel, int radius, int c
 /// values[x] = 0 where brightness[x] is not positive.
 void keep_lit(const float* brightness, int columns, float* values);
 
-/// Adds the row's bytes, less those of `dark` where there is one.
+/// The row's bytes, less those of `dark` where there is one.
+void set_row(const std::uint8_t* in, const std::uint8_t* dark, int count, std::int16_t* values);
+
+/// Likewise: adds them.
 void add_row(const std::uint8_t* in, const std::uint8_t* dark, int count, std::int16_t* sums);
 
 /// The channels of each pixel's values, one after the other. 1 or 3 channels.

@@ -94,9 +94,10 @@ constexpr int kModel = 4;  ///< amplitude, shift * amplitude / sd, background, s
 
 template <class Real>
 struct alignas(kLaneAlignment) LinearFit {
-  Real value[kModel] = {};
-  Real lower[kModel][kModel] = {}, diagonal[kModel] = {};  ///< the normal matrix is lower * diagonal * lower^T
-  Mask<Real> ok = {};
+  Real value[kModel];
+  Real lower[kModel][kModel],
+      diagonal[kModel];  ///< the normal matrix is lower * diagonal * lower^T, below the diagonal
+  Mask<Real> ok;
 };
 
 template <class Real>
@@ -109,18 +110,18 @@ inline __attribute__((always_inline)) void take_where(const Mask<Real>& mask, co
   }
 }
 
-/// `normal`: its lower triangle.
+/// `normal`: its lower triangle, row by row.
 template <class Real>
-inline __attribute__((always_inline)) LinearFit<Real> solve_normal(const Real (&normal)[kModel][kModel],
+inline __attribute__((always_inline)) LinearFit<Real> solve_normal(const Real (&normal)[kModel * (kModel + 1) / 2],
                                                                    const Real (&right)[kModel]) {
   LinearFit<Real> fit;
   fit.ok = Real{} == 0;
   for (int j = 0; j < kModel; ++j) {
-    fit.diagonal[j] = normal[j][j];
+    fit.diagonal[j] = normal[j * (j + 1) / 2 + j];
     for (int k = 0; k < j; ++k) fit.diagonal[j] -= fit.lower[j][k] * fit.lower[j][k] * fit.diagonal[k];
     fit.ok &= fit.diagonal[j] > 0;
     for (int i = j + 1; i < kModel; ++i) {
-      Real left = normal[i][j];
+      Real left = normal[i * (i + 1) / 2 + j];
       for (int k = 0; k < j; ++k) left -= fit.lower[i][k] * fit.lower[j][k] * fit.diagonal[k];
       fit.lower[i][j] = left / fit.diagonal[j];
     }
@@ -177,11 +178,11 @@ inline __attribute__((always_inline)) LinearFit<Real> solve(const ProfileShape& 
   }
   const Real none = {};
   if (!shape.sloped && !window.reflectance) {
-    alignas(kLaneAlignment) const Real normal[kModel][kModel] = {{gg}, {gt, tt}, {g1, t1, n}, {none, none, none, one}};
+    alignas(kLaneAlignment) const Real normal[] = {gg, gt, tt, g1, t1, n, none, none, none, one};
     alignas(kLaneAlignment) const Real right[kModel] = {yg, yq, y1, none};
     return solve_normal(normal, right);
   }
-  alignas(kLaneAlignment) const Real normal[kModel][kModel] = {{gg}, {gt, tt}, {g1, t1, n}, {gs, t2, s1, s2}};
+  alignas(kLaneAlignment) const Real normal[] = {gg, gt, tt, g1, t1, n, gs, t2, s1, s2};
   alignas(kLaneAlignment) const Real right[kModel] = {yg, yq, y1, yt};
   return solve_normal(normal, right);
 }
@@ -278,7 +279,7 @@ template <class Real>
 inline __attribute__((always_inline)) Fitted<Real> fit_window(const ProfileShape& shape, const Window<Real>& window,
                                                               const Real& start, const ValueNoise& noise) {
   Fitted<Real> fitted = {};
-  LinearFit<Real> linear;
+  LinearFit<Real> linear = {};
   fitted.ok = find_centre(shape, window, start, fitted.position, linear);
   if (!any(fitted.ok)) return fitted;
   fitted.amplitude = linear.value[0];

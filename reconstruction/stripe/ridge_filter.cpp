@@ -28,13 +28,17 @@ std::vector<float> ridge_kernel(double sigma_px) {
   return kernel;
 }
 
-void weighted_signal(const cv::Mat& image, const cv::Mat& background, const std::array<float, 3>& weights,
+void weighted_signal(const cv::Mat& image, const cv::Mat& background, const std::array<float, 3>& weights, int together,
                      cv::Mat1f& signal) {
-  signal.create(image.size());
-  for (int y = 0; y < image.rows; ++y) {
-    const std::uint8_t* dark = background.empty() ? nullptr : background.ptr<std::uint8_t>(y);
-    weigh_pixels(image.ptr<std::uint8_t>(y), dark, image.cols, image.channels(), weights.data(), signal[y]);
-  }
+  signal.create(image.rows / together, image.cols);
+  std::array<float, 3> shares = weights;
+  for (float& share : shares) share /= std::sqrt(static_cast<float>(together));
+  const auto rows = [=](const cv::Mat& from, int y) {
+    if (from.empty()) return PixelRows{};
+    return PixelRows{from.ptr<std::uint8_t>(y * together), static_cast<std::ptrdiff_t>(from.step)};
+  };
+  for (int y = 0; y < signal.rows; ++y)
+    weigh_pixels(rows(image, y), rows(background, y), together, image.cols, image.channels(), shares.data(), signal[y]);
 }
 
 void filter_columns(const cv::Mat1f& signal, const std::vector<float>& kernel, cv::Mat1f& response, int step) {
@@ -83,9 +87,13 @@ std::vector<float> ranked_sizes(const std::vector<float>& values, std::initializ
   for (std::size_t rank : ranks) {
     std::uint32_t sought = 0;
     while (rank >= counts[sought]) rank -= counts[sought++];
-    alike.clear();
-    for (const float value : values)
-      if (class_of(std::abs(value)) == sought) alike.push_back(std::abs(value));
+    alike.resize(values.size());
+    std::size_t count = 0;
+    for (const float value : values) {  // which are alike cannot be foreseen: no branch
+      alike[count] = std::abs(value);
+      count += class_of(alike[count]) == sought;
+    }
+    alike.resize(count);
     const auto place = alike.begin() + static_cast<std::ptrdiff_t>(rank);
     std::nth_element(alike.begin(), place, alike.end());
     found.push_back(*place);
@@ -106,7 +114,9 @@ double robust_noise(const cv::Mat1f& response) {
   return robust_sd(sample);
 }
 
-RidgeCandidates::RidgeCandidates(const cv::Mat1f& response, double noise, double min_snr, int step)
+float image_row(float row, int together) { return static_cast<float>(together) * (row + 0.5f) - 0.5f; }
+
+RidgeCandidates::RidgeCandidates(const cv::Mat1f& response, double noise, double min_snr, int together)
     : counts_(response.cols, 0), all_(static_cast<std::size_t>(response.cols) * kPerColumn) {
   const auto threshold = static_cast<float>(min_snr * noise), scale = static_cast<float>(1 / noise);
   std::vector<int> peaks(response.cols);
@@ -116,8 +126,8 @@ RidgeCandidates::RidgeCandidates(const cv::Mat1f& response, double noise, double
     for (int i = 0; i < count; ++i) {
       const int x = peaks[i];
       const float slope = below[x] - above[x], shift = 0.5f * slope / (2 * here[x] - above[x] - below[x]);
-      const float height = here[x] + (step > 1 ? 0.25f * slope * shift : 0);  // rows apart miss more of the top
-      insert(x, {static_cast<float>(step) * (static_cast<float>(y) + shift), scale * height});
+      const float height = here[x] + (together > 1 ? 0.25f * slope * shift : 0);  // rows apart miss more of the top
+      insert(x, {image_row(static_cast<float>(y) + shift, together), scale * height});
     }
   }
 }

@@ -15,9 +15,13 @@ inline constexpr double kFilterOverProfile = 1.5;
 /// Weights h(0), h(1), ... of the symmetric filter; white noise keeps its sd through it.
 std::vector<float> ridge_kernel(double sigma_px);
 
-/// One value per pixel: the image's channels times `weights`, minus the background's where there is one.
-void weighted_signal(const cv::Mat& image, const cv::Mat& background, const std::array<float, 3>& weights,
+/// The image's channels times `weights`, minus the background's where there is one; `together` rows in one, in which white
+/// noise keeps its sd. A rest of fewer rows is left out.
+void weighted_signal(const cv::Mat& image, const cv::Mat& background, const std::array<float, 3>& weights, int together,
                      cv::Mat1f& signal);
+
+/// The middle in the image of what is at that row where so many rows are together.
+float image_row(float row, int together);
 
 /// The filter along every column, of every `step`-th row; rows beyond the border repeat the border.
 void filter_columns(const cv::Mat1f& signal, const std::vector<float>& kernel, cv::Mat1f& response, int step = 1);
@@ -49,8 +53,8 @@ class RidgeCandidates {
  public:
   static constexpr int kPerColumn = 4;
 
-  /// Local maxima of at least `min_snr` times `noise`, of a response at every `step`-th row.
-  RidgeCandidates(const cv::Mat1f& response, double noise, double min_snr, int step = 1);
+  /// Local maxima of at least `min_snr` times `noise`, of a response in whose rows are so many of the image together.
+  RidgeCandidates(const cv::Mat1f& response, double noise, double min_snr, int together = 1);
 
   /// Adds a place that is known otherwise to be the stripe's. A candidate within a pixel of it becomes as strong, if
   /// `strengthens`; else it stays as it is.

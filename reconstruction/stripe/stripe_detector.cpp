@@ -30,7 +30,8 @@ constexpr double kSureProfileSnr = 1.5;  ///< likewise where the look's path run
 constexpr int kAll = std::numeric_limits<int>::max();
 constexpr int kCoreReach = 10;         ///< [px] to either side of a white core
 constexpr double kSkirt = 20;          ///< [DN] of the stripe's colour beside its white core
-constexpr double kWideFilter = 2.2;    ///< [px] sd from which every second row tells its peaks
+constexpr double kLeastFilter = 1.1;   ///< sd of the filter, in rows of what it filters
+constexpr int kMostRows = 4;           ///< together
 constexpr double kSignificance = 4.0;  ///< sigmas beyond which a shape is not chance
 constexpr double kBlurred = 0.5;       ///< [DN] noise that leaves no bands of a smooth light's rounding
 constexpr double kBand = 1.5;          ///< [DN] in each channel: more than the height of such a band
@@ -100,17 +101,17 @@ class ColumnDetector {
  private:
   RidgeCandidates find_candidates() {
     static thread_local cv::Mat1f signal, response;  // kept from frame to frame: fresh pages cost as much as the filter
-    weighted_signal(image_, background_, appearance_.detection, signal);
-    fill_clipped(signal);
     const double filter_sd = std::clamp(kFilterOverProfile * appearance_.sd_px, 1.0, 10.0);
-    const std::vector<float> kernel = ridge_kernel(filter_sd);
     // Among the scene's own lines the evidence is too scarce for that.
-    response_step_ = background_.empty() || filter_sd < kWideFilter ? 1 : 2;
-    filter_columns(signal, kernel, response, response_step_);
+    together_ = background_.empty() ? 1 : std::clamp(static_cast<int>(filter_sd / kLeastFilter), 1, kMostRows);
+    weighted_signal(image_, background_, appearance_.detection, together_, signal);
+    fill_clipped(signal);
+    const std::vector<float> kernel = ridge_kernel(filter_sd / together_);
+    filter_columns(signal, kernel, response);
     constexpr double kQuantisation = 0.3, kCandidateShare = 0.85;
     const double noise = std::max(robust_noise(response), kQuantisation);
     if (background_.empty()) weaken_edges(signal, kernel, response);
-    RidgeCandidates candidates(response, noise, kCandidateShare * parameters_.min_snr, response_step_);
+    RidgeCandidates candidates(response, noise, kCandidateShare * parameters_.min_snr, together_);
     typical_snr_ = typical_response(response) / noise;
     add_weak(response, noise, candidates);
     add_cores(candidates);
@@ -174,8 +175,8 @@ class ColumnDetector {
       if (std::isnan(row)) row = std::isnan(look_.rows[left]) ? look_.rows[right] : look_.rows[left];
       if (std::isnan(row)) continue;
       sure_rows_[x] = row;
-      const int first = std::max(1, static_cast<int>(std::lround((row - reach) / response_step_)));
-      const int last = std::min(response.rows - 2, static_cast<int>(std::lround((row + reach) / response_step_)));
+      const int first = std::max(1, static_cast<int>((row - reach) / together_));
+      const int last = std::min(response.rows - 2, static_cast<int>((row + reach) / together_));
       int best = first;
       for (int y = first; y <= last; ++y)
         if (response(y, x) > response(best, x)) best = y;
@@ -184,7 +185,7 @@ class ColumnDetector {
       const float above = response(best - 1, x), here = response(best, x), below = response(best + 1, x);
       const float curvature = 2 * here - above - below;
       const float shift = curvature > 0 ? std::clamp(0.5f * (below - above) / curvature, -0.5f, 0.5f) : 0;
-      candidates.add(x, {response_step_ * (static_cast<float>(best) + shift), static_cast<float>(known)}, weak);
+      candidates.add(x, {image_row(static_cast<float>(best) + shift, together_), static_cast<float>(known)}, weak);
     }
   }
 
@@ -194,8 +195,8 @@ class ColumnDetector {
     for (std::size_t i = 0; i < look_.rows.size(); ++i) {
       if (std::isnan(look_.rows[i])) continue;
       const int x = static_cast<int>(i) * look_.step + look_.step / 2, y = static_cast<int>(std::lround(look_.rows[i]));
-      const int first = std::max(0, y - look_.step - 1) / response_step_;
-      const int last = std::min(response.rows - 1, (y + look_.step + 1) / response_step_);
+      const int first = std::max(0, y - look_.step - 1) / together_;
+      const int last = std::min(response.rows - 1, (y + look_.step + 1) / together_);
       float peak = 0;
       for (int k = first; k <= last; ++k) peak = std::max(peak, response(k, x));
       peaks.push_back(peak);
@@ -207,10 +208,11 @@ class ColumnDetector {
   void fill_clipped(cv::Mat1f& signal) const {
     for (int x = 0; x < signal.cols; ++x)
       for (const ClippedRun& run : clipped_.of(x)) {
+        const int first = run.first / together_, last = std::min(run.last / together_, signal.rows - 1);
         float level = -HUGE_VALF;
-        if (run.first > 0) level = signal(run.first - 1, x);
-        if (run.last + 1 < signal.rows) level = std::max(level, signal(run.last + 1, x));
-        for (int y = run.first; y <= run.last; ++y) signal(y, x) = std::max(signal(y, x), level);
+        if (first > 0) level = signal(first - 1, x);
+        if (last + 1 < signal.rows) level = std::max(level, signal(last + 1, x));
+        for (int y = first; y <= last; ++y) signal(y, x) = std::max(signal(y, x), level);
       }
   }
 
@@ -471,7 +473,7 @@ class ColumnDetector {
   ClippedRuns cores_;
   ProfileFitter fitter_;
   SectionColours colours_;
-  int response_step_ = 1;  ///< rows from one of the filter's responses to the next
+  int together_ = 1;  ///< rows of the image in one of the filter's
   double typical_snr_ = 0;
   double contrast_ = 0;  ///< of speckle
   double typical_width_ = 1, typical_skewness_ = 0;

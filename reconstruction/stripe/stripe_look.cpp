@@ -48,11 +48,11 @@ Reduced reduce(const cv::Mat& image, const cv::Mat& background) {
     if (y % f == 0)
       for (cv::Mat1f& light : out.light) std::fill_n(light[y / f], size.width, 0.0f);
     const std::uint8_t* in = image.ptr<std::uint8_t>(y);
-    add_row(in, background.empty() ? nullptr : background.ptr<std::uint8_t>(y), bytes, sums.data());
+    const std::uint8_t* dark = background.empty() ? nullptr : background.ptr<std::uint8_t>(y);
+    (y % f % together ? add_row : set_row)(in, dark, bytes, sums.data());
     if (y % f % together == together - 1 || y % f == f - 1) {
       split_channels(sums.data(), columns, channels, values.data());
       add_groups_of(out.light, y);
-      std::ranges::fill(sums, std::int16_t{0});
     }
     if (!reaches(in, bytes, kClipped)) continue;
     mark_channels(in, kClipped, columns, channels, values.data());

@@ -18,7 +18,6 @@ namespace tankrig {
 using FourFloats = float __attribute__((vector_size(16)));
 /// In one register of AVX2, in two of an older processor.
 using EightFloats = float __attribute__((vector_size(32)));
-using SixteenFloats = float __attribute__((vector_size(64)));
 using FourDoubles = double __attribute__((vector_size(32)));
 using FourLongs = std::int64_t __attribute__((vector_size(32)));  ///< what a comparison of FourDoubles gives
 using EightInts = int __attribute__((vector_size(32)));           ///< what a comparison of them gives

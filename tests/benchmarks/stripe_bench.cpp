@@ -17,7 +17,7 @@
 namespace tankrig {
 namespace {
 
-// Times the paper's chain of OpenCV's parts in the same run. Measured, alone on the machine: 0.48 to 0.87, 0.04.
+// Times the paper's chain of OpenCV's parts in the same run. Measured, alone on the machine: 0.38 to 0.71, 0.04.
 constexpr double kMostOfOurs = 1.0, kMostOfPapers = 0.2;
 constexpr int kRounds = 40;
 

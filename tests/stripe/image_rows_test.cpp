@@ -138,33 +138,53 @@ TEST(ImageRows, KeepWhatIsLit) {
 
 class ImageRowsOf : public testing::TestWithParam<int> {};
 
-TEST_P(ImageRowsOf, ChannelsAreWeighedAddedSplitAndMarked) {
+TEST_P(ImageRowsOf, ChannelsAreAddedSplitAndMarked) {
   const int channels = GetParam();
   std::mt19937 random(kSeed);
-  const float weights[] = {0.3f, -0.7f, 1.1f};
   for (const int n : kLengths) {
     const std::vector<std::uint8_t> in = bytes(random, channels * n), dark = bytes(random, channels * n);
     for (const std::uint8_t* less : {static_cast<const std::uint8_t*>(nullptr), dark.data()}) {
-      std::vector<float> weighed(n), expected_weighed(n);
-      std::vector<std::int16_t> sums(channels * n, 5), split(sums), marked(sums), expected_split(sums),
+      std::vector<std::int16_t> sums(channels * n), split(sums), marked(sums), expected_split(sums),
           expected_marked(sums);
-      weigh_pixels(in.data(), less, n, channels, weights, weighed.data());
+      set_row(in.data(), less, channels * n, sums.data());
       add_row(in.data(), less, channels * n, sums.data());
       split_channels(sums.data(), n, channels, split.data());
       mark_channels(in.data(), 200, n, channels, marked.data());
       for (int x = 0; x < n; ++x)
         for (int c = 0; c < channels; ++c) {
           const int light = in[channels * x + c] - (less ? less[channels * x + c] : 0);
-          const float share = weights[c] * static_cast<float>(light);
-          expected_weighed[x] = c ? expected_weighed[x] + share : share;
-          expected_split[c * n + x] = static_cast<std::int16_t>(5 + light);
+          expected_split[c * n + x] = static_cast<std::int16_t>(2 * light);
           expected_marked[c * n + x] = in[channels * x + c] >= 200;
         }
-      EXPECT_EQ(weighed, expected_weighed) << n;
       EXPECT_EQ(split, expected_split) << n;
       EXPECT_EQ(marked, expected_marked) << n;
     }
   }
+}
+
+TEST_P(ImageRowsOf, ChannelsAreWeighedOfAsManyRowsAsAreTogether) {
+  const int channels = GetParam();
+  std::mt19937 random(kSeed);
+  const float weights[] = {0.3f, -0.7f, 1.1f};
+  for (const int n : kLengths)
+    for (const int together : {1, 2, 4}) {
+      const int step = channels * n + 5, dark_step = channels * n;
+      const std::vector<std::uint8_t> in = bytes(random, together * step), dark = bytes(random, together * dark_step);
+      for (const bool less : {false, true}) {
+        const PixelRows unlit = less ? PixelRows{dark.data(), dark_step} : PixelRows{};
+        std::vector<float> weighed(n), expected(n);
+        weigh_pixels({in.data(), step}, unlit, together, n, channels, weights, weighed.data());
+        for (int x = 0; x < n; ++x)
+          for (int c = 0; c < channels; ++c) {
+            int light = 0;
+            for (int y = 0; y < together; ++y)
+              light += in[y * step + channels * x + c] - (less ? dark[y * dark_step + channels * x + c] : 0);
+            const float share = weights[c] * static_cast<float>(light);
+            expected[x] = c ? expected[x] + share : share;
+          }
+        EXPECT_EQ(weighed, expected) << n << " columns, " << together << " rows";
+      }
+    }
 }
 INSTANTIATE_TEST_SUITE_P(SomeChannels, ImageRowsOf, testing::Values(1, 3), testing::PrintToStringParamName());
 
