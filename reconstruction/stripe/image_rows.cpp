@@ -201,7 +201,7 @@ void keep_lit(const float* __restrict brightness, int columns, float* __restrict
 }
 
 TANKRIG_VECTORISED
-int find_peaks(const float* above, const float* here, const float* below, int columns, float least, int* at) {
+int find_peaks(const float* above, const float* here, const float* below, const float* least, int columns, int* at) {
   constexpr int kTogether = 4;
   const auto none = [](const EightInts& mask) {
     std::uint64_t parts[4];
@@ -211,7 +211,8 @@ int find_peaks(const float* above, const float* here, const float* below, int co
   int found = 0, begin = 0;
   for (; begin + kTogether * kLanes <= columns; begin += kTogether * kLanes) {
     EightInts high[kTogether], any = {};
-    for (int i = 0; i < kTogether; ++i) any |= high[i] = load(here + begin + i * kLanes) >= least;
+    for (int i = 0; i < kTogether; ++i)
+      any |= high[i] = load(here + begin + i * kLanes) >= load(least + begin + i * kLanes);
     if (none(any)) continue;  // most are
     for (int i = 0; i < kTogether; ++i) {
       const int x = begin + i * kLanes;
@@ -222,7 +223,7 @@ int find_peaks(const float* above, const float* here, const float* below, int co
     }
   }
   for (; begin < columns; ++begin)
-    if (here[begin] >= least && here[begin] >= above[begin] && here[begin] > below[begin]) at[found++] = begin;
+    if (here[begin] >= least[begin] && here[begin] >= above[begin] && here[begin] > below[begin]) at[found++] = begin;
   return found;
 }
 

@@ -18,9 +18,9 @@ bool reaches(const std::uint8_t* bytes, int count, std::uint8_t limit);
 /// out[i] = sum over k from -radius to radius of kernel[|k|] * values[i + k], in this order.
 void weigh_line(const float* values, const float* kernel, int radius, int count, float* out);
 
-/// The columns whose value is at least `least`, no less than the one above and more than the one below, into `at`, which
-/// holds as many as there are columns; how many they are.
-int find_peaks(const float* above, const float* here, const float* below, int columns, float least, int* at);
+/// The columns whose value is at least the column's `least`, no less than the one above and more than the one below, into
+/// `at`, which holds as many as there are columns; how many they are.
+int find_peaks(const float* above, const float* here, const float* below, const float* least, int columns, int* at);
 
 /// Some rows of an image, from `first` on; null: none. `step`: bytes from each to the next.
 struct PixelRows {

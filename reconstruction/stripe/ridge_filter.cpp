@@ -118,16 +118,19 @@ float image_row(float row, int together) { return static_cast<float>(together) *
 
 RidgeCandidates::RidgeCandidates(const cv::Mat1f& response, double noise, double min_snr, int together)
     : counts_(response.cols, 0), all_(static_cast<std::size_t>(response.cols) * kPerColumn) {
+  constexpr float kRounding = 0.9999f;
   const auto threshold = static_cast<float>(min_snr * noise), scale = static_cast<float>(1 / noise);
   std::vector<int> peaks(response.cols);
+  std::vector<float> least(response.cols, threshold);  // of a peak that its column still has a place for
   for (int y = 1; y + 1 < response.rows; ++y) {
     const float *above = response[y - 1], *here = response[y], *below = response[y + 1];
-    const int count = find_peaks(above, here, below, response.cols, threshold, peaks.data());
-    for (int i = 0; i < count; ++i) {
+    const int found = find_peaks(above, here, below, least.data(), response.cols, peaks.data());
+    for (int i = 0; i < found; ++i) {
       const int x = peaks[i];
       const float slope = below[x] - above[x], shift = 0.5f * slope / (2 * here[x] - above[x] - below[x]);
       const float height = here[x] + (together > 1 ? 0.25f * slope * shift : 0);  // rows apart miss more of the top
       insert(x, {image_row(static_cast<float>(y) + shift, together), scale * height});
+      if (together == 1 && count(x) == kPerColumn) least[x] = kRounding * at(x, kPerColumn - 1).snr / scale;
     }
   }
 }

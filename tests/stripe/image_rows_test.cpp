@@ -108,7 +108,6 @@ TEST(ImageRows, AreWeighedAlongThemInOneOrder) {
 }
 
 TEST(ImageRows, TellTheColumnsOfTheirPeaks) {
-  constexpr float kLeast = 7;
   std::mt19937 random(kSeed);
   for (const int n : kLengths)
     for (int round = 0; round < 20; ++round) {
@@ -116,10 +115,12 @@ TEST(ImageRows, TellTheColumnsOfTheirPeaks) {
       for (std::vector<float>& row : values) row = floats(random, n);
       for (int x = 0; x < n; x += 3)  // equals
         for (std::vector<float>& row : values) row[x] = std::round(row[x]);
+      std::vector<float> least = floats(random, n);
+      for (float& limit : least) limit = std::round(7 + limit / 4);
       std::vector<int> found(n), expected;
-      found.resize(find_peaks(values[0].data(), values[1].data(), values[2].data(), n, kLeast, found.data()));
+      found.resize(find_peaks(values[0].data(), values[1].data(), values[2].data(), least.data(), n, found.data()));
       for (int x = 0; x < n; ++x)
-        if (const float h = values[1][x]; h >= kLeast && h >= values[0][x] && h > values[2][x]) expected.push_back(x);
+        if (const float h = values[1][x]; h >= least[x] && h >= values[0][x] && h > values[2][x]) expected.push_back(x);
       EXPECT_EQ(found, expected) << n;
     }
 }
