@@ -60,9 +60,8 @@ bool measure_reflectance(const cv::Mat& image, const cv::Mat& background, const 
     if (y >= core.first && y <= core.last) y = 2 * y < core.first + core.last ? core.first - 1 : core.last + 1;
     const std::uint8_t* pixel =
         scene.ptr<std::uint8_t>(std::clamp(y, 0, scene.rows - 1)) + static_cast<std::ptrdiff_t>(rows.column) * channels;
-    float light = 0;
-    for (int c = 0; c < channels; ++c) light += weights[c] * static_cast<float>(pixel[c]);
-    return light;
+    const auto light = [&](int c) { return weights[c] * static_cast<float>(pixel[c]); };
+    return channels == 1 ? light(0) : light(0) + light(1) + light(2);
   };
   reflectance.resize(rows.count);
   float above = light_at(rows.first - 1), here = light_at(rows.first);

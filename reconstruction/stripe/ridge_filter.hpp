@@ -12,6 +12,9 @@ namespace tankrig {
 /// Sd of the filter over that of the profile: near the best SNR, still local.
 inline constexpr double kFilterOverProfile = 1.5;
 
+/// Sd of the narrowest filter, in rows of what it filters.
+inline constexpr double kLeastFilter = 1.1;
+
 /// Weights h(0), h(1), ... of the symmetric filter; white noise keeps its sd through it.
 std::vector<float> ridge_kernel(double sigma_px);
 

@@ -31,7 +31,7 @@ SectionColour SectionColours::at(int column, double row) const {
     colour.hidden |= is_clipped(image_.ptr<std::uint8_t>(y, column));
     const Eigen::Vector3d end(light(y, 0), light(y, 1), light(y, 2));
     base += 0.25 * end;
-    darkest = std::min(darkest, end.norm()), brightest = std::max(brightest, end.norm());
+    if (!dark) darkest = std::min(darkest, end.norm()), brightest = std::max(brightest, end.norm());
   }
   if (colour.hidden) return colour;
   // Across an edge neither end is what lies under the stripe.

@@ -30,7 +30,6 @@ constexpr double kSureProfileSnr = 1.5;  ///< likewise where the look's path run
 constexpr int kAll = std::numeric_limits<int>::max();
 constexpr int kCoreReach = 10;         ///< [px] to either side of a white core
 constexpr double kSkirt = 20;          ///< [DN] of the stripe's colour beside its white core
-constexpr double kLeastFilter = 1.1;   ///< sd of the filter, in rows of what it filters
 constexpr int kMostRows = 4;           ///< together
 constexpr double kSignificance = 4.0;  ///< sigmas beyond which a shape is not chance
 constexpr double kBlurred = 0.5;       ///< [DN] noise that leaves no bands of a smooth light's rounding

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
+#include <optional>
 
 #include "core/median.hpp"
 #include "reconstruction/stripe/image_rows.hpp"
@@ -25,11 +26,16 @@ struct Reduced {
   int factor = 1;
 };
 
-Reduced reduce(const cv::Mat& image, const cv::Mat& background) {
-  constexpr std::uint8_t kClipped = 254;
+constexpr std::uint8_t kClipped = 254;
+
+int factor_of(const cv::Mat& image) {
   constexpr int kMostTogether = 128;
+  return std::clamp((std::max(image.cols, image.rows) + kReduced - 1) / kReduced, 1, kMostTogether);
+}
+
+Reduced reduce(const cv::Mat& image, const cv::Mat& background) {
   Reduced out;
-  out.factor = std::clamp((std::max(image.cols, image.rows) + kReduced - 1) / kReduced, 1, kMostTogether);
+  out.factor = factor_of(image);
   const int channels = image.channels(), f = out.factor;
   const cv::Size size(image.cols / f, image.rows / f);
   for (int c = 0; c < channels; ++c) {
@@ -73,7 +79,7 @@ Reduced transposed(const Reduced& in) {
 
 /// Light in the given colour. What is clipped in one of its channels is at least as bright as what surrounds it.
 cv::Mat1f signal_of(const Reduced& image, const std::array<float, 3>& weights) {
-  constexpr float kClipped = 0.2f;
+  constexpr float kShareClipped = 0.2f;
   const int channels = static_cast<int>(image.light.size());
   cv::Mat1f signal(image.light[0].size(), 0.0f);
   for (int c = 0; c < channels; ++c)
@@ -84,9 +90,9 @@ cv::Mat1f signal_of(const Reduced& image, const std::array<float, 3>& weights) {
     if (weights[c] > 0) clipped = cv::max(clipped, image.clipped[c]);
   for (int x = 0; x < signal.cols; ++x)
     for (int y = 0; y < signal.rows; ++y) {
-      if (clipped(y, x) < kClipped) continue;
+      if (clipped(y, x) < kShareClipped) continue;
       int end = y;
-      while (end < signal.rows && clipped(end, x) >= kClipped) ++end;
+      while (end < signal.rows && clipped(end, x) >= kShareClipped) ++end;
       float level = -HUGE_VALF;
       for (int k = std::max(0, y - 2); k < y; ++k) level = std::max(level, signal(k, x));
       for (int k = end; k < std::min(signal.rows, end + 2); ++k) level = std::max(level, signal(k, x));
@@ -170,6 +176,68 @@ void set_path(const Found& found, const Reduced& reduced, StripeLook& look) {
     }
 }
 
+/// The strongest place of a column of responses, if it is far above the noise, and no other place is half as strong. `sd`:
+/// of the stripe, in rows of the responses.
+std::optional<float> clear_peak(const cv::Mat1f& response, int column, double noise, double sd) {
+  constexpr double kClear = 12, kRival = 0.5, kApart = 4;  // the last in sd
+  int best = 0;
+  for (int y = 1; y < response.rows; ++y)
+    if (response(y, column) > response(best, column)) best = y;
+  const float peak = response(best, column);
+  if (peak < kClear * noise || best == 0 || best + 1 == response.rows) return std::nullopt;
+  const double apart = kApart * sd + 2;
+  for (int y = 0; y < response.rows; ++y)
+    if (std::abs(y - best) > apart && response(y, column) > kRival * peak) return std::nullopt;
+  const float above = response(best - 1, column), below = response(best + 1, column);
+  return static_cast<float>(best) + 0.5f * (below - above) / (2 * peak - above - below);
+}
+
+/// Where the stripe is beyond doubt in nearly all of some columns, they are enough: the look has their rows alone, and no
+/// evidence for weak points between them. Only with a dark image, and of a stripe that crosses the columns.
+std::optional<StripeLook> clear_look(const cv::Mat& image, const cv::Mat& background, const StripeLook& known) {
+  constexpr int kColumns = 48, kPadded = 64;
+  constexpr double kNearlyAll = 0.95;
+  if (background.empty() || known.orientation == StripeOrientation::kRows) return std::nullopt;
+  const double filter_sd = std::max(kSigmas[0], kFilterOverProfile * known.sd_px);
+  const int row_step = std::max(1, static_cast<int>(filter_sd / kLeastFilter));
+  if (image.rows < 3 * row_step) return std::nullopt;
+  const int channels = image.channels(), factor = factor_of(image), reduced_columns = image.cols / factor;
+  const int step = std::max(1, reduced_columns / kColumns);
+  std::vector<int> sampled;  // reduced columns
+  for (int i = step / 2; i < reduced_columns; i += step) sampled.push_back(i);
+  cv::Mat1f signal(image.rows / row_step, std::max(kPadded, static_cast<int>(sampled.size())), 0.0f), response;
+  const auto column_of = [=](int i) { return i * factor + factor / 2; };
+  for (int y = 0; y < signal.rows; ++y) {
+    const std::uint8_t *in = image.ptr<std::uint8_t>(y * row_step), *dark = background.ptr<std::uint8_t>(y * row_step);
+    float* out = signal[y];
+    for (const int i : sampled) {
+      const int at = column_of(i) * channels;
+      float light = 0;
+      for (int c = 0; c < channels; ++c) light += known.weights[c] * static_cast<float>(in[at + c] - dark[at + c]);
+      *out++ = light;
+    }
+  }
+  filter_columns(signal, ridge_kernel(filter_sd / row_step), response);
+  response = response.colRange(0, static_cast<int>(sampled.size()));
+  const double noise = std::max(robust_noise(response), kQuantisation);
+  StripeLook look = known;
+  look.evidence = look.share = 0;
+  look.step = factor;
+  look.rows.assign(reduced_columns, NAN);
+  std::size_t clear = 0;
+  for (std::size_t k = 0; k < sampled.size(); ++k) {
+    const auto peak = clear_peak(response, static_cast<int>(k), noise, known.sd_px / row_step);
+    if (!peak) continue;
+    const float row = static_cast<float>(row_step) * *peak;
+    const std::uint8_t* pixel = image.ptr<std::uint8_t>(static_cast<int>(std::lround(row)), column_of(sampled[k]));
+    if (reaches(pixel, channels, kClipped)) continue;
+    look.rows[sampled[k]] = row;
+    ++clear;
+  }
+  if (static_cast<double>(clear) < kNearlyAll * static_cast<double>(sampled.size())) return std::nullopt;
+  return look;
+}
+
 cv::Mat1f sum_of(const Reduced& reduced) {
   cv::Mat1f sum = reduced.light[0].clone();
   for (std::size_t c = 1; c < reduced.light.size(); ++c) sum += reduced.light[c];
@@ -207,6 +275,7 @@ StripeLook find_look(const cv::Mat& image, const cv::Mat& background, StripeOrie
 }
 
 StripeLook follow_look(const cv::Mat& image, const cv::Mat& background, const StripeLook& known) {
+  if (auto clear = clear_look(image, background, known)) return *clear;
   const bool rows = known.orientation == StripeOrientation::kRows;
   const Reduced as_is = reduce(image, background);
   const Reduced reduced = rows ? transposed(as_is) : as_is;
