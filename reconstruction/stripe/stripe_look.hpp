@@ -28,7 +28,8 @@ struct StripeLook {
 /// `image`: 8-bit, 1 or 3 (BGR) channels; `background` alike or empty.
 StripeLook find_look(const cv::Mat& image, const cv::Mat& background, StripeOrientation orientation);
 
-/// Where a stripe of a known orientation, colour and width runs in this image.
+/// Where a stripe of a known orientation, colour and width runs in this image. One that is clear beside a dark image is
+/// followed in a few columns: the other rows are NaN then, and the evidence is 0.
 StripeLook follow_look(const cv::Mat& image, const cv::Mat& background, const StripeLook& known);
 
 }  // namespace tankrig
