@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <mutex>
 
 #include "core/clock.hpp"
@@ -11,10 +12,10 @@
 
 namespace tankrig::sim {
 
-/// Its possible faults, for tests; set by the thread that owns the arm.
+/// Its possible faults, for tests. Any thread may set them.
 struct MockArmFaults {
-  bool stop_fails = false;  ///< stop() is refused with kIo and changes nothing
-  bool runs_away = false;   ///< set-points and stop() succeed and change nothing; the watchdog sleeps
+  std::atomic<bool> stop_fails = false;  ///< stop() is refused with kIo and changes nothing
+  std::atomic<bool> runs_away = false;   ///< set-points and stop() succeed and change nothing; the watchdog sleeps
 };
 
 /// Every exchange_period the carrier takes the last set-point to the actuators and reads the encoders. In between, each

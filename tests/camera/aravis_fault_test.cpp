@@ -42,9 +42,14 @@ AravisSettings fault_settings() {
 
 cv::Mat fault_picture(std::uint64_t index, Stamp, Duration) { return known_picture(index, kFaultSize, 1); }
 
-void expect_every_number_has_its_fate(const Camera& camera, const Frame& newest) {
-  const CameraCounters c = camera.counters();
-  EXPECT_EQ(newest.sequence + 1, c.delivered + c.left_out());
+/// Between a frame and the counts others may be left out: once the reader has caught up, none is.
+void expect_every_number_has_its_fate(Camera& camera) {
+  EXPECT_TRUE(wait_for([&] {
+    const auto next = camera.try_grab();
+    if (!next.ok() || !next.value()) return false;
+    const CameraCounters c = camera.counters();
+    return next.value()->sequence + 1 == c.delivered + c.left_out();
+  }));
 }
 
 std::string opening_error(const AravisSettings& settings) {
@@ -71,9 +76,7 @@ TEST_F(AravisFaultTest, CountsFramesWithMissingPacketsAndGivesOutOnlyWholeOnes) 
         << "frame " << f.sequence;
   EXPECT_GT(statistic(sut, "packets_missing"), 0);
   EXPECT_EQ(statistic(sut, "packets_resent"), 0) << "this camera cannot resend";
-  const std::vector<Frame> whole = grab_frames(sut, 3);
-  ASSERT_EQ(whole.size(), 3u);
-  expect_every_number_has_its_fate(sut, whole.back());
+  expect_every_number_has_its_fate(sut);
 }
 
 TEST_F(AravisFaultTest, SaysOnceThatACameraStallsAndCountsWhatItNeverSaw) {
@@ -200,7 +203,7 @@ TEST_F(AravisFaultTest, CountsAsOverrunWhatItsReaderLeftLying) {
   const std::vector<Frame> frames = grab_frames(sut, 12);
   ASSERT_EQ(frames.size(), 12u);
   EXPECT_GT(sut.counters().overrun, 20u);
-  expect_every_number_has_its_fate(sut, frames.back());
+  expect_every_number_has_its_fate(sut);
   for (const Frame& f : frames)
     EXPECT_EQ(cv::norm(f.image, known_picture(known_index(f), kFaultSize, 1), cv::NORM_INF), 0);
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <set>
 
@@ -21,13 +22,14 @@ class ProofLaser final : public Laser, public RelayProof {
   Result<LaserState> state() noexcept override;
   Duration warm_up() const noexcept override { return behind_.warm_up(); }
   void withhold_refreshes(bool withheld) noexcept override;
-  std::optional<Duration> opened_by_itself() const noexcept override { return opened_; }
+  std::optional<Duration> opened_by_itself() const noexcept override;
 
  private:
   Status set(bool on) noexcept override { return Laser::set(behind_, on); }
 
   sim::MockLaser& behind_;
   const Clock& clock_;
+  mutable std::mutex mutex_;  // guards what follows
   std::optional<Stamp> withheld_since_;
   std::optional<Duration> opened_;
 };

@@ -166,12 +166,12 @@ TEST(MockArm, FailsInTheWaysATestAsksFor) {
   EXPECT_EQ(sut.stop().error().code, ErrorCode::kIo);
   bench.clock.sleep_until(bench.clock.now() + 300ms);
   EXPECT_GT(sut.true_velocity_at(bench.clock.now())[kElbow], 0.09);
-  sut.faults = {};
+  sut.faults.stop_fails = false;
   sut.faults.runs_away = true;
   ASSERT_TRUE(sut.stop().ok());
   drive(bench, sut, JointVector::Zero(), 1s);
   EXPECT_GT(sut.true_velocity_at(bench.clock.now())[kElbow], 0.09);
-  sut.faults = {};
+  sut.faults.runs_away = false;
   ASSERT_TRUE(sut.stop().ok());
   bench.clock.sleep_until(bench.clock.now() + 500ms);
   EXPECT_EQ(sut.true_velocity_at(bench.clock.now())[kElbow], 0);
@@ -202,7 +202,7 @@ TEST(MockArm, MayBeStoppedFromAnyThread) {
   other.join();
   EXPECT_EQ(backwards, 0);
   EXPECT_TRUE(gone_far());
-  sut.faults = {};
+  sut.faults.runs_away = false;
   std::thread([&] { EXPECT_TRUE(sut.stop().ok()); }).join();
   const Stamp stopped = clock.now();
   for (const Stamp end = stopped + 100ms; clock.now() < end;) (void)sut.try_read();
