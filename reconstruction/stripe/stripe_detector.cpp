@@ -31,6 +31,7 @@ constexpr int kAll = std::numeric_limits<int>::max();
 constexpr int kCoreReach = 10;         ///< [px] to either side of a white core
 constexpr double kSkirt = 20;          ///< [DN] of the stripe's colour beside its white core
 constexpr int kMostRows = 4;           ///< together
+constexpr int kFewRows = 16;           ///< of an image
 constexpr double kSignificance = 4.0;  ///< sigmas beyond which a shape is not chance
 constexpr double kBlurred = 0.5;       ///< [DN] noise that leaves no bands of a smooth light's rounding
 constexpr double kBand = 1.5;          ///< [DN] in each channel: more than the height of such a band
@@ -101,8 +102,9 @@ class ColumnDetector {
   RidgeCandidates find_candidates() {
     static thread_local cv::Mat1f signal, response;  // kept from frame to frame: fresh pages cost as much as the filter
     const double filter_sd = std::clamp(kFilterOverProfile * appearance_.sd_px, 1.0, 10.0);
-    // Among the scene's own lines the evidence is too scarce for that.
-    together_ = background_.empty() ? 1 : std::clamp(static_cast<int>(filter_sd / kLeastFilter), 1, kMostRows);
+    // Among the scene's own lines, or few rows, the evidence is too scarce for that.
+    const int most = background_.empty() ? 1 : std::clamp(image_.rows / kFewRows, 1, kMostRows);
+    together_ = std::clamp(static_cast<int>(filter_sd / kLeastFilter), 1, most);
     weighted_signal(image_, background_, appearance_.detection, together_, signal);
     fill_clipped(signal);
     const std::vector<float> kernel = ridge_kernel(filter_sd / together_);

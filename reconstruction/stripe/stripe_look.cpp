@@ -30,7 +30,8 @@ constexpr std::uint8_t kClipped = 254;
 
 int factor_of(const cv::Mat& image) {
   constexpr int kMostTogether = 128;
-  return std::clamp((std::max(image.cols, image.rows) + kReduced - 1) / kReduced, 1, kMostTogether);
+  const int most = std::min({kMostTogether, image.cols, image.rows});
+  return std::clamp((std::max(image.cols, image.rows) + kReduced - 1) / kReduced, 1, most);
 }
 
 Reduced reduce(const cv::Mat& image, const cv::Mat& background) {

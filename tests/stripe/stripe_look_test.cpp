@@ -86,5 +86,17 @@ TEST(StripeLook, LosesNoPointsBetweenTheColumnsThatItLooksAt) {
   EXPECT_GE(detection.peaks.size(), 0.99 * stripe.width);
 }
 
+TEST(StripeLook, OfAWideStripeFindsNothingInAFewRows) {
+  for (const int rows : {1, 2, 3, 5}) {
+    GeneratedStripe strip = clear_stripe();
+    strip.height = rows;
+    strip.laser = false;
+    StripeLook wide;
+    wide.weights = {0, 1, 0};
+    wide.sd_px = 8;
+    EXPECT_TRUE(detect_stripe(strip.image(), dark_image(strip), {}, wide).peaks.empty()) << rows;
+  }
+}
+
 }  // namespace
 }  // namespace tankrig
