@@ -17,7 +17,7 @@
 namespace tankrig {
 namespace {
 
-// Times the paper's chain of OpenCV's parts in the same run. Measured, alone on the machine: 0.29 to 0.50, 0.04.
+// Times the paper's chain of OpenCV's parts in the same run. Measured, alone on the machine: 0.29 to 0.51, 0.04.
 constexpr double kMostOfOurs = 0.8, kMostOfPapers = 0.2;
 constexpr int kRounds = 40;
 
