@@ -1,9 +1,12 @@
 #include "rig/plan/light_check.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstdio>
 
 #include "core/input_error.hpp"
+#include "rig/safety/beam_check.hpp"
 
 namespace tankrig {
 namespace {
@@ -54,16 +57,24 @@ bool testifies(const BeamSettings& settings, const std::string& camera) {
   return settings.verify && std::find(settings.waived.begin(), settings.waived.end(), camera) == settings.waived.end();
 }
 
-void check_witness(const ScanPlan& plan, const BeamSettings& settings, const std::string& camera, RecordWhen record) {
-  if (!plan.uses_laser() || record == RecordWhen::kDark || !testifies(settings, camera)) return;
+void check_witness(const ScanPlan& plan, const BeamSettings& settings, const CameraInfo& camera, RecordWhen record) {
+  if (!plan.uses_laser() || !testifies(settings, camera.name)) return;
+  const auto refuse = [&](const std::string& why) {
+    throw InputError("camera " + camera.name + ": the beam check does not work: " + why +
+                     "; or go without its word: scan: safety: beam: waived: [" + camera.name + "]");
+  };
+  if (std::min(camera.width, camera.height) < StripeSign::kSmallest)
+    refuse(
+        fmt::format("no stripe is told in pictures so small (width_px, height_px: found {} x {}, expected "
+                    "{} or more)",
+                    camera.width, camera.height, StripeSign::kSmallest));
+  if (record == RecordWhen::kDark) return;
   const auto& segments = plan.segments();
   const bool dark_block =
       std::any_of(segments.begin(), segments.end(), [](const Segment& s) { return s.phase == Phase::kDarkBefore; });
   if (record == RecordWhen::kAll && dark_block) return;
-  throw InputError(
-      "camera " + camera + ": the beam check does not work: the camera never sees the dark (" +
-      (dark_block ? "record: found sweep, expected all" : "scan: dark_frames: found 0, expected 1 or more") +
-      "); or go without its word: scan: safety: beam: waived: [" + camera + "]");
+  refuse(std::string("the camera never sees the dark (") +
+         (dark_block ? "record: found sweep, expected all" : "scan: dark_frames: found 0, expected 1 or more") + ")");
 }
 
 }  // namespace tankrig

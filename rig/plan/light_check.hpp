@@ -3,6 +3,7 @@
 
 #include <optional>
 
+#include "drivers/camera/camera.hpp"
 #include "rig/plan/scan_plan.hpp"
 #include "rig/plan/scan_settings.hpp"
 #include "rig/safety/safety_settings.hpp"
@@ -20,8 +21,9 @@ void check_light(const ScanPlan& plan, const SafetySettings& settings);
 /// Whether the rig file makes a camera a witness of the beam.
 bool testifies(const BeamSettings& settings, const std::string& camera);
 
-/// A camera that must see the stripe must see the dark first: otherwise it would silently testify to nothing.
+/// A camera that must see the stripe must see the dark first, in pictures large enough to be judged: otherwise it would
+/// silently testify to nothing.
 /// Errors: InputError, one line that names the camera and the cure, unless the settings waive it.
-void check_witness(const ScanPlan& plan, const BeamSettings& settings, const std::string& camera, RecordWhen record);
+void check_witness(const ScanPlan& plan, const BeamSettings& settings, const CameraInfo& camera, RecordWhen record);
 
 }  // namespace tankrig

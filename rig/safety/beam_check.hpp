@@ -27,6 +27,7 @@ struct StripeSign {
   /// So many triples are a stripe. A picture without one has those that the arm's own edges make; how many it has on the
   /// simulated rigs, and one with a stripe, docs/reference/safety.md says.
   static constexpr int kPresent = 16;
+  static constexpr int kSmallest = 240;  ///< rows and columns of a picture that can be judged
 
   int triples = 0;      ///< of neighbouring profiles whose highest ridges lie in a line; noise gives one in 20 pictures
   double contrast = 0;  ///< their median ridge over what is beside it [grey levels of one channel]
@@ -36,7 +37,7 @@ struct StripeSign {
 
 /// Looks across columns and across rows; the better one counts. A ridge is brighter than both of its sides, so edges,
 /// shadows and other lamps do not count. Noise and particles do not line up. `picture` and `dark` have the same size
-/// and type, 8-bit, 1 or 3 channels, at least 64 x 64; otherwise the result is empty.
+/// and type, 8-bit, 1 or 3 channels, at least kSmallest x kSmallest; otherwise the result is empty.
 /// Threads: const and safe.
 /// RT: never.
 std::optional<StripeSign> look_for_stripe(const cv::Mat& picture, const cv::Mat& dark);

@@ -390,7 +390,7 @@ ScanResult run_scan(ScanJob& job) {
   if (job.plan.uses_laser()) check_laser_ready(job.settings, job.laser, job.interlock_closed && job.interlock_closed());
   check_light(job.plan, job.settings.safety);
   for (const ScanCamera& c : job.cameras)
-    if (c.beam_in_view) check_witness(job.plan, job.settings.safety.beam, c.camera->info().name, c.record);
+    if (c.beam_in_view) check_witness(job.plan, job.settings.safety.beam, c.camera->info(), c.record);
   const auto end = [](ScanRun* run) {
     if (!run->left_behind()) delete run;
   };

@@ -59,5 +59,6 @@ export function smallRig(program, rig, place, eyes = 4) {
     edit(rigFile, [model(whole), model(less)])
     edit(tankFile, [size(whole), size(less)], [lens(whole), lens(less)])
   }
+  edit(rigFile, ['\nscan:\n', '\nscan:\n  safety: {beam: {waived: [left, right]}}\n']) // too small to be witnesses
   edit(rigFile, ['\npresets:\n', '\npresets:\n  short: {sweep: {from_rad: 1.5, to_rad: 1.9}, dark_frames: 2}\n  long: {sweep: {passes: 5}, dark_frames: 2}\n'])
 }

@@ -6,10 +6,12 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <opencv2/imgproc.hpp>
 #include <random>
 
 #include "core/input_error.hpp"
 #include "rig/capture/beam_view.hpp"
+#include "rig/plan/light_check.hpp"
 #include "rig/scan/before_start.hpp"
 #include "rig/scan/scan.hpp"
 #include "sim_backends/mock/mock_camera.hpp"
@@ -25,8 +27,8 @@ constexpr int kPresent = 16, kAbsent = 12;  // BeamWatch's
 
 /// A textured floor, with a stripe (0: none) across the columns or the rows, and Gaussian noise.
 cv::Mat picture(std::mt19937& random, double stripe, double noise, bool turned = false, double lamp = 1,
-                double at = 0.5, int channels = 3) {
-  const int rows = turned ? 640 : 480, cols = turned ? 480 : 640;
+                double at = 0.5, int channels = 3, cv::Size size = {640, 480}) {
+  const int rows = turned ? size.width : size.height, cols = turned ? size.height : size.width;
   std::normal_distribution<double> gauss(0, noise);
   cv::Mat image(rows, cols, CV_MAKETYPE(CV_8U, channels));
   for (int r = 0; r < rows; ++r)
@@ -42,21 +44,29 @@ cv::Mat picture(std::mt19937& random, double stripe, double noise, bool turned =
   return turned ? cv::Mat(image.t()) : image;
 }
 
-TEST(StripeSign, TellsAStripeFromNoiseInEitherDirection) {
+class StripeSignOfSize : public testing::TestWithParam<cv::Size> {};
+
+TEST_P(StripeSignOfSize, TellsAStripeFromNoiseInEitherDirection) {
   std::mt19937 random(1);
   for (const double noise : {0.0, 25.5})
     for (const bool turned : {false, true}) {
+      const auto with = [&](double stripe) { return picture(random, stripe, noise, turned, 1, 0.5, 3, GetParam()); };
       DarkReference dark;
-      for (int i = 0; i < 2; ++i) dark.add(picture(random, 0, noise, turned));
-      const auto lit = look_for_stripe(picture(random, 90, noise, turned), dark.mean());
+      for (int i = 0; i < 2; ++i) dark.add(with(0));
+      const auto lit = look_for_stripe(with(90), dark.mean());
       ASSERT_TRUE(lit);
       EXPECT_GE(lit->triples, kPresent) << noise << " " << turned;
       int most = 0;
-      for (int i = 0; i < 2; ++i)
-        most = std::max(most, look_for_stripe(picture(random, 0, noise, turned), dark.mean())->triples);
+      for (int i = 0; i < 2; ++i) most = std::max(most, look_for_stripe(with(0), dark.mean())->triples);
       EXPECT_LT(most, kAbsent) << noise << " " << turned;
     }
 }
+
+INSTANTIATE_TEST_SUITE_P(Pictures, StripeSignOfSize,
+                         testing::Values(cv::Size(640, 480), cv::Size(320, 240), cv::Size(240, 240)),
+                         [](const auto& size) {
+                           return std::to_string(size.param.width) + "x" + std::to_string(size.param.height);
+                         });
 
 TEST(StripeSign, TakesAnotherLampForNoStripe) {
   std::mt19937 random(2);
@@ -152,11 +162,11 @@ struct Rig {
   Rig() : s(settings()), arm(arm5e(), mock.arm, s.park, clock), real(mock.laser_warm_up, clock) {
     for (const char* name : {"mono", "left"})
       cameras.push_back(
-          std::make_unique<sim::MockCamera>(CameraInfo{name, 160, 160, 1, 25}, mock.camera, clock, arm, real,
+          std::make_unique<sim::MockCamera>(CameraInfo{name, 240, 240, 1, 25}, mock.camera, clock, arm, real,
                                             [this](const std::string&, const sim::Exposure& e) { return seen(e); }));
   }
   cv::Mat seen(const sim::Exposure& e) {
-    cv::Mat image(160, 160, CV_8UC1);
+    cv::Mat image(240, 240, CV_8UC1);
     for (int r = 0; r < image.rows; ++r)
       for (int c = 0; c < image.cols; ++c) {
         const double off = r - 100 * (e.q[1][kElbow] - 0.9);
@@ -255,6 +265,25 @@ TEST(BeamWatch, RefusesAScanWithACameraThatNeverSeesTheDarkAndNamesTheCure) {
             "");
 }
 
+TEST(BeamWatch, RefusesAScanWithACameraWhosePicturesAreTooSmall) {
+  const Rig rig;
+  const ScanPlan plan = make_scan_plan(rig.s, rig.s.park);
+  const auto refusal_of = [&](int width, int height, RecordWhen record) -> std::string {
+    try {
+      check_witness(plan, rig.s.safety.beam, {"left", width, height}, record);
+    } catch (const InputError& e) {
+      return e.what();
+    }
+    return {};
+  };
+  for (const RecordWhen record : {RecordWhen::kAll, RecordWhen::kDark}) {
+    EXPECT_EQ(refusal_of(320, 239, record),
+              "camera left: the beam check does not work: no stripe is told in pictures so small (width_px, height_px: "
+              "found 320 x 239, expected 240 or more); or go without its word: scan: safety: beam: waived: [left]");
+    EXPECT_EQ(refusal_of(320, 240, record), "");
+  }
+}
+
 TEST(BeamWatch, GoesWithoutACameraThatIsWaivedByNameAndSaysSo) {
   Rig rig;
   rig.s.capture.dark_frames = 0;
@@ -285,7 +314,10 @@ TEST(BeamWatch, EndsAScanOfWhichNoDarkPictureCame) {
   EXPECT_TRUE(result.left.safe());
 }
 
-TEST(BeamWatch, SaysNothingWrongOnTheSimulatedRigs) {
+/// The rig files' pictures, and small ones of the same.
+class BeamWatchOfScale : public testing::TestWithParam<double> {};
+
+TEST_P(BeamWatchOfScale, SaysNothingWrongOnTheSimulatedRigs) {
   int least_lit = std::numeric_limits<int>::max(), most_dark = 0;
   for (const char* name : {"tank-sim", "lab-published"}) {
     const RigConfig rig = load_rig(std::string(TANKRIG_SOURCE_DIR "/etc/rigs/") + name + "/rig.yaml");
@@ -301,7 +333,9 @@ TEST(BeamWatch, SaysNothingWrongOnTheSimulatedRigs) {
       e.laser.fill(laser);
       e.mid = Stamp{40'000'000 * static_cast<std::int64_t>(++n)};
       e.index = n;
-      return world.render(camera, e);
+      cv::Mat image;
+      cv::resize(world.render(camera, e), image, {}, GetParam(), GetParam(), cv::INTER_AREA);
+      return image;
     };
     int expected = 0;
     for (const RigCamera& camera : rig.cameras) {
@@ -329,6 +363,9 @@ TEST(BeamWatch, SaysNothingWrongOnTheSimulatedRigs) {
   EXPECT_GE(least_lit, kAbsent);
   EXPECT_LT(most_dark, kPresent);
 }
+
+INSTANTIATE_TEST_SUITE_P(Pictures, BeamWatchOfScale, testing::Values(1, 0.5),
+                         [](const auto& scale) { return scale.param == 1 ? "whole" : "small"; });
 
 }  // namespace
 }  // namespace tankrig

@@ -62,7 +62,8 @@ void check_room(const RigConfig& rig, const ScanPlan& plan, const std::filesyste
 ScanPlan sweep_plan(const RigConfig& rig, const JointVector& posture) {
   ScanPlan plan = make_scan_plan(rig.scan, posture);
   check_light(plan, rig.scan.safety);
-  for (const RigCamera& camera : rig.cameras) check_witness(plan, rig.scan.safety.beam, camera.name, camera.record);
+  for (const RigCamera& camera : rig.cameras)
+    check_witness(plan, rig.scan.safety.beam, {camera.name, camera.model.width, camera.model.height}, camera.record);
   return plan;
 }
 
