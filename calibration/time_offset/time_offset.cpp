@@ -20,7 +20,8 @@ constexpr double kLeastSine = 0.02;  // of the angle between ray and laser plane
 constexpr std::size_t kLeastPairs = 200;
 constexpr double kLeastFrames = 21;  // of a pass that see places of the other
 constexpr int kLeastWaves = 2;
-constexpr double kWaves = 0.2;       // times frames^(2/3); see spread_of
+constexpr double kWaves = 0.2;       // times frames^(2/3); see of_waves
+constexpr std::size_t kReach = 8;    // frames of both passes; see of_frames
 constexpr double kSpeedRatio = 1.2;  // of recordings from which the backlash is estimated
 constexpr double kOutlier = 4;       // robust standard deviations beyond which a pair does not count
 constexpr double kTimeStep = 2e-2;   // [s] of the derivatives: joint samples nearer to each other err by ticks
@@ -220,17 +221,70 @@ struct Spread {
   double freedom = 0;
 };
 
-/// Neighbouring places err alike: they share frames, a frame's places share the joints' error, and joints in whole
-/// ticks err alike for many frames. So the variance is that of the slowest waves of the error along the sweep (Lazarus,
-/// Lewis, Stock and Watson 2018: equal-weighted cosines), each recording for itself. Their rule has 0.4 frames^(2/3)
-/// waves; whole ticks err alike for longer than their examples, so here are fewer.
-Spread spread_of(const std::vector<Sweeps>& recordings, const Linear& l, const Normal& all, bool with_backlash) {
+/// Variance of the score, the sum over all places, or of the solution.
+struct Variance {
+  Eigen::Matrix2d matrix = Eigen::Matrix2d::Zero();
+  double freedom = 1;
+
+  /// Half a 95 % interval of the first parameter.
+  double width() const { return quantile(boost::math::students_t(freedom), 0.975) * std::sqrt(matrix(0, 0)); }
+};
+
+/// A pair's part of the score, and of the information about the offset.
+struct Place {
+  double angle;  ///< of the joint
+  std::size_t frame;
+  Eigen::Vector2d score;
+  double information;
+};
+
+/// Joints in whole ticks err alike for many frames: the slowest waves of the error along the sweep (Lazarus, Lewis,
+/// Stock and Watson 2018: equal-weighted cosines). Their rule has 0.4 frames^(2/3) waves; whole ticks err alike for
+/// longer than their examples, so here are fewer.
+Variance of_waves(const std::vector<Place>& places, double frames) {
+  const int waves = std::max(kLeastWaves, static_cast<int>(kWaves * std::pow(frames, 2.0 / 3)));
+  double total = 0, before = 0;
+  for (const Place& p : places) total += p.information;
+  Eigen::Matrix2Xd sums = Eigen::Matrix2Xd::Zero(2, waves);
+  for (const Place& p : places) {
+    const double way = (before + 0.5 * p.information) / total;
+    before += p.information;
+    for (int k = 0; k < waves; ++k)
+      sums.col(k) += std::numbers::sqrt2 * std::cos(std::numbers::pi * (k + 1) * way) * p.score;
+  }
+  return {sums * sums.transpose() / waves, static_cast<double>(waves)};
+}
+
+/// A frame errs alike in all of its lines, and neighbours of both passes share frames: their products, fewer the
+/// farther apart (Newey and West 1987). Two waves are small by chance now and then; these are not, but what errs alike
+/// for longer than their reach is not in them.
+Variance of_frames(const std::vector<Place>& places) {
+  std::vector<std::pair<std::size_t, Eigen::Vector2d>> frames;
+  for (const Place& p : places) {
+    const bool another = frames.empty() || frames.back().first != p.frame;
+    if (another) frames.emplace_back(p.frame, Eigen::Vector2d::Zero());
+    frames.back().second += p.score;
+  }
+  Variance out;
+  for (std::size_t i = 0; i < frames.size(); ++i)
+    for (std::size_t lag = 0; lag < kReach && i + lag < frames.size(); ++lag) {
+      const Eigen::Matrix2d product = frames[i].second * frames[i + lag].second.transpose();
+      const double share = 1 - static_cast<double>(lag) / kReach;
+      out.matrix += lag == 0 ? product : Eigen::Matrix2d(share * (product + product.transpose()));
+    }
+  out.freedom = 1.5 * static_cast<double>(frames.size()) / kReach;
+  return out;
+}
+
+/// Each recording for itself, by the wider of the two.
+Spread spread_of(const std::vector<Sweeps>& recordings, Duration offset, const Linear& l, const Normal& all,
+                 bool with_backlash) {
   Eigen::Matrix2d inverse = Eigen::Matrix2d::Zero();
   inverse(0, 0) = 1 / all.h(0, 0);
   if (with_backlash) inverse = all.h.inverse();
   Spread out;
   double squares = 0;
-  Eigen::Index first = 0;
+  Eigen::Index i = 0;
   for (const Sweeps& s : recordings) {
     const double frames = frames_in_a_pass(s);
     if (frames < kLeastFrames)
@@ -238,28 +292,22 @@ Spread spread_of(const std::vector<Sweeps>& recordings, const Linear& l, const N
           "time offset: the stripe is seen in both directions in {} frames of a pass, expected at least {}: a longer "
           "or slower sweep",
           static_cast<int>(frames), kLeastFrames));
-    const auto information = [&](Eigen::Index i) { return l.weight[i] * l.jacobian(i, 0) * l.jacobian(i, 0); };
     double total = 0;
-    std::vector<std::pair<double, Eigen::Index>> places;  // in the order in which the sweep comes by
+    std::vector<Place> places;
     for (const StripePair& p : s.pairs) {
-      places.emplace_back(motion_at(s.recording->joints, s.recording->stripes[p.single].stamp).q[s.joint], first);
-      total += information(first++);
+      places.push_back({motion_at(s.recording->joints, s.recording->stripes[p.single].stamp - offset).q[s.joint],
+                        p.single, l.weight[i] * l.r[i] * l.jacobian.row(i),
+                        l.weight[i] * l.jacobian(i, 0) * l.jacobian(i, 0)});
+      total += places.back().information;
+      ++i;
     }
     if (!(total > 0)) throw InputError("time offset: no place of a recording agrees in both directions");
-    std::sort(places.begin(), places.end());
-    const int waves = std::max(kLeastWaves, static_cast<int>(kWaves * std::pow(frames, 2.0 / 3)));
-    Eigen::Matrix2Xd sums = Eigen::Matrix2Xd::Zero(2, waves);
-    double before = 0;
-    for (const auto& [angle, i] : places) {
-      const double way = (before + 0.5 * information(i)) / total;
-      before += information(i);
-      const Eigen::Vector2d score = l.weight[i] * l.r[i] * l.jacobian.row(i);
-      for (int k = 0; k < waves; ++k)
-        sums.col(k) += std::numbers::sqrt2 * std::cos(std::numbers::pi * (k + 1) * way) * score;
-    }
-    const Eigen::Matrix2d covariance = inverse * (sums * sums.transpose() / waves) * inverse;
-    out.covariance += covariance;
-    squares += covariance(0, 0) * covariance(0, 0) / waves;
+    std::stable_sort(places.begin(), places.end(), [](const Place& a, const Place& b) { return a.angle < b.angle; });
+    const auto of_solution = [&](const Variance& v) { return Variance{inverse * v.matrix * inverse, v.freedom}; };
+    const Variance waves = of_solution(of_waves(places, frames)), frame = of_solution(of_frames(places));
+    const Variance& wider = frame.width() > waves.width() ? frame : waves;
+    out.covariance += wider.matrix;
+    squares += wider.matrix(0, 0) * wider.matrix(0, 0) / wider.freedom;
   }
   out.freedom = out.covariance(0, 0) * out.covariance(0, 0) / squares;
   return out;
@@ -303,7 +351,7 @@ TimeOffsetSolution solve(const TimeOffsetProblem& problem) {
     normal.add(linear, k);
     speeds.push_back(std::abs(linear.jacobian(k, 0)) / 2);
   }
-  const Spread spread = spread_of(residuals.sweeps(), linear, normal, with_backlash);
+  const Spread spread = spread_of(residuals.sweeps(), from_seconds(p[0]), linear, normal, with_backlash);
   out.offset = p[0];
   out.sigma = std::sqrt(spread.covariance(0, 0));
   out.half_width = quantile(boost::math::students_t(spread.freedom), 0.975) * out.sigma;
