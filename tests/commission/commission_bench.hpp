@@ -60,7 +60,7 @@ struct CommissionBench {
   CommissionBench() {
     rig.cameras.resize(1);
     camera = std::make_unique<sim::MockCamera>(
-        CameraInfo{rig.cameras[0].name, 160, 120, 1, 25}, sim::MockCameraParameters{}, clock, arm, lamp,
+        CameraInfo{rig.cameras[0].name, 320, 240, 1, 25}, sim::MockCameraParameters{}, clock, arm, lamp,
         [this](const std::string&, const sim::Exposure& e) { return picture(e.laser[0], e.index); });
   }
 
@@ -98,7 +98,7 @@ struct CommissionBench {
   }
 
   static cv::Mat picture(double light, std::uint64_t index) {
-    cv::Mat image(120, 160, CV_8UC1);
+    cv::Mat image(240, 320, CV_8UC1);
     cv::RNG random(index + 1);
     random.fill(image, cv::RNG::UNIFORM, 18, 23);
     image.rowRange(59, 62) += cv::Scalar(200 * light);

@@ -45,7 +45,8 @@ std::string read_all(int from) {
 
 }  // namespace
 
-Measured measured_apart(const std::function<Measured()>& measure, unsigned longest_s) {
+Measured measured_apart(const std::function<Measured()>& measure, unsigned longest_s, std::mutex& alone) {
+  std::unique_lock forking(alone);  // another child would keep this pipe's end open
   int pipe[2];
   if (::pipe2(pipe, O_CLOEXEC) != 0) return {"", "", std::string("pipe: ") + std::strerror(errno), ""};
   std::fflush(stdout);
@@ -56,6 +57,7 @@ Measured measured_apart(const std::function<Measured()>& measure, unsigned longe
     measure_and_tell(measure, pipe[1]);
   }
   ::close(pipe[1]);
+  forking.unlock();
   const std::string told = child < 0 ? "" : read_all(pipe[0]);
   ::close(pipe[0]);
   if (child < 0) return {"", "", std::string("fork: ") + std::strerror(errno), ""};

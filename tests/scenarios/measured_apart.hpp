@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <mutex>
 #include <string>
 
 namespace tankrig::scenarios {
@@ -12,7 +13,8 @@ struct Measured {
 };
 
 /// `measure` runs in a child, which is killed if it takes longer than `longest_s`. Its death or an exception is what is
-/// wrong then; `line` is empty.
-Measured measured_apart(const std::function<Measured()>& measure, unsigned longest_s);
+/// wrong then; `line` is empty. `alone` is held while it forks: hold it to print, and the child finds the streams free.
+/// Threads: any.
+Measured measured_apart(const std::function<Measured()>& measure, unsigned longest_s, std::mutex& alone);
 
 }  // namespace tankrig::scenarios

@@ -1,16 +1,23 @@
 // Every fault on every device, measured: writes docs/measured/reliability.md, or with --quick checks one fault of every wire.
 //
-//   reliability [--quick | --mock] [--only "DEVICE [KIND]"] [FILE.md]      --mock: the rows of the mock rig only
+//   reliability [--quick | --mock] [--only "DEVICE [KIND]"] [--lanes N] [FILE.md]
+//                                   --mock: the rows of the mock rig only; --lanes: so many at a time
 //   reliability --only endings      the scan's own process dies or stands still
 #include <stdlib.h>
 #include <sys/utsname.h>
 
+#include <algorithm>
+#include <atomic>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <functional>
+#include <mutex>
 #include <optional>
+#include <stdexcept>
 #include <thread>
+#include <vector>
 
 #include "sim_backends/wire/private_network.hpp"
 #include "tests/scenarios/killed_scan.hpp"
@@ -75,13 +82,20 @@ std::string skipped(bool too_late, Duration machine_late) {
   return too_late ? testing_support::machine_was_late(machine_late, kBearable) : "";
 }
 
+/// Of this lane alone: each has cameras on the same addresses.
+void enter_network() {
+  if (const Status entered = sim::enter_private_network(); !entered) throw std::runtime_error(entered.error().where);
+}
+
 Measured measured(const Trial& trial) {
+  if (trial.place != Place::kMock) enter_network();
   const Row row = trial.place == Place::kMock ? on_mock(trial) : on_wire(trial);
   const std::string why = broken(row);
   return {page_row(row, why), row.outcome.status, why, row.wire ? skipped(too_late(row), row.wire->machine_late) : ""};
 }
 
 Measured measured_ending(const std::string& carrier, Ending ending) {
+  enter_network();
   const Killed k = end_scan(carrier, ending);
   const std::string why = broken(k);
   return {page_killed_row(carrier, k, why),
@@ -123,6 +137,7 @@ bool is_quick(const Trial& trial) {
 
 struct Asked {
   bool quick = false, mock_only = false;
+  int lanes = 1;
   std::string device;  ///< or device and kind; empty: all
   fs::path file;
 
@@ -150,9 +165,16 @@ std::string machine(const Asked& asked) {
          release.substr(0, release.find_first_not_of("0123456789.")) + text;
 }
 
+/// A line of the page, and how it is measured.
+struct Job {
+  std::string name;
+  std::function<Measured()> measure;
+  std::function<std::string(const std::string& why)> fallback;  ///< the line if there is no other
+};
+
 class Run {
  public:
-  Run(const Asked& asked, std::size_t all) : all_(all) {
+  Run(const Asked& asked, std::size_t all) : all_(all), lanes_(asked.lanes) {
     if (!asked.file.empty()) out_.open(asked.file);
     failed_ = !asked.file.empty() && !out_;
   }
@@ -162,18 +184,22 @@ class Run {
     out_.flush();
   }
 
-  /// `fallback`: the page's line if there is no other.
-  template <class Measure, class Fallback>
-  void take(const std::string& name, Measure measure, Fallback fallback) {
-    const Stamp begin = clock_.now();
-    const Measured m = measured_apart(measure, kLongestTrial);
-    write(m.line.empty() ? fallback(m.why) : m.line);
-    std::printf("[%zu/%zu] %4.0f s: %s (%.1f s): %s%s%s\n", ++done_, all_, seconds(clock_.now() - begun_), name.c_str(),
-                seconds(clock_.now() - begin), m.status.c_str(), m.why.empty() ? "" : "; WRONG: ", m.why.c_str());
-    if (m.why.empty() && !m.skipped.empty()) std::printf("%s: %s\n", name.c_str(), m.skipped.c_str());
-    std::fflush(stdout);
-    wrong_ += !m.why.empty();
-    skipped_ += m.why.empty() && !m.skipped.empty();
+  /// In lanes; their lines in order.
+  void take(const std::vector<Job>& jobs) {
+    std::vector<std::string> lines(jobs.size());
+    std::atomic<std::size_t> next = 0;
+    std::vector<std::jthread> lanes;
+    for (int lane = 0; lane < lanes_; ++lane)
+      lanes.emplace_back([&] {
+        for (std::size_t i; (i = next++) < jobs.size();) {
+          const Stamp begin = clock_.now();
+          const Measured m = measured_apart(jobs[i].measure, kLongestTrial, alone_);
+          lines[i] = m.line.empty() ? jobs[i].fallback(m.why) : m.line;
+          tell(jobs[i].name, clock_.now() - begin, m);
+        }
+      });
+    lanes.clear();
+    for (const std::string& line : lines) write(line);
   }
 
   int finish(std::size_t without_reason) {
@@ -189,10 +215,22 @@ class Run {
   }
 
  private:
+  void tell(const std::string& name, Duration took, const Measured& m) {
+    const std::lock_guard lock(alone_);
+    std::printf("[%zu/%zu] %4.0f s: %s (%.1f s): %s%s%s\n", ++done_, all_, seconds(clock_.now() - begun_), name.c_str(),
+                seconds(took), m.status.c_str(), m.why.empty() ? "" : "; WRONG: ", m.why.c_str());
+    if (m.why.empty() && !m.skipped.empty()) std::printf("%s: %s\n", name.c_str(), m.skipped.c_str());
+    std::fflush(stdout);
+    wrong_ += !m.why.empty();
+    skipped_ += m.why.empty() && !m.skipped.empty();
+  }
+
   MonotonicClock clock_;
   const Stamp begun_ = clock_.now();
   std::ofstream out_;
+  std::mutex alone_;  // who prints, and who forks
   std::size_t all_, done_ = 0, wrong_ = 0, skipped_ = 0;
+  const int lanes_;
   bool failed_ = false;
 };
 
@@ -209,14 +247,18 @@ int run(const Asked& asked) {
   const std::vector<Ended> to_end = ends ? asked_endings(asked.quick) : std::vector<Ended>{};
   Run run(asked, wanted.size() + to_end.size());
   run.write(page_heading(machine(asked)));
+  std::vector<Job> jobs;
   for (const Trial& trial : wanted)
-    run.take(
-        name(trial), [&] { return measured(trial); }, [&](const std::string& why) { return page_row(trial, why); });
+    jobs.push_back(
+        {name(trial), [trial] { return measured(trial); }, [trial](auto& why) { return page_row(trial, why); }});
+  run.take(jobs);
   if (ends) run.write(page_killed_heading());
+  jobs.clear();
   for (const auto& [ending, carrier] : to_end)
-    run.take(
-        std::string("scan ") + to_string(ending) + ", on " + carrier, [&] { return measured_ending(carrier, ending); },
-        [&](const std::string& why) { return page_killed_row(carrier, ending, why); });
+    jobs.push_back({std::string("scan ") + to_string(ending) + ", on " + carrier,
+                    [=] { return measured_ending(carrier, ending); },
+                    [=](auto& why) { return page_killed_row(carrier, ending, why); }});
+  run.take(jobs);
   run.write(page_absences());
   const std::vector<Absence> absent = absences();
   return run.finish(static_cast<std::size_t>(
@@ -234,7 +276,8 @@ int main(int argc, char** argv) {
     return o.stopped() ? 1 : 0;
   }
   if (argc == 8 && std::strcmp(argv[1], "guardian") == 0) return run_scan_guardian(argv);
-  constexpr char kUsage[] = "reliability [--quick | --mock] [--only \"DEVICE [KIND]\" | --only endings] [FILE.md]";
+  constexpr char kUsage[] =
+      "reliability [--quick | --mock] [--only \"DEVICE [KIND]\" | --only endings] [--lanes N] [FILE.md]";
   Asked asked;
   for (int i = 1; i < argc; ++i) {
     const std::string word = argv[i];
@@ -242,6 +285,8 @@ int main(int argc, char** argv) {
       asked.quick = true;
     else if (word == "--mock")
       asked.mock_only = true;
+    else if (word == "--lanes" && i + 1 < argc)
+      asked.lanes = std::clamp(std::atoi(argv[++i]), 1, 16);
     else if (word == "--only" && i + 1 < argc)
       asked.device = argv[++i];
     else if (word.starts_with('-'))

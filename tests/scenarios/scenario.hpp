@@ -32,7 +32,7 @@ struct Scenario {
   sim::FaultPlan plan;
   Expected expected;
   int disk_kib = 0;                          ///< the session lies on a file system of this size; 0: the test's own
-  cv::Size picture{160, 120};                ///< of the cameras [px]
+  cv::Size picture{320, 240};                ///< of the cameras [px]
   int file_kib = 0;                          ///< no file may become larger than this; 0: no limit
   std::map<std::string, std::string> wires;  ///< by carrier: words of the status on emulated wires
   std::string wires_counted;                 ///< there a count of the session that must not be 0

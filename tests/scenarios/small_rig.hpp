@@ -41,7 +41,7 @@ struct Outcome {
 
 /// Cameras: mono (sweep and dark blocks), left (dark blocks), 25 frames/s. Cycle: 200 Hz. `session` is made.
 Outcome scan_with_faults(const sim::FaultPlan& plan, const std::filesystem::path& session,
-                         cv::Size picture = {160, 120});
+                         cv::Size picture = {320, 240});
 
 /// A dark floor with a sensor's noise; three rows shine, 1: all of the laser's light.
 cv::Mat stripe_picture(cv::Size size, double light, std::uint64_t index);

@@ -25,7 +25,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr Duration kWarmUp = 200ms;
-constexpr int kWidth = 160, kHeight = 120;
+constexpr int kWidth = 320, kHeight = 240;
 constexpr int kArmOnTheBus = 0;  // it is the first there
 
 constexpr char kBox[] = "box";
