@@ -177,7 +177,7 @@ TEST(AStart, OnDevicesIsRefusedWithoutAStartUpTestOfTheDay) {
 
 TEST(AStart, WithoutAStartUpTestStandsInTheSession) {
   const fs::path rig =
-      small_rig(scratch_folder() / "rig", {{"\nscan:\n", "\nscan:\n  safety: {commissioned_within_h: 12}\n"}});
+      small_rig(scratch_folder() / "rig", {{"\n  safety: {", "\n  safety: {commissioned_within_h: 12, "}});
   const fs::path session = scratch_folder() / "session";
   EXPECT_EQ(run_tankrig({"scan", "--rig", rig.string(), "--out", session.string()}).exit_code, 1);
   ASSERT_FALSE(fs::exists(session));
