@@ -72,10 +72,10 @@ void DarkReference::add(const cv::Mat& picture) {
 
 std::optional<StripeSign> look_for_stripe(const cv::Mat& picture, const cv::Mat& dark) {
   const int rows = picture.rows, cols = picture.cols, channels = picture.channels();
-  const Grid grid(std::min(rows, cols));
-  const int across = cols / grid.step, along = rows / grid.step, bytes = cols * channels, block = grid.block * channels;
   if (std::min(rows, cols) < StripeSign::kSmallest || picture.size() != dark.size() || picture.type() != dark.type())
     return std::nullopt;
+  const Grid grid(std::min(rows, cols));
+  const int across = cols / grid.step, along = rows / grid.step, bytes = cols * channels, block = grid.block * channels;
   const auto n = [](int count) { return static_cast<std::size_t>(count); };
   std::vector<std::int16_t> row(n(bytes)), line(n(bytes));
   std::vector<std::int32_t> columns(n(across * rows)), profile(n(cols)), smooth(n(std::max(rows, cols)));
