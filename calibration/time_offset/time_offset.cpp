@@ -215,12 +215,6 @@ double frames_in_a_pass(const Sweeps& s) {
   return count / static_cast<double>(std::max<std::size_t>(frames.size(), 1));
 }
 
-/// Covariance of the solution, and the degrees of freedom of its first parameter.
-struct Spread {
-  Eigen::Matrix2d covariance = Eigen::Matrix2d::Zero();
-  double freedom = 0;
-};
-
 /// Variance of the score, the sum over all places, or of the solution.
 struct Variance {
   Eigen::Matrix2d matrix = Eigen::Matrix2d::Zero();
@@ -277,12 +271,12 @@ Variance of_frames(const std::vector<Place>& places) {
 }
 
 /// Each recording for itself, by the wider of the two.
-Spread spread_of(const std::vector<Sweeps>& recordings, Duration offset, const Linear& l, const Normal& all,
-                 bool with_backlash) {
+Variance variance_of(const std::vector<Sweeps>& recordings, Duration offset, const Linear& l, const Normal& all,
+                     bool with_backlash) {
   Eigen::Matrix2d inverse = Eigen::Matrix2d::Zero();
   inverse(0, 0) = 1 / all.h(0, 0);
   if (with_backlash) inverse = all.h.inverse();
-  Spread out;
+  Variance out;
   double squares = 0;
   Eigen::Index i = 0;
   for (const Sweeps& s : recordings) {
@@ -306,10 +300,10 @@ Spread spread_of(const std::vector<Sweeps>& recordings, Duration offset, const L
     const auto of_solution = [&](const Variance& v) { return Variance{inverse * v.matrix * inverse, v.freedom}; };
     const Variance waves = of_solution(of_waves(places, frames)), frame = of_solution(of_frames(places));
     const Variance& wider = frame.width() > waves.width() ? frame : waves;
-    out.covariance += wider.matrix;
+    out.matrix += wider.matrix;
     squares += wider.matrix(0, 0) * wider.matrix(0, 0) / wider.freedom;
   }
-  out.freedom = out.covariance(0, 0) * out.covariance(0, 0) / squares;
+  out.freedom = out.matrix(0, 0) * out.matrix(0, 0) / squares;
   return out;
 }
 
@@ -351,11 +345,11 @@ TimeOffsetSolution solve(const TimeOffsetProblem& problem) {
     normal.add(linear, k);
     speeds.push_back(std::abs(linear.jacobian(k, 0)) / 2);
   }
-  const Spread spread = spread_of(residuals.sweeps(), from_seconds(p[0]), linear, normal, with_backlash);
+  const Variance variance = variance_of(residuals.sweeps(), from_seconds(p[0]), linear, normal, with_backlash);
   out.offset = p[0];
-  out.sigma = std::sqrt(spread.covariance(0, 0));
-  out.half_width = quantile(boost::math::students_t(spread.freedom), 0.975) * out.sigma;
-  if (with_backlash) out.backlash = p[1], out.backlash_sigma = std::sqrt(spread.covariance(1, 1));
+  out.sigma = std::sqrt(variance.matrix(0, 0));
+  out.half_width = variance.width();
+  if (with_backlash) out.backlash = p[1], out.backlash_sigma = std::sqrt(variance.matrix(1, 1));
   out.offset_per_backlash = normal.h(0, 1) / normal.h(0, 0);
   out.speed_on_target = median_of(speeds);
   out.effect = out.speed_on_target * std::abs(out.offset);

@@ -65,8 +65,7 @@ void check_witness(const ScanPlan& plan, const BeamSettings& settings, const Cam
   };
   if (std::min(camera.width, camera.height) < StripeSign::kSmallest)
     refuse(
-        fmt::format("no stripe is told in pictures so small (width_px, height_px: found {} x {}, expected "
-                    "{} or more)",
+        fmt::format("no stripe is told in pictures so small (width_px, height_px: found {} x {}, expected {} or more)",
                     camera.width, camera.height, StripeSign::kSmallest));
   if (record == RecordWhen::kDark) return;
   const auto& segments = plan.segments();
