@@ -108,7 +108,7 @@ void Canvas::dot(const Vector3d& p, const Colour& colour, double radius_px, doub
   const double radius = radius_px * kSuper;
   for (int y = int(std::ceil(at.y() - radius)); y <= at.y() + radius; ++y)
     for (int x = int(std::ceil(at.x() - radius)); x <= at.x() + radius; ++x)
-      if (std::hypot(x - at.x(), y - at.y()) <= radius) put(x, y, at.z() + lift, colour);
+      if ((Vector2d(x, y) - at.head<2>()).squaredNorm() <= radius * radius) put(x, y, at.z() + lift, colour);
 }
 
 cv::Mat Canvas::picture() const {

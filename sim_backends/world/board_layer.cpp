@@ -9,18 +9,9 @@
 namespace tankrig::sim {
 namespace {
 
-constexpr int kPerPixel = 4;  ///< samples along a pixel's side
+constexpr int kPerPixel = 4;  ///< samples along a pixel's side, those of CameraView::quarter_sights
 constexpr float kNoBoard = 1e3f;
 constexpr float kBackAlbedo = 0.3f;
-
-Rgb bilinear(const auto& nodes, int side, float x, float y) {
-  const float u = std::clamp(x, 0.0f, 1.0f) * static_cast<float>(side - 1),
-              v = std::clamp(y, 0.0f, 1.0f) * static_cast<float>(side - 1);
-  const int i = std::min(side - 2, static_cast<int>(u)), j = std::min(side - 2, static_cast<int>(v));
-  const float fu = u - static_cast<float>(i), fv = v - static_cast<float>(j);
-  const auto at = [&](int a, int b) -> const Rgb& { return nodes[(j + b) * side + i + a]; };
-  return (1 - fv) * ((1 - fu) * at(0, 0) + fu * at(1, 0)) + fv * ((1 - fu) * at(0, 1) + fu * at(1, 1));
-}
 
 }  // namespace
 
@@ -65,8 +56,8 @@ BoardLayer::BoardLayer(const std::vector<PlacedBoard>& boards, const CameraView&
           (placed.wMt * at(k % kNodes / double{kNodes - 1}, k / kNodes / double{kNodes - 1})).cast<float>();
       const float distance = (p - view.centre()).norm();
       const Rgb e = radiometry.direct(p, normal) + radiometry.open_water(p) * (0.65f + 0.35f * normal.z());
-      board.light[k] = e * radiometry.transmission(distance);
-      board.veil[k] = radiometry.veil(distance);
+      board.nodes[k].light << e * radiometry.transmission(distance), 0;
+      board.nodes[k].veil << radiometry.veil(distance), 0;
     }
     board.pixels.resize(static_cast<std::size_t>(board.right - board.left) * (board.bottom - board.top));
     constexpr int kRows = 32;
@@ -91,30 +82,54 @@ float BoardLayer::range(const CameraView::Sight& ray) const {
   return nearest;
 }
 
+CameraView::FourSights BoardLayer::Board::on_board(const CameraView::FourSights& four) const {
+  CameraView::FourSights on;
+  const auto &o = four.origin, &d = four.direction;
+  for (int k = 0; k < 3; ++k) {
+    on.origin.col(k) = tMw(k, 0) * o.col(0) + tMw(k, 1) * o.col(1) + tMw(k, 2) * o.col(2) + tMw(k, 3);
+    on.direction.col(k) = tMw(k, 0) * d.col(0) + (tMw(k, 1) * d.col(1) + tMw(k, 2) * d.col(2));
+  }
+  return on;
+}
+
+Eigen::Array4f BoardLayer::Board::radiance(float albedo, float x, float y) const {
+  const float u = std::clamp(x, 0.0f, 1.0f) * (kNodes - 1), v = std::clamp(y, 0.0f, 1.0f) * (kNodes - 1);
+  const int i = std::min(kNodes - 2, static_cast<int>(u)), j = std::min(kNodes - 2, static_cast<int>(v));
+  const float fu = u - static_cast<float>(i), fv = v - static_cast<float>(j);
+  const Node* here = nodes.data() + j * kNodes + i;
+  const Node* below = here + kNodes;
+  const auto at = [&](Eigen::Array4f Node::*what) -> Eigen::Array4f {
+    return (1 - fv) * ((1 - fu) * here[0].*what + fu * here[1].*what) +
+           fv * ((1 - fu) * below[0].*what + fu * below[1].*what);
+  };
+  return albedo * at(&Node::light) + at(&Node::veil);
+}
+
 [[gnu::flatten]] void BoardLayer::sample_row(const Board& board, int y, const PixelFilter& filter,
                                              std::vector<Eigen::Array4f>& fine, Eigen::Array4f* out) const {
-  const int from = board.left * kPerPixel - filter.reach, to = board.right * kPerPixel + filter.reach;
+  const int margin = (filter.reach + kPerPixel - 1) / kPerPixel, left = board.left - margin;
   const float v = (static_cast<float>(y) + 0.5f) / kPerPixel - 0.5f;
   const int row = std::clamp(y / kPerPixel, 0, view_->height() - 1);
-  const Vector2d size = board.print->size(), origin = board.print->from();
-  fine.assign(to - from, Eigen::Array4f::Zero());
-  for (int x = from; x < to; ++x) {
-    const float u = (static_cast<float>(x) + 0.5f) / kPerPixel - 0.5f;
-    const int column = std::clamp((x < 0 ? 0 : x) / kPerPixel, 0, view_->width() - 1);
-    const CameraView::Sight ray = board.on_board(view_->sight(u, v));
-    const float t = board.range(ray);
-    if (t >= view_->range(column, row)) continue;
-    const Vector3f p = ray.origin + t * ray.direction;
-    const float albedo = board.front ? board.print->albedo(p.x(), p.y()) : kBackAlbedo;
-    const float px = (p.x() - static_cast<float>(origin.x())) / static_cast<float>(size.x()),
-                py = (p.y() - static_cast<float>(origin.y())) / static_cast<float>(size.y());
-    Eigen::Array4f& sample = fine[x - from];
-    sample.head<3>() = albedo * bilinear(board.light, kNodes, px, py) + bilinear(board.veil, kNodes, px, py);
-    sample[3] = 1;
+  const Eigen::Array2f size = board.print->size().cast<float>(), origin = board.print->from().cast<float>();
+  fine.assign(static_cast<std::size_t>(board.right + margin - left) * kPerPixel, Eigen::Array4f::Zero());
+  for (int u = left; u < board.right + margin; ++u) {
+    const auto ray = board.on_board(view_->quarter_sights(u, v));
+    const float behind = std::min(kNoBoard, view_->range(std::clamp(u, 0, view_->width() - 1), row));
+    const Eigen::Array4f t = -ray.origin.col(2) / ray.direction.col(2);
+    if (!(t > 0 && t < behind).any()) continue;
+    const Eigen::Array4f x = ray.origin.col(0) + t * ray.direction.col(0),
+                         y_t = ray.origin.col(1) + t * ray.direction.col(1);
+    for (int k = 0; k < kPerPixel; ++k) {
+      if (!(t[k] > 0 && t[k] < behind && board.print->covers(x[k], y_t[k]))) continue;
+      const float albedo = board.front ? board.print->albedo(x[k], y_t[k]) : kBackAlbedo;
+      Eigen::Array4f& sample = fine[(u - left) * kPerPixel + k];
+      sample = board.radiance(albedo, (x[k] - origin.x()) / size.x(), (y_t[k] - origin.y()) / size.y());
+      sample[3] = 1;
+    }
   }
   for (int u = board.left; u < board.right; ++u) {
     Eigen::Array4f sum = Eigen::Array4f::Zero();
-    const Eigen::Array4f* in = fine.data() + static_cast<std::ptrdiff_t>(u - board.left) * kPerPixel;
+    const Eigen::Array4f* in = fine.data() + static_cast<std::ptrdiff_t>(u - left) * kPerPixel - filter.reach;
     for (int i = 0; i < filter.size(); ++i) sum += filter.weights[i] * in[i];
     out[u - board.left] = sum;
   }

@@ -32,9 +32,12 @@ class BoardLayer {
   struct Board {
     std::shared_ptr<const BoardPrint> print;
     Eigen::Isometry3f tMw;
-    bool front;                                    ///< the camera sees what is printed
-    int left, right, top, bottom;                  ///< pixels of the image that it may touch; right and bottom excluded
-    std::array<Rgb, kNodes * kNodes> light, veil;  ///< on the board, after the water to the camera; the water's own
+    bool front;                    ///< the camera sees what is printed
+    int left, right, top, bottom;  ///< pixels of the image that it may touch; right and bottom excluded
+    struct Node {
+      Eigen::Array4f light, veil;  ///< on the board, after the water to the camera; the water's own; fourth: 0
+    };
+    std::array<Node, kNodes * kNodes> nodes;
     std::vector<Eigen::Array4f>
         pixels;  ///< of [left, right) x [top, bottom): radiance at light 1, and the share it covers
 
@@ -43,6 +46,9 @@ class BoardLayer {
     CameraView::Sight on_board(const CameraView::Sight& ray) const {
       return {tMw * ray.origin, tMw.linear() * ray.direction};
     }
+    CameraView::FourSights on_board(const CameraView::FourSights& four) const;
+    /// Light times `albedo`, and veil, at a place of the board from 0 to 1.
+    Eigen::Array4f radiance(float albedo, float x, float y) const;
   };
   /// Light of a board in the fine samples [left, right) of row y, then in pixels.
   void sample_row(const Board& board, int y, const PixelFilter& filter, std::vector<Eigen::Array4f>& fine,

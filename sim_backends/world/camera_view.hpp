@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -65,6 +66,12 @@ class CameraView {
   };
   /// Through pixel coordinates within the image.
   Sight sight(float u, float v) const;
+  /// Four lines of sight, one a row, w; unit directions.
+  struct FourSights {
+    Eigen::Array<float, 4, 3> origin, direction;
+  };
+  /// Through the middles of the quarters of pixel column `u`, at height `v`; the image's edge stands for what lies beyond.
+  FourSights quarter_sights(int u, float v) const;
   /// Undistorted coordinates (x / z, y / z) of the corner (u - 0.5, v - 0.5), c; behind a port, those in air.
   const Eigen::Vector2f& corner(int u, int v) const {
     return corners_[static_cast<std::size_t>(v) * (width() + 1) + u];
@@ -114,6 +121,37 @@ inline CameraView::Sight CameraView::sight(float u, float v) const {
   if (!spec_.model.port) return {centre_, wRc_ * direction};
   const PortRay ray = through_port(*spec_.model.port, direction.cast<double>().normalized());
   return {centre_ + wRc_ * ray.origin.cast<float>(), wRc_ * ray.direction.cast<float>()};
+}
+
+inline CameraView::FourSights CameraView::quarter_sights(int u, float v) const {
+  static const Eigen::Array4f kMiddles(0.125f, 0.375f, 0.625f, 0.875f);
+  FourSights four;
+  if (spec_.model.port) {
+    for (int k = 0; k < 4; ++k) {
+      const Sight ray = sight(static_cast<float>(u) + kMiddles[k] - 0.5f, v);
+      four.origin.row(k) = ray.origin.array();
+      four.direction.row(k) = ray.direction.array();
+    }
+    return four;
+  }
+  const float y = std::clamp(v + 0.5f, 0.0f, static_cast<float>(height()));
+  const int i = std::clamp(u, 0, width() - 1), j = std::min(static_cast<int>(y), height() - 1);
+  const Eigen::Array4f fx = (kMiddles + static_cast<float>(u - i)).max(0.0f).min(1.0f);
+  const float fy = y - static_cast<float>(j);
+  const Eigen::Vector2f* top = corners_.data() + static_cast<std::size_t>(j) * (width() + 1) + i;
+  const Eigen::Vector2f* bottom = top + width() + 1;
+  const auto between = [&](int axis) -> Eigen::Array4f {
+    const Eigen::Array4f above = top[0][axis] + fx * (top[1][axis] - top[0][axis]);
+    return above + fy * (bottom[0][axis] + fx * (bottom[1][axis] - bottom[0][axis]) - above);
+  };
+  const Eigen::Array4f p = between(0), q = between(1),
+                       length = (p * p + (q * q + 1)).unaryExpr([](float square) { return std::sqrt(square); });
+  const Eigen::Array4f x = p / length, y_c = q / length, z = 1 / length;
+  for (int k = 0; k < 3; ++k) {
+    four.origin.col(k).setConstant(centre_[k]);
+    four.direction.col(k) = wRc_(k, 0) * x + (wRc_(k, 1) * y_c + wRc_(k, 2) * z);
+  }
+  return four;
 }
 
 }  // namespace tankrig::sim

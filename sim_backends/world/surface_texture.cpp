@@ -2,6 +2,7 @@
 #include "sim_backends/world/surface_texture.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 
@@ -25,26 +26,40 @@ int floor_int(float x) {
 
 float smooth(float t) { return t * t * (3 - 2 * t); }
 
-/// Value noise in [-1, 1] on a unit lattice.
-float value_noise(float x, float y, float z) {
-  const int ix = floor_int(x), iy = floor_int(y), iz = floor_int(z);
-  const float fx = smooth(x - static_cast<float>(ix)), fy = smooth(y - static_cast<float>(iy)),
-              fz = smooth(z - static_cast<float>(iz));
-  const auto along_x = [&](int j, int k) {
-    const float a = lattice_value(ix, iy + j, iz + k), b = lattice_value(ix + 1, iy + j, iz + k);
+/// A lattice cell's corners.
+struct LatticeCell {
+  Eigen::Vector3i at;
+  std::array<float, 8> value;  ///< x fastest
+
+  explicit LatticeCell(const Eigen::Vector3i& corner = Eigen::Vector3i::Zero()) : at(corner) {
+    for (int k = 0; k < 8; ++k) value[k] = lattice_value(at.x() + k % 2, at.y() + k / 2 % 2, at.z() + k / 4);
+  }
+};
+
+/// Value noise in [-1, 1] on a unit lattice; `cell` is the one met last, for places beside each other share it.
+float value_noise(const Eigen::Vector3f& p, LatticeCell& cell) {
+  const Eigen::Vector3i at(floor_int(p.x()), floor_int(p.y()), floor_int(p.z()));
+  if (at != cell.at) cell = LatticeCell(at);
+  const float fx = smooth(p.x() - static_cast<float>(at.x())), fy = smooth(p.y() - static_cast<float>(at.y())),
+              fz = smooth(p.z() - static_cast<float>(at.z()));
+  const auto along_x = [&](int edge) {
+    const float a = cell.value[2 * edge], b = cell.value[2 * edge + 1];
     return a + fx * (b - a);
   };
-  const float a = along_x(0, 0) + fy * (along_x(1, 0) - along_x(0, 0));
-  const float b = along_x(0, 1) + fy * (along_x(1, 1) - along_x(0, 1));
+  const float a = along_x(0) + fy * (along_x(1) - along_x(0));
+  const float b = along_x(2) + fy * (along_x(3) - along_x(2));
   return 2 * (a + fz * (b - a)) - 1;
 }
 
+constexpr int kOctaves = 3;
+
 /// Octaves of value noise at grain sizes scale, scale / 2, ...; about [-1, 1].
-float grain(const Eigen::Vector3f& p, float scale, int octaves) {
+float grain(const Eigen::Vector3f& p, float scale) {
+  thread_local std::array<LatticeCell, kOctaves> cells;
   float sum = 0, frequency = 1 / scale, amplitude = 1;
-  for (int i = 0; i < octaves; ++i) {
+  for (int i = 0; i < kOctaves; ++i) {
     const float shift = 17.3f * static_cast<float>(i + 1);
-    sum += amplitude * value_noise(p.x() * frequency + shift, p.y() * frequency - shift, p.z() * frequency + shift);
+    sum += amplitude * value_noise(p * frequency + Eigen::Vector3f(shift, -shift, shift), cells[i]);
     frequency *= 2;
     amplitude *= 0.75f;
   }
@@ -90,7 +105,7 @@ float labels(const Eigen::Vector3f& p, const Eigen::Vector3f& n, float scale) {
   const int axis = a.x() > a.y() ? (a.x() > a.z() ? 0 : 2) : (a.y() > a.z() ? 1 : 2);
   const int face = 2 * axis + (n[axis] > 0 ? 1 : 0);
   const float u = axis == 0 ? p.y() : p.x(), v = axis == 2 ? p.y() : p.z();
-  float value = 0.75f * grain(p, scale, 3) - 0.12f;
+  float value = 0.75f * grain(p, scale) - 0.12f;
   const float panel = wrap(v + 0.011f * static_cast<float>(face), 0.102f);
   if (panel < 0.060f)
     value += 1.1f * lettering(u, v, face);
@@ -104,7 +119,7 @@ float labels(const Eigen::Vector3f& p, const Eigen::Vector3f& n, float scale) {
 Rgb texture_albedo(const Material& material, const Eigen::Vector3f& p, const Eigen::Vector3f& normal) {
   const auto scale = static_cast<float>(material.scale);
   float relative = 0;
-  if (material.texture == Material::Texture::kSpeckle) relative = grain(p, scale, 3);
+  if (material.texture == Material::Texture::kSpeckle) relative = grain(p, scale);
   if (material.texture == Material::Texture::kLabels) relative = labels(p, normal, scale);
   const float factor = std::clamp(1 + material.contrast * relative, 0.15f, 2.5f);
   return (material.albedo * factor).min(0.95f);
