@@ -1,13 +1,13 @@
 #include "calibration/intrinsics/board_bundle.hpp"
 
 #include <ceres/ceres.h>
+#include <ceres/normal_prior.h>
 #include <fmt/core.h>
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
-#include "calibration/estimate/differentiable.hpp"
 #include "calibration/estimate/least_squares.hpp"
 #include "calibration/intrinsics/reprojection.hpp"
 
@@ -16,26 +16,12 @@ namespace {
 
 constexpr double kRationalPrior = 0.1;  // px of residual for k4, k5, k6 of one: without it they run away together
 
-struct PortReprojection : Reprojection {
-  FlatPort port;
-
-  template <class T>
-  bool operator()(const T* camera, const T* kMc, const T* cMt, const T* bend, const T* port_numbers,
-                  T* residual) const {
-    VectorOf<T> p, air;
-    in_camera(kMc, cMt, bend, p.data());
-    const VectorOf<T> normal = VectorOf<T>(port_numbers[1], port_numbers[2], T(1)).normalized();
-    return seen_through(port, port_numbers[0], normal, p, air) && seen(camera, air.data(), residual);
-  }
-};
-
-struct RationalPrior {
-  template <class T>
-  bool operator()(const T* camera, T* residual) const {
-    for (int i = 0; i < 3; ++i) residual[i] = kRationalPrior * camera[9 + i];
-    return true;
-  }
-};
+/// Of a camera's k4, k5, k6.
+ceres::CostFunction* rational_prior() {
+  ceres::Matrix weights = ceres::Matrix::Zero(3, kCameraParameters);
+  weights.rightCols<3>().diagonal().setConstant(kRationalPrior);
+  return new ceres::NormalPrior(weights, ceres::Vector::Zero(kCameraParameters));
+}
 
 /// The bundle as Ceres has it.
 class LeastSquares {
@@ -55,25 +41,15 @@ class LeastSquares {
         const FoundBoard& board = bundle.views[v].seen[k];
         for (std::size_t i = 0; i < board.ids.size(); ++i) {
           const auto id = static_cast<std::size_t>(board.ids[i]);
-          const Reprojection corner{points[id], shapes[id], board.pixels[i]};
           ceres::LossFunction* loss = cauchy_px > 0 ? new ceres::CauchyLoss(cauchy_px) : nullptr;
-          if (const auto& port = bundle.cameras[k].port)
-            problem_.AddResidualBlock(
-                new ceres::AutoDiffCostFunction<PortReprojection, 2, kCameraParameters, 6, 6, 2, kPortParameters>(
-                    new PortReprojection{corner, *port}),
-                loss, cameras_[k].data(), relative_[k].data(), views_[v].data(), bend_.data(), ports_[k].data());
-          else
-            problem_.AddResidualBlock(
-                new ceres::AutoDiffCostFunction<Reprojection, 2, kCameraParameters, 6, 6, 2>(new Reprojection(corner)),
-                loss, cameras_[k].data(), relative_[k].data(), views_[v].data(), bend_.data());
+          problem_.AddResidualBlock(new BoardCorner(points[id], shapes[id], board.pixels[i], bundle.cameras[k].port),
+                                    loss, cameras_[k].data(), ports_[k].data(), relative_[k].data(), views_[v].data(),
+                                    bend_.data());
           corners_.push_back({static_cast<int>(k), v, board.ids[i], board.pixels[i]});
         }
       }
     if (bundle.lens == LensModel::kRational)
-      for (CameraParameters& camera : cameras_)
-        problem_.AddResidualBlock(
-            new ceres::AutoDiffCostFunction<RationalPrior, 3, kCameraParameters>(new RationalPrior), nullptr,
-            camera.data());
+      for (CameraParameters& camera : cameras_) problem_.AddResidualBlock(rational_prior(), nullptr, camera.data());
     hold_what_is_not_free();
   }
 
@@ -151,6 +127,8 @@ class LeastSquares {
         problem_.SetParameterBlockConstant(camera.data());
       else if (!held.empty())
         problem_.SetManifold(camera.data(), new ceres::SubsetManifold(kCameraParameters, held));
+    for (std::size_t k = 0; k < cameras_.size(); ++k)
+      if (!bundle_.cameras[k].port) problem_.SetParameterBlockConstant(ports_[k].data());
     problem_.SetParameterBlockConstant(relative_.front().data());
     if (!bundle_.bends) problem_.SetParameterBlockConstant(bend_.data());
   }

@@ -8,7 +8,7 @@
 namespace tankrig {
 namespace {
 
-Vector2d project(const CameraModel& size, const CameraParameters& parameters, const Vector3d& p) {
+Vector2d pixel_of(const CameraModel& size, const CameraParameters& parameters, const Vector3d& p) {
   return camera_of(size, parameters).project(p).value();
 }
 
@@ -33,7 +33,7 @@ std::optional<ProjectionUncertainty::At> ProjectionUncertainty::at(const Vector2
     const double step = 1e-6 * std::max(1.0, std::abs(values[i]));
     CameraParameters up = values, down = values;
     up[i] += step, down[i] -= step;
-    slope.col(at) = (project(camera, up, p) - project(camera, down, p)) / (2 * step);
+    slope.col(at) = (pixel_of(camera, up, p) - pixel_of(camera, down, p)) / (2 * step);
   }
   if (const int at = layout.ports.front(); at >= 0)
     for (int i = 0; i < kPortParameters; ++i) {
@@ -47,7 +47,7 @@ std::optional<ProjectionUncertainty::At> ProjectionUncertainty::at(const Vector2
   Eigen::Matrix<double, 2, 3> by_point;
   for (int i = 0; i < 3; ++i) {
     const Vector3d step = 1e-6 * distance * Vector3d::Unit(i);
-    by_point.col(i) = (project(camera, values, p + step) - project(camera, values, p - step)) / (2e-6 * distance);
+    by_point.col(i) = (pixel_of(camera, values, p + step) - pixel_of(camera, values, p - step)) / (2e-6 * distance);
   }
   const double share = 1 / double(layout.views.size());
   for (std::size_t v = 0; v < layout.views.size(); ++v) {

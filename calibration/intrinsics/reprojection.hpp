@@ -2,10 +2,13 @@
 #pragma once
 
 #include <ceres/rotation.h>
+#include <ceres/sized_cost_function.h>
 
 #include <array>
+#include <optional>
 #include <vector>
 
+#include "calibration/estimate/differentiable.hpp"
 #include "calibration/intrinsics/board_bundle.hpp"
 
 namespace tankrig {
@@ -39,35 +42,33 @@ bool project(const T* camera, const T* p, T* pixel) {
   return true;
 }
 
-/// Expected less seen, of one point, times `weight`.
-struct Reprojection {
-  Vector3d point;
-  Vector2d shape, pixel;
-  double weight = 1;
+/// Likewise of a camera behind a port like `like`, with PortParameters `port`, if there is one. False too where light from p does
+/// not come through it.
+template <class T>
+bool project(const T* camera, const std::optional<FlatPort>& like, const T* port, const VectorOf<T>& p, T* pixel) {
+  VectorOf<T> seen = p;
+  const VectorOf<T> normal(port[1], port[2], T(1));
+  if (like && !seen_through<T>(*like, port[0], normal.normalized(), p, seen)) return false;
+  return project(camera, seen.data(), pixel);
+}
 
-  template <class T>
-  bool operator()(const T* camera, const T* kMc, const T* cMt, const T* bend, T* residual) const {
-    T p[3];
-    in_camera(kMc, cMt, bend, p);
-    return seen(camera, p, residual);
-  }
+/// A corner of a target in the picture of camera k: expected less seen, times `weight` [px].
+/// Blocks: the camera's CameraParameters and PortParameters (held where there is no port), kMc, cMt, the target's bend.
+/// Derivatives by the chain of its steps: all numbers at once in one step would cost three times as much.
+class BoardCorner final : public ceres::SizedCostFunction<2, kCameraParameters, kPortParameters, 6, 6, 2> {
+ public:
+  /// `point`: of the flat target, t; `shape`: of its bends there; `like`: the camera's port.
+  BoardCorner(const Vector3d& point, const Vector2d& shape, const Vector2d& pixel, const std::optional<FlatPort>& like,
+              double weight = 1)
+      : point_(point), shape_(shape), pixel_(pixel), like_(like), weight_(weight) {}
 
- protected:
-  template <class T>
-  void in_camera(const T* kMc, const T* cMt, const T* bend, T* p) const {
-    const T on_target[3] = {T(point.x()), T(point.y()), T(point.z()) + bend[0] * shape.x() + bend[1] * shape.y()};
-    T in_c[3];
-    place(cMt, on_target, in_c);
-    place(kMc, in_c, p);
-  }
+  bool Evaluate(const double* const* blocks, double* error, double** jacobians) const override;
 
-  template <class T>
-  bool seen(const T* camera, const T* p, T* residual) const {
-    if (!project(camera, p, residual)) return false;
-    residual[0] = weight * (residual[0] - pixel.x());
-    residual[1] = weight * (residual[1] - pixel.y());
-    return true;
-  }
+ private:
+  Vector3d point_;
+  Vector2d shape_, pixel_;
+  std::optional<FlatPort> like_;
+  double weight_;
 };
 
 }  // namespace tankrig

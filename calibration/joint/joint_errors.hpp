@@ -36,29 +36,6 @@ TransformOf<T> arm_at(const ArmModel& arm, const JointVector& q, const T* more) 
   return end_effector(arm, q, added);
 }
 
-/// Where a camera of this lens sees p; through `like` with PortParameters `port`, if there is one. False where it does not.
-template <class T>
-bool project(const T* lens, const std::optional<FlatPort>& like, const T* port, const VectorOf<T>& p, T* pixel) {
-  VectorOf<T> seen = p;
-  const VectorOf<T> normal(port[1], port[2], T(1));
-  if (like && !seen_through<T>(*like, port[0], normal.normalized(), p, seen)) return false;
-  return project(lens, seen.data(), pixel);
-}
-
-/// A corner of a board that is seen by several cameras.
-struct BoardCorner : Reprojection {
-  std::optional<FlatPort> like;
-
-  template <class T>
-  bool operator()(const T* lens, const T* port, const T* kMc, const T* cMt, const T* bend, T* out) const {
-    VectorOf<T> p;
-    in_camera(kMc, cMt, bend, p.data());
-    if (!project(lens, like, port, p, out)) return false;
-    for (int k = 0; k < 2; ++k) out[k] = weight * (out[k] - pixel[k]);
-    return true;
-  }
-};
-
 /// By how much joints stand beyond what they read at a picture's stamp, in a sweep. `sweep`: slew and shoulder, the same all along;
 /// `delay`: of the stamp [s].
 template <class T>
@@ -92,24 +69,6 @@ struct MarkerInPicture {
       if (!project(lens, like, port, p, at)) return false;
       for (int k = 0; k < 2; ++k) at[k] = weight * (at[k] - seen.corners[i][k]);
     }
-    return true;
-  }
-};
-
-/// A corner of a board that stands under the sweep.
-struct SheetCorner {
-  Vector3d point;
-  Vector2d pixel;
-  std::optional<FlatPort> like;
-  double weight = 1;
-
-  template <class T>
-  bool operator()(const T* lens, const T* port, const T* cMt, T* out) const {
-    const T on_board[3] = {T(point.x()), T(point.y()), T(point.z())};
-    VectorOf<T> p;
-    place(cMt, on_board, p.data());
-    if (!project(lens, like, port, p, out)) return false;
-    for (int k = 0; k < 2; ++k) out[k] = weight * (out[k] - pixel[k]);
     return true;
   }
 };
@@ -158,29 +117,6 @@ struct StripeInPicture {
     }
     out[0] = offset_weight * M_SQRT1_2 * (off[0] + off[1]);
     out[1] = slope_weight * M_SQRT1_2 * (off[0] - off[1]);
-    return true;
-  }
-};
-
-/// A number that is about zero.
-template <int size>
-struct AboutZero {
-  double weight = 1;
-
-  template <class T>
-  bool operator()(const T* numbers, T* out) const {
-    for (int i = 0; i < size; ++i) out[i] = weight * numbers[i];
-    return true;
-  }
-};
-
-/// A number that was measured by itself.
-struct Measured {
-  double value = 0, weight = 1;
-
-  template <class T>
-  bool operator()(const T* number, T* out) const {
-    out[0] = weight * (number[0] - value);
     return true;
   }
 };

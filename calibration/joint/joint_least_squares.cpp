@@ -1,6 +1,7 @@
 #include "calibration/joint/joint_least_squares.hpp"
 
 #include <ceres/ceres.h>
+#include <ceres/normal_prior.h>
 #include <fmt/core.h>
 
 #include <algorithm>
@@ -12,9 +13,9 @@
 namespace tankrig {
 namespace {
 
-template <class Functor, int... sizes>
-ceres::CostFunction* cost_of(Functor functor) {
-  return new ceres::AutoDiffCostFunction<Functor, sizes...>(new Functor(std::move(functor)));
+/// Numbers that were measured by themselves.
+ceres::CostFunction* measured(const ceres::Vector& values, double weight) {
+  return new ceres::NormalPrior(weight * ceres::Matrix::Identity(values.size(), values.size()), values);
 }
 
 const char* const kPoseNames[]{"rotation x",    "rotation y",    "rotation z",
@@ -83,8 +84,7 @@ void JointLeastSquares::add_boards() {
       const FoundBoard& board = boards.views[v].seen[k];
       for (std::size_t i = 0; i < board.ids.size(); ++i) {
         const auto id = static_cast<std::size_t>(board.ids[i]);
-        add(cost_of<BoardCorner, 2, kCameraParameters, kPortParameters, 6, 6, 2>(
-                {{points[id], shapes[id], board.pixels[i], weight(at_.boards(k))}, boards.cameras[k].port}),
+        add(new BoardCorner(points[id], shapes[id], board.pixels[i], boards.cameras[k].port, weight(at_.boards(k))),
             {state_.lenses[k].data(), state_.ports[k].data(), state_.kMc[k].data(), state_.views[v].data(),
              state_.bend.data()},
             {at_.boards(k)});
@@ -105,7 +105,7 @@ void JointLeastSquares::add_marker() {
            state_.zeros.data(), state_.joints[v].data(), k == 0 ? no_knock_.data() : knocks_[k].data()},
           {at_.marker(k)});
     }
-    add(cost_of<AboutZero<4>, 4, 4>({weight(at_.joints())}), {state_.joints[v].data()}, {at_.joints()});
+    add(measured(ceres::Vector::Zero(4), weight(at_.joints())), {state_.joints[v].data()}, {at_.joints()});
   }
 }
 
@@ -114,9 +114,10 @@ void JointLeastSquares::add_sheets() {
   for (std::size_t s = 0; s < problem_.sheets.size(); ++s) {
     const SheetBoard& sheet = problem_.sheets[s];
     for (std::size_t i = 0; i < sheet.points.size(); ++i)
-      add(cost_of<SheetCorner, 2, kCameraParameters, kPortParameters, 6>(
-              {sheet.points[i], sheet.corners[i], camera.port, weight(at_.corners())}),
-          {state_.lenses[0].data(), state_.ports[0].data(), state_.sheets[s].data()}, {at_.corners()});
+      add(new BoardCorner(sheet.points[i], Vector2d::Zero(), sheet.corners[i], camera.port, weight(at_.corners())),
+          {state_.lenses[0].data(), state_.ports[0].data(), state_.kMc[0].data(), state_.sheets[s].data(),
+           no_bend_.data()},
+          {at_.corners()});
     const Transform cMt = transform_of(state_.sheets[s]);
     for (std::size_t i = 0; i < sheet.stripes.size(); ++i) {
       if (strays_[s][i]) continue;
@@ -128,17 +129,18 @@ void JointLeastSquares::add_sheets() {
                      along_px = sheet.stripes[i].pixels[1] - sheet.stripes[i].pixels[0];
       error.across_t = Vector2d(-along_t.y(), along_t.x()).normalized();
       error.across_px = Vector2d(-along_px.y(), along_px.x()).normalized();
-      add(cost_of<StripeInPicture, 2, kCameraParameters, kPortParameters, 6, 6, 4, 3, 2, 1, 6>(error),
+      add(new ceres::AutoDiffCostFunction<StripeInPicture, 2, kCameraParameters, kPortParameters, 6, 6, 4, 3, 2, 1, 6>(
+              new StripeInPicture(error)),
           {state_.lenses[0].data(), state_.ports[0].data(), state_.sheets[s].data(), state_.cMb.data(),
            state_.zeros.data(), state_.plane.data(), state_.sweep.data(), &state_.delay, knocks_[0].data()},
           {at_.offset(), at_.slope()});
     }
   }
   // Joints at rest err as they do in any posture.
-  ceres_.AddResidualBlock(cost_of<AboutZero<2>, 2, 2>({weight(at_.joints())}), nullptr, state_.sweep.data());
+  ceres_.AddResidualBlock(measured(ceres::Vector::Zero(2), weight(at_.joints())), nullptr, state_.sweep.data());
   group_of_row_.insert(group_of_row_.end(), 2, -1);
   if (const auto& swept = problem_.delay) {
-    ceres_.AddResidualBlock(cost_of<Measured, 1, 1>({swept->value, kWidth / swept->half_width}), nullptr,
+    ceres_.AddResidualBlock(measured(ceres::Vector::Constant(1, swept->value), kWidth / swept->half_width), nullptr,
                             &state_.delay);
     group_of_row_.push_back(-1);
   }
@@ -166,6 +168,7 @@ void JointLeastSquares::hold_what_is_not_free() {
   if (!problem_.boards.bends) hold(state_.bend.data(), 2, {0, 1});
   for (auto& knock : knocks_) hold(knock.data(), 6, {0, 1, 2, 3, 4, 5});
   hold(no_knock_.data(), 6, {0, 1, 2, 3, 4, 5});
+  hold(no_bend_.data(), 2, {0, 1});
 }
 
 void JointLeastSquares::solve() {

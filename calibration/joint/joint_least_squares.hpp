@@ -96,6 +96,7 @@ class JointLeastSquares {
   JointGroups at_;
   std::vector<std::array<double, 6>> knocks_;  ///< of cMb between marker and stripe; of kMc between boards and marker
   std::array<double, 6> no_knock_{};           ///< of camera 0 between boards and marker: cMb takes it up
+  std::array<double, 2> no_bend_{};            ///< of boards under the sweep
   std::vector<int> group_of_row_;
   ceres::Problem ceres_;
 };
