@@ -9,8 +9,8 @@ namespace tankrig::scenarios {
 namespace {
 
 constexpr char kHeading[] = R"md(# What a fault does, measured
-Made by `cmake --build build --target reliability && build/tests/scenarios/reliability docs/measured/reliability.md`, every line of
-it, in one run of about ten minutes; exit code 0 if no row is wrong. Every fault of every device that offers it
+Made by `cmake --build build --target reliability && build/tests/scenarios/reliability --lanes 2 docs/measured/reliability.md`, every line of
+it, in one run of five minutes; exit code 0 if no row is wrong. Every fault of every device that offers it
 (docs/reference/faults.md) begins in the sweep with the laser on, unless its row says otherwise, with the defaults of a fault plan
 but for what its row names.
 
