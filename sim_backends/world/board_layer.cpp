@@ -82,6 +82,7 @@ float BoardLayer::range(const CameraView::Sight& ray) const {
   return nearest;
 }
 
+/// Added up in the order in which Eigen does for a single Sight: the same bits.
 CameraView::FourSights BoardLayer::Board::on_board(const CameraView::FourSights& four) const {
   CameraView::FourSights on;
   const auto &o = four.origin, &d = four.direction;

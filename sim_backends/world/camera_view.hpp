@@ -70,7 +70,8 @@ class CameraView {
   struct FourSights {
     Eigen::Array<float, 4, 3> origin, direction;
   };
-  /// Through the middles of the quarters of pixel column `u`, at height `v`; the image's edge stands for what lies beyond.
+  /// Through the middles of the quarters of pixel column `u`, at row `v`: to the bit those of sight(). The image's edge stands for
+  /// what lies beyond it.
   FourSights quarter_sights(int u, float v) const;
   /// Undistorted coordinates (x / z, y / z) of the corner (u - 0.5, v - 0.5), c; behind a port, those in air.
   const Eigen::Vector2f& corner(int u, int v) const {
