@@ -24,5 +24,5 @@ endfunction()
 # tankrig_vectorise(FILE...): compiled with -O3, for loops that are written to be vectorised. Precompiled headers would bring back the -O
 # that they were made with.
 function(tankrig_vectorise)
-  set_source_files_properties(${ARGN} PROPERTIES COMPILE_OPTIONS -O3 SKIP_PRECOMPILE_HEADERS ON)
+  set_source_files_properties(${ARGN} PROPERTIES COMPILE_OPTIONS "-O3;-fno-math-errno" SKIP_PRECOMPILE_HEADERS ON)
 endfunction()

@@ -23,7 +23,8 @@ constexpr double kQuantisation = 0.3;  ///< sd of rounding to whole DN
 /// A column that the path crosses.
 struct Sample {
   int column = 0;
-  double row = 0;  ///< of the path
+  double row = 0;         ///< of the path
+  std::size_t place = 0;  ///< among the samples
 };
 
 std::vector<Sample> sample_columns(const StripeLook& look) {
@@ -31,57 +32,47 @@ std::vector<Sample> sample_columns(const StripeLook& look) {
   for (std::size_t i = 0; i < look.rows.size(); ++i)
     if (!std::isnan(look.rows[i])) crossed.push_back({static_cast<int>(i) * look.step + look.step / 2, look.rows[i]});
   const std::size_t step = std::max<std::size_t>(1, crossed.size() / kSampledColumns);
-  for (std::size_t i = step / 2; i < crossed.size(); i += step) samples.push_back(crossed[i]);
+  for (std::size_t i = step / 2; i < crossed.size(); i += step) {
+    samples.push_back(crossed[i]);
+    samples.back().place = samples.size() - 1;
+  }
   return samples;
 }
 
-/// The pixels of an image and of its background.
+/// The pixels of the sampled columns, less their background's.
 class Pixels {
  public:
-  Pixels(const cv::Mat& image, const cv::Mat& background)
-      : image_(image.data),
-        dark_(background.data),
-        image_step_(static_cast<std::ptrdiff_t>(image.step)),
-        dark_step_(static_cast<std::ptrdiff_t>(background.step)),
-        rows_(image.rows),
-        channels_(image.channels()) {}
-
-  int rows() const { return rows_; }
-  int channels() const { return channels_; }
-
-  /// The channels, less the background's; 0 beyond them.
-  FourFloats light(int y, int x) const {
-    const std::uint8_t* in = image_ + y * image_step_ + x * channels_;
-    const std::uint8_t* dark = dark_ ? dark_ + y * dark_step_ + x * channels_ : nullptr;
-    const auto value = [&](int c) { return static_cast<float>(dark ? in[c] - dark[c] : in[c]); };
-    return channels_ == 1 ? FourFloats{value(0)} : FourFloats{value(0), value(1), value(2)};
+  Pixels(const cv::Mat& image, const cv::Mat& background, const std::vector<Sample>& samples)
+      : channels_(static_cast<std::size_t>(image.channels())) {
+    std::vector<int> columns;
+    for (const Sample& sample : samples) columns.push_back(sample.column);
+    image_ = sampled_columns(image, columns);
+    weighted_signal(image_.reshape(1), sampled_columns(background, columns).reshape(1), {1, 0, 0}, 1, light_);
   }
 
+  int rows() const { return image_.rows; }
+  int channels() const { return static_cast<int>(channels_); }
+
+  /// The channels of the sample's pixel; 0 beyond them.
+  FourFloats light(int y, const Sample& sample) const {
+    const float* const here = light_[y] + sample.place * channels_;
+    return channels_ == 1 ? FourFloats{here[0]} : FourFloats{here[0], here[1], here[2]};
+  }
+
+  /// The channels of each sample side by side.
+  const cv::Mat1f& light() const { return light_; }
+
   /// In any channel.
-  bool clipped(int y, int x) const {
-    const std::uint8_t* in = image_ + y * image_step_ + x * channels_;
+  bool clipped(int y, const Sample& sample) const {
+    const std::uint8_t* in = image_.ptr<std::uint8_t>(y) + sample.place * channels_;
     return std::any_of(in, in + channels_, [](std::uint8_t value) { return value == 255; });
   }
 
  private:
-  const std::uint8_t *image_, *dark_;
-  std::ptrdiff_t image_step_, dark_step_;
-  int rows_, channels_;
+  cv::Mat image_;
+  cv::Mat1f light_;
+  std::size_t channels_;
 };
-
-/// All light of the sampled columns: of each the four values side by side.
-cv::Mat1f light_of(const Pixels& pixels, const std::vector<Sample>& samples) {
-  cv::Mat1f light(pixels.rows(), 4 * static_cast<int>(samples.size()));
-  for (int y = 0; y < light.rows; ++y) {
-    float* out = light[y];
-    for (const Sample& sample : samples) {
-      const FourFloats here = pixels.light(y, sample.column);
-      std::memcpy(out, &here, sizeof here);
-      out += 4;
-    }
-  }
-  return light;
-}
 
 /// About eighty values of each column are enough for its statistics.
 int step_of(const cv::Mat1f& light) { return std::max(1, light.rows / 80); }
@@ -102,7 +93,8 @@ float weighed(const FourFloats& light, const std::array<float, 3>& weights) {
 std::vector<float> project(const Pixels& pixels, const Sample& sample, const std::array<float, 3>& weights, int first,
                            int last) {
   std::vector<float> values;
-  for (int y = first; y < last; ++y) values.push_back(weighed(pixels.light(y, sample.column), weights));
+  values.reserve(static_cast<std::size_t>(last - first));
+  for (int y = first; y < last; ++y) values.push_back(weighed(pixels.light(y, sample), weights));
   return values;
 }
 
@@ -117,7 +109,7 @@ const std::array<float, 3>& suited(const Weights& weights, const Pixels& pixels,
   bool clipped = false;
   for (int y = std::max(0, static_cast<int>(sample.row) - reach);
        y <= std::min(pixels.rows() - 1, static_cast<int>(sample.row) + reach); ++y)
-    clipped |= pixels.clipped(y, sample.column);
+    clipped |= pixels.clipped(y, sample);
   return clipped ? weights.light : weights.contrast;
 }
 
@@ -130,11 +122,11 @@ Eigen::Vector3d measure_colour(const Pixels& pixels, const std::vector<Sample>& 
   for (const Sample& sample : samples) {
     const int middle = static_cast<int>(std::lround(sample.row)), first = middle - reach, last = middle + reach;
     if (first < 1 || last + 1 >= pixels.rows()) continue;
-    const auto light_at = [&](int y) { return pixels.light(y, sample.column); };
+    const auto light_at = [&](int y) { return pixels.light(y, sample); };
     const FourFloats base = 0.25f * (light_at(first - 1) + light_at(first) + light_at(last) + light_at(last + 1));
     FourFloats light = {};
     for (int y = first + 1; y < last; ++y)
-      if (clipped_too || !pixels.clipped(y, sample.column)) light += light_at(y) - base;
+      if (clipped_too || !pixels.clipped(y, sample)) light += light_at(y) - base;
     for (int c = 0; c < channels; ++c) found[c].push_back(light[c]);
   }
   Eigen::Vector3d colour = Eigen::Vector3d::Zero();
@@ -143,38 +135,83 @@ Eigen::Vector3d measure_colour(const Pixels& pixels, const std::vector<Sample>& 
   return colour;
 }
 
+/// Of three channels: what is at the same place in them.
+using Responses = std::array<std::vector<float>, 3>;
+
+/// The channels' responses at every `step`-th row, as far as `wanted(distance from the stripe [px])`.
+template <class Wanted>
+Responses responses_where(const std::vector<Sample>& samples, const Pixels& pixels, double filter_sd, int step,
+                          Wanted wanted) {
+  const auto channels = static_cast<std::size_t>(pixels.channels());
+  cv::Mat1f response;
+  filter_columns(pixels.light(), ridge_kernel(filter_sd), response, step);
+  Responses found;
+  for (std::vector<float>& channel : found) channel.resize(response.rows * samples.size() + 1);
+  std::size_t n = 0;
+  for (int i = 0; i < response.rows; ++i) {
+    const float* here = response[i];
+    for (const Sample& sample : samples) {  // which are wanted changes from row to row: no branch
+      for (std::size_t c = 0; c < channels; ++c) found[c][n] = here[c];
+      n += wanted(std::abs(i * step - sample.row));
+      here += channels;
+    }
+  }
+  for (std::size_t c = 0; c < found.size(); ++c) {
+    found[c].resize(n);
+    if (c >= channels) std::ranges::fill(found[c], 0.0f);
+  }
+  return found;
+}
+
+/// Sums of the products of each two channels, in the order 00, 10, 11, 20, 21, 22, of values within +-limit.
+TANKRIG_VECTORISED
+void add_products(const Responses& values, const std::array<float, 3>& limits, double* sums) {
+  constexpr std::size_t kLanes = 4;
+  FourDoubles all[6] = {};
+  const auto add = [&](std::size_t from, auto count) __attribute__((always_inline)) {
+    FourDoubles clamped[3];
+    for (int c = 0; c < 3; ++c) {
+      FourFloats value = {};
+      const FourFloats limit = FourFloats{} + limits[c];
+      std::memcpy(&value, values[c].data() + from, count * sizeof(float));
+      value = value < -limit ? -limit : value;
+      value = value > limit ? limit : value;
+      clamped[c] = __builtin_convertvector(value, FourDoubles);
+    }
+    int next = 0;
+    for (int c = 0; c < 3; ++c)
+      for (int d = 0; d <= c; ++d) all[next++] += clamped[c] * clamped[d];
+  };
+  const std::size_t n = values[0].size(), rest = n % kLanes;
+  for (std::size_t i = 0; i + kLanes <= n; i += kLanes) add(i, std::integral_constant<std::size_t, kLanes>{});
+  add(n - rest, rest);
+  for (int k = 0; k < 6; ++k) sums[k] = (all[k][0] + all[k][1]) + (all[k][2] + all[k][3]);
+}
+
 /// Covariance of the channels' responses away from the stripe by up to `most` rows, at every `step`th row, their largest
 /// twentieth pulled in.
-Eigen::Matrix3d scene_covariance(const std::vector<Sample>& samples, const cv::Mat1f& light, int channels, double sd,
-                                 int step, double most) {
-  const std::vector<float> kernel = ridge_kernel(std::max(kFilterSigma, 1.5 * sd));
-  std::array<std::vector<float>, 3> away;
-  cv::Mat1f response;
-  filter_columns(light, kernel, response, step);
-  for (int i = 0; i < response.rows; ++i)
-    for (std::size_t k = 0; k < samples.size(); ++k)
-      if (const double d = std::abs(i * step - samples[k].row); d > 6 * sd + 4 && d < most)
-        for (int c = 0; c < channels; ++c) away[c].push_back(response[i][4 * k + c]);
-  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+Eigen::Matrix3d scene_covariance(const std::vector<Sample>& samples, const Pixels& pixels, double sd, int step,
+                                 double most) {
+  const double least = 6 * sd + 4;
+  const Responses away = responses_where(samples, pixels, std::max(kFilterSigma, 1.5 * sd), step,
+                                         [=](double distance) { return (distance > least) & (distance < most); });
   const std::size_t n = away[0].size();
   std::array<float, 3> limit{};
-  for (int c = 0; c < channels && n > 0; ++c) {
+  for (int c = 0; c < pixels.channels() && n > 0; ++c) {
     const std::vector<float> ranked = ranked_sizes(away[c], {n / 2, n * 19 / 20});
     limit[c] = std::max(ranked[1], static_cast<float>(2 * std::max(kSdOfMedian * ranked[0], kQuantisation)));
   }
-  for (std::size_t i = 0; i < n; ++i) {
-    Eigen::Vector3d r = Eigen::Vector3d::Zero();
-    for (int c = 0; c < channels; ++c) r[c] = std::clamp(away[c][i], -limit[c], limit[c]);
-    for (int c = 0; c < 3; ++c)
-      for (int d = 0; d <= c; ++d) sum(c, d) += r[c] * r[d];
-  }
-  if (n > 0) sum /= static_cast<double>(n);
-  sum = sum.selfadjointView<Eigen::Lower>();
-  for (int c = 0; c < 3; ++c) sum(c, c) += c < channels ? kQuantisation * kQuantisation : 1.0;
-  return sum;
+  double sums[6];
+  add_products(away, limit, sums);
+  Eigen::Matrix3d covariance;
+  for (int c = 0, next = 0; c < 3; ++c)
+    for (int d = 0; d <= c; ++d, ++next)
+      covariance(c, d) = covariance(d, c) = n > 0 ? sums[next] / static_cast<double>(n) : 0;
+  for (int c = 0; c < 3; ++c) covariance(c, c) += c < pixels.channels() ? kQuantisation * kQuantisation : 1.0;
+  return covariance;
 }
 
-std::vector<float> smoothed(const std::vector<float>& values, double sd) {
+std::vector<float> gauss_kernel(double sd) {
   std::vector<float> kernel;
   float sum = 0;
   for (int k = 0; k <= static_cast<int>(std::ceil(3 * sd)); ++k) {
@@ -182,7 +219,7 @@ std::vector<float> smoothed(const std::vector<float>& values, double sd) {
     sum += (k ? 2 : 1) * kernel.back();
   }
   for (float& weight : kernel) weight /= sum;
-  return filter(values, kernel);
+  return kernel;
 }
 
 /// Where a profile crosses half of its height on both sides, in pixels.
@@ -213,6 +250,7 @@ double measure_extent(const Pixels& pixels, std::vector<Sample>& samples, const 
   const int near = static_cast<int>(std::ceil(sd)), far = static_cast<int>(std::ceil(8 * sd)) + 10;
   const int blur = static_cast<int>(std::ceil(3 * kSmoothing * sd));
   const int n = pixels.rows();
+  const std::vector<float> kernel = gauss_kernel(kSmoothing * sd);
   std::vector<double> widths;
   for (Sample& sample : samples) {
     const int middle = std::clamp(static_cast<int>(std::lround(sample.row)), 0, n - 1);
@@ -221,7 +259,7 @@ double measure_extent(const Pixels& pixels, std::vector<Sample>& samples, const 
     // Nearly always the profile ends in what is looked at for its height; where it does not, the whole column is.
     for (int reach = far; !found; reach = n) {
       const int first = std::max(0, middle - reach - blur), last = std::min(n, middle + reach + 1 + blur);
-      std::vector<float> values = smoothed(project(pixels, sample, suitable, first, last), kSmoothing * sd);
+      std::vector<float> values = filter(project(pixels, sample, suitable, first, last), kernel);
       const int cut_first = first > 0 ? blur : 0, cut_last = last < n ? blur : 0;  // they lack what lies beyond
       values.resize(values.size() - cut_last);
       values.erase(values.begin(), values.begin() + cut_first);
@@ -240,18 +278,13 @@ double measure_extent(const Pixels& pixels, std::vector<Sample>& samples, const 
 
 /// Robust sd of a pixel's weighted value, as far as a filter across the stripe sees it, at every `step`th row within `most`
 /// rows of the stripe.
-double measure_noise(const std::vector<Sample>& samples, const cv::Mat1f& light, const std::array<float, 3>& weights,
+double measure_noise(const std::vector<Sample>& samples, const Pixels& pixels, const std::array<float, 3>& weights,
                      int step, double most) {
-  const std::vector<float> kernel = ridge_kernel(kFilterSigma);
-  cv::Mat1f response;
-  filter_columns(light, kernel, response, step);
-  std::vector<float> values;
-  for (int i = 0; i < response.rows; ++i)
-    for (std::size_t k = 0; k < samples.size(); ++k)
-      if (std::abs(i * step - samples[k].row) < most) {
-        const float* of = response[i] + 4 * k;
-        values.push_back(weights[0] * of[0] + weights[1] * of[1] + weights[2] * of[2]);
-      }
+  const Responses near =
+      responses_where(samples, pixels, kFilterSigma, step, [=](double distance) { return distance < most; });
+  std::vector<float> values(near[0].size());
+  for (std::size_t i = 0; i < values.size(); ++i)
+    values[i] = weights[0] * near[0][i] + weights[1] * near[1][i] + weights[2] * near[2][i];
   return std::max(robust_sd(values), kQuantisation);
 }
 
@@ -284,8 +317,6 @@ double measure_width(const Pixels& pixels, const std::vector<Sample>& samples, c
 
 StripeAppearance measure_appearance(const cv::Mat& image, const cv::Mat& background, const StripeLook& look) {
   constexpr double kClearlyLess = 0.7;  // of the variance: the few rows near the stripe tell it roughly
-  const Pixels pixels(image, background);
-  const int channels = image.channels();
   std::vector<Sample> samples = sample_columns(look);
   StripeAppearance appearance;
   appearance.detection = appearance.profile = look.weights;
@@ -293,12 +324,12 @@ StripeAppearance measure_appearance(const cv::Mat& image, const cv::Mat& backgro
   if (samples.empty()) return appearance;
   Weights weights{look.weights, look.weights};
   for (float& weight : weights.light) weight = std::max(weight, 0.0f);
+  const Pixels pixels(image, background, samples);
   const double sd = measure_extent(pixels, samples, weights, look.sd_px);
-  const cv::Mat1f light = light_of(pixels, samples);
   const Eigen::Vector3d colour = measure_colour(pixels, samples, sd, false);
-  int step = step_of(light);
+  int step = step_of(pixels.light());
   double most = HUGE_VAL;  // rows away from the stripe, of what its profile is told from
-  const Eigen::Vector3d contrast = scene_covariance(samples, light, channels, sd, step, most).ldlt().solve(colour);
+  const Eigen::Vector3d contrast = scene_covariance(samples, pixels, sd, step, most).ldlt().solve(colour);
   const Eigen::Vector3d guess(look.weights[0], look.weights[1], look.weights[2]);
   Eigen::Vector3d positive = guess.cwiseMax(0.0);
   const auto unit = [](const Eigen::Vector3d& v) {
@@ -309,10 +340,10 @@ StripeAppearance measure_appearance(const cv::Mat& image, const cv::Mat& backgro
     appearance.colour = colour;
     appearance.detection = appearance.profile = unit(contrast);
     positive = measure_colour(pixels, samples, sd, true).cwiseMax(0.0);
-    if (background.empty() && channels > 1) {
+    if (background.empty() && pixels.channels() > 1) {
       // The stripe is told from the whole scene, but its profile lies on the surface beside it.
       const double near = 12 * sd + 24;
-      const Eigen::Matrix3d beside = scene_covariance(samples, light, channels, sd, 1, near);
+      const Eigen::Matrix3d beside = scene_covariance(samples, pixels, sd, 1, near);
       const Eigen::Vector3d suited_there = beside.ldlt().solve(colour);
       const double usual = contrast.dot(beside * contrast) / std::pow(contrast.dot(colour), 2);
       if (1 / suited_there.dot(colour) < kClearlyLess * usual) {
@@ -323,7 +354,7 @@ StripeAppearance measure_appearance(const cv::Mat& image, const cv::Mat& backgro
   }
   appearance.light = unit(positive);
   if (!background.empty()) appearance.profile = appearance.light;
-  appearance.noise = measure_noise(samples, light, appearance.profile, step, most);
+  appearance.noise = measure_noise(samples, pixels, appearance.profile, step, most);
   appearance.sd_px = measure_width(pixels, samples, {appearance.profile, appearance.light}, sd, {appearance.noise, 0});
   return appearance;
 }

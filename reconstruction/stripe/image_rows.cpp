@@ -62,6 +62,23 @@ bool reaches(const std::uint8_t* bytes, int count, std::uint8_t limit) {
   return most >= limit;
 }
 
+TANKRIG_VECTORISED
+int count_below(const int* values, int count, int limit) {
+  constexpr int kTogether = 4, kBlock = kTogether * kLanes;
+  EightInts below[kTogether] = {}, here;
+  int i = 0;
+  for (; i + kBlock <= count; i += kBlock)
+    for (int k = 0; k < kTogether; ++k) {
+      std::memcpy(&here, values + i + k * kLanes, sizeof here);
+      below[k] -= here < limit;
+    }
+  const EightInts sum = (below[0] + below[1]) + (below[2] + below[3]);
+  int all = 0;
+  for (int k = 0; k < kLanes; ++k) all += sum[k];
+  for (; i < count; ++i) all += values[i] < limit;
+  return all;
+}
+
 namespace {
 
 TANKRIG_VECTORISED
@@ -198,6 +215,46 @@ void weigh_line(const float* values, const float* kernel, int radius, int count,
 TANKRIG_VECTORISED
 void keep_lit(const float* __restrict brightness, int columns, float* __restrict values) {
   for (int x = 0; x < columns; ++x) values[x] = brightness[x] <= 0 ? 0 : values[x];
+}
+
+TANKRIG_VECTORISED
+void keep_larger(const float* __restrict values, int columns, int y, float* __restrict most, int* __restrict row) {
+  for (int x = 0; x < columns; ++x) {
+    const bool larger = values[x] > most[x];
+    most[x] = larger ? values[x] : most[x];
+    row[x] = larger ? y : row[x];
+  }
+}
+
+TANKRIG_VECTORISED
+void count_rivals(const float* __restrict values, const float* __restrict limits, const int* __restrict rows, int y,
+                  int apart, int columns, int* __restrict rivals) {
+  for (int x = 0; x < columns; ++x) {
+    const bool away = (y - rows[x] > apart) | (rows[x] - y > apart);
+    rivals[x] += away & (values[x] > limits[x]);
+  }
+}
+
+cv::Mat sampled_columns(const cv::Mat& image, const std::vector<int>& columns, int row_step) {
+  if (image.empty()) return {};
+  const auto channels = static_cast<std::size_t>(image.channels());
+  std::vector<std::size_t> places;
+  for (const int column : columns) places.push_back(static_cast<std::size_t>(column) * channels);
+  cv::Mat out(image.rows / row_step, static_cast<int>(columns.size()), image.type());
+  // Each pixel with what follows it, as one word, over which the next is written; of the last row nothing follows.
+  const auto gather = [&](int y, auto size) {
+    const std::uint8_t* in = image.ptr<std::uint8_t>(y * row_step);
+    std::uint8_t* next = out.ptr<std::uint8_t>(y);
+    for (const std::size_t place : places) {
+      std::memcpy(next, in + place, size);
+      next += channels;
+    }
+  };
+  using Word = std::integral_constant<int, 4>;
+  const bool words = std::min(image.cols, out.cols) >= Word::value;
+  for (int y = 0; y + 1 < out.rows; ++y) words ? gather(y, Word{}) : gather(y, channels);
+  gather(out.rows - 1, channels);
+  return out;
 }
 
 TANKRIG_VECTORISED

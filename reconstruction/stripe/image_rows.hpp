@@ -3,6 +3,8 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <opencv2/core.hpp>
+#include <vector>
 
 namespace tankrig {
 
@@ -14,6 +16,9 @@ void select_bytes(const std::uint8_t* const* rows, int count, int rank, int colu
 
 /// Whether a byte of the row is at least `limit`.
 bool reaches(const std::uint8_t* bytes, int count, std::uint8_t limit);
+
+/// How many values are less than `limit`.
+int count_below(const int* values, int count, int limit);
 
 /// out[i] = sum over k from -radius to radius of kernel[|k|] * values[i + k], in this order.
 void weigh_line(const float* values, const float* kernel, int radius, int count, float* out);
@@ -38,6 +43,17 @@ void weigh_rows(const float* const* rows, const float* kernel, int radius, int c
 
 /// values[x] = 0 where brightness[x] is not positive.
 void keep_lit(const float* brightness, int columns, float* values);
+
+/// The pixels of those columns of every `row_step`-th row, side by side; a rest of fewer rows is left out. 8 bits, 1 or 3
+/// channels; empty of an empty image.
+cv::Mat sampled_columns(const cv::Mat& image, const std::vector<int>& columns, int row_step = 1);
+
+/// Where values[x] is more than most[x], it and `y` are kept.
+void keep_larger(const float* values, int columns, int y, float* most, int* row);
+
+/// Adds 1 where values[x] is more than limits[x] and `y` more than `apart` from rows[x].
+void count_rivals(const float* values, const float* limits, const int* rows, int y, int apart, int columns,
+                  int* rivals);
 
 /// The row's bytes, less those of `dark` where there is one.
 void set_row(const std::uint8_t* in, const std::uint8_t* dark, int count, std::int16_t* values);

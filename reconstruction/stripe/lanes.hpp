@@ -66,14 +66,16 @@ inline __attribute__((always_inline)) Real exponential(const Real& power) {
   constexpr double kLog2OfE = 0x1.71547652b82fep0, kLn2 = 0x1.62e42fefa38p-1, kLn2Rest = 0x1.ef35793c7673p-45;
   constexpr double kRounds = 0x1.8p52;  // added to a double, it leaves the whole number in the lowest bits
   constexpr int kMantissa = 52;
-  constexpr double kSeries[] = {
-      1.0 / 6227020800, 1.0 / 479001600, 1.0 / 39916800, 1.0 / 3628800, 1.0 / 362880, 1.0 / 40320, 1.0 / 5040,
-      1.0 / 720,        1.0 / 120,       1.0 / 24,       1.0 / 6,       1.0 / 2,      1.0,         1.0};
   const Real x = clamped(power, -700, 700);
   const Real shifted = x * kLog2OfE + kRounds, whole = shifted - kRounds;
   const Real rest = (x - whole * kLn2) - whole * kLn2Rest;
-  Real sum = {};
-  for (const double factor : kSeries) sum = sum * rest + factor;
+  const Real r2 = rest * rest, r4 = r2 * r2,
+             r8 = r4 * r4;  // pairs of powers at a time: no sum waits for the one before
+  const Real low = (1 + rest) + r2 * (1.0 / 2 + rest * (1.0 / 6)),
+             middle = (1.0 / 24 + rest * (1.0 / 120)) + r2 * (1.0 / 720 + rest * (1.0 / 5040)),
+             high = (1.0 / 40320 + rest * (1.0 / 362880)) + r2 * (1.0 / 3628800 + rest * (1.0 / 39916800)) +
+                    r4 * (1.0 / 479001600 + rest * (1.0 / 6227020800));
+  const Real sum = (low + r4 * middle) + r8 * high;
   const Bits exponent = (std::bit_cast<Bits>(shifted) << kMantissa) + std::bit_cast<std::int64_t>(1.0);
   return sum * std::bit_cast<Real>(exponent);
 }

@@ -26,11 +26,11 @@ ProfileShape shape_of(double sd, bool sloped) {
   const double reach = shape.half_window / sd, step = 2 * reach / kSteps;
   Eigen::Matrix2d even = Eigen::Matrix2d::Zero(), odd = Eigen::Matrix2d::Zero();
   Eigen::Vector2d even_right = Eigen::Vector2d::Zero(), odd_right = Eigen::Vector2d::Zero();
+  std::array<double, kSteps + 1> gauss;
+  const auto t_at = [=](int i) { return -reach + i * step; };
+  for (int i = 0; i <= kSteps; ++i) gauss[i] = std::exp(-0.5 * t_at(i) * t_at(i));
   const auto each = [&](auto&& visit) {
-    for (int i = 0; i <= kSteps; ++i) {
-      const double t = -reach + i * step;
-      visit(t, std::exp(-0.5 * t * t));
-    }
+    for (int i = 0; i <= kSteps; ++i) visit(t_at(i), gauss[i]);
   };
   each([&](double t, double g) {
     const Eigen::Vector2d e{g, 1}, o{g * t, sloped ? t : 0};
@@ -201,7 +201,10 @@ inline __attribute__((always_inline)) Mask<Real> find_centre(const ProfileShape&
   Mask<Real> moves = Real{} == 0, ok = moves;
   for (int iteration = 0; iteration < 8 && any(moves); ++iteration) {
     const LinearFit<Real> next = solve(shape, window, centre, Real{}, false);
-    take_where(moves, next, linear);
+    if (iteration == 0)
+      linear = next;
+    else
+      take_where(moves, next, linear);
     const Real shift = clamped(shape.sd * next.value[1] / next.value[0], -0.7 * shape.sd, 0.7 * shape.sd);
     ok =
         moves ? next.ok & (next.value[0] > 0) & (size_of(centre + shift - start) <= std::max(1.5, 1.5 * shape.sd)) : ok;
@@ -279,7 +282,7 @@ template <class Real>
 inline __attribute__((always_inline)) Fitted<Real> fit_window(const ProfileShape& shape, const Window<Real>& window,
                                                               const Real& start, const ValueNoise& noise) {
   Fitted<Real> fitted = {};
-  LinearFit<Real> linear = {};
+  LinearFit<Real> linear;
   fitted.ok = find_centre(shape, window, start, fitted.position, linear);
   if (!any(fitted.ok)) return fitted;
   fitted.amplitude = linear.value[0];

@@ -72,31 +72,16 @@ void weaken_edges(const cv::Mat1f& signal, const std::vector<float>& kernel, cv:
   }
 }
 
-namespace {
-
-/// The bits by which sizes, none negative, are told apart at first: four classes for a doubling of the size.
-constexpr int kBehind = 21;
-std::uint32_t class_of(float size) { return std::bit_cast<std::uint32_t>(size) >> kBehind; }
-
-}  // namespace
-
 std::vector<float> ranked_sizes(const std::vector<float>& values, std::initializer_list<std::size_t> ranks) {
-  std::array<std::uint32_t, std::size_t{1} << (31 - kBehind)> counts{};
-  for (const float value : values) ++counts[class_of(std::abs(value))];
-  std::vector<float> found, alike;
-  for (std::size_t rank : ranks) {
-    std::uint32_t sought = 0;
-    while (rank >= counts[sought]) rank -= counts[sought++];
-    alike.resize(values.size());
-    std::size_t count = 0;
-    for (const float value : values) {  // which are alike cannot be foreseen: no branch
-      alike[count] = std::abs(value);
-      count += class_of(alike[count]) == sought;
-    }
-    alike.resize(count);
-    const auto place = alike.begin() + static_cast<std::ptrdiff_t>(rank);
-    std::nth_element(alike.begin(), place, alike.end());
-    found.push_back(*place);
+  std::vector<int> sizes;
+  sizes.reserve(values.size());
+  for (const float value : values) sizes.push_back(std::bit_cast<int>(std::abs(value)));
+  std::vector<float> found;
+  for (const std::size_t rank : ranks) {
+    int size = 0;
+    for (int bit = 1 << 30; bit > 0; bit /= 2)
+      if (count_below(sizes.data(), static_cast<int>(sizes.size()), size | bit) <= static_cast<int>(rank)) size |= bit;
+    found.push_back(std::bit_cast<float>(size));
   }
   return found;
 }

@@ -36,8 +36,8 @@ void weaken_edges(const cv::Mat1f& signal, const std::vector<float>& kernel, cv:
 /// Robust sd (median of absolute values) of a response with zero mean, from a sample of its pixels.
 double robust_noise(const cv::Mat1f& response);
 
-/// Of the absolute values those of the ranks, the least being of rank 0. Sizes are in the order of their bits, and only
-/// what shares the sought one's first bits is looked at.
+/// Of the absolute values those of the ranks, the least being of rank 0. Sizes are in the order of their bits: one bit
+/// after the other is found, from the highest, by how many values are below it.
 std::vector<float> ranked_sizes(const std::vector<float>& values, std::initializer_list<std::size_t> ranks);
 
 inline constexpr double kSdOfMedian = 1.4826;  ///< of normal values: over the median of their sizes

@@ -238,7 +238,7 @@ class ColumnDetector {
     if (appearance_.noise < kBlurred)
       for (const float weight : appearance_.profile) least += kBand * std::abs(weight);
     for (const StripeRun& run : path) {
-      out.emplace_back();
+      out.emplace_back().reserve(run.size());
       const std::vector<ProfileFit> fits = fit_all(run, contrast_);
       for (std::size_t i = 0; i < run.size(); ++i) {
         const PathPoint& point = run[i];
@@ -265,6 +265,7 @@ class ColumnDetector {
 
   FittedRun chosen_of(const std::vector<FittedPoint>& run, const RidgeCandidates& candidates) {
     FittedRun out;
+    out.reserve(run.size());
     StripeStatistics& statistics = detection_.statistics;
     const StripeParameters& p = parameters_;
     for (const auto& [point, fit] : run) {

@@ -177,26 +177,31 @@ void set_path(const Found& found, const Reduced& reduced, StripeLook& look) {
     }
 }
 
-/// The strongest place of a column of responses, if it is far above the noise, and no other place is half as strong. `sd`:
-/// of the stripe, in rows of the responses.
-std::optional<float> clear_peak(const cv::Mat1f& response, int column, double noise, double sd) {
-  constexpr double kClear = 12, kRival = 0.5, kApart = 4;  // the last in sd
-  int best = 0;
-  for (int y = 1; y < response.rows; ++y)
-    if (response(y, column) > response(best, column)) best = y;
-  const float peak = response(best, column);
-  if (peak < kClear * noise || best == 0 || best + 1 == response.rows) return std::nullopt;
-  const double apart = kApart * sd + 2;
+/// Of each column of responses the strongest place, if it is far above the noise and no other place is half as strong;
+/// NaN elsewhere. `sd`: of the stripe, in rows of the responses.
+std::vector<float> clear_peaks(const cv::Mat1f& response, double noise, double sd) {
+  constexpr double kClear = 12, kApart = 4;  // the last in sd
+  constexpr float kRival = 0.5;
+  const int columns = response.cols, apart = static_cast<int>(kApart * sd + 2);
+  std::vector<float> most(response[0], response[0] + columns), rival, peaks;
+  std::vector<int> best(columns, 0), rivals(columns, 0);
+  for (int y = 1; y < response.rows; ++y) keep_larger(response[y], columns, y, most.data(), best.data());
+  for (const float height : most) rival.push_back(kRival * height);
   for (int y = 0; y < response.rows; ++y)
-    if (std::abs(y - best) > apart && response(y, column) > kRival * peak) return std::nullopt;
-  const float above = response(best - 1, column), below = response(best + 1, column);
-  return static_cast<float>(best) + 0.5f * (below - above) / (2 * peak - above - below);
+    count_rivals(response[y], rival.data(), best.data(), y, apart, columns, rivals.data());
+  for (int x = 0; x < columns; ++x) {
+    const int y = best[x];
+    const bool inside = y > 0 && y + 1 < response.rows, clear = inside && most[x] >= kClear * noise && rivals[x] == 0;
+    const float above = clear ? response(y - 1, x) : NAN, below = clear ? response(y + 1, x) : NAN;
+    peaks.push_back(static_cast<float>(y) + 0.5f * (below - above) / (2 * most[x] - above - below));
+  }
+  return peaks;
 }
 
 /// Where the stripe is beyond doubt in nearly all of some columns, they are enough: the look has their rows alone, and no
 /// evidence for weak points between them. Only with a dark image, and of a stripe that crosses the columns.
 std::optional<StripeLook> clear_look(const cv::Mat& image, const cv::Mat& background, const StripeLook& known) {
-  constexpr int kColumns = 48, kPadded = 64;
+  constexpr int kColumns = 48, kPadded = 64;  // the filter's best is a multiple of the latter
   constexpr double kNearlyAll = 0.95;
   if (background.empty() || known.orientation == StripeOrientation::kRows) return std::nullopt;
   const double filter_sd = std::max(kSigmas[0], kFilterOverProfile * known.sd_px);
@@ -204,33 +209,28 @@ std::optional<StripeLook> clear_look(const cv::Mat& image, const cv::Mat& backgr
   if (image.rows < 3 * row_step) return std::nullopt;
   const int channels = image.channels(), factor = factor_of(image), reduced_columns = image.cols / factor;
   const int step = std::max(1, reduced_columns / kColumns);
-  std::vector<int> sampled;  // reduced columns
-  for (int i = step / 2; i < reduced_columns; i += step) sampled.push_back(i);
-  cv::Mat1f signal(image.rows / row_step, std::max(kPadded, static_cast<int>(sampled.size())), 0.0f), response;
-  const auto column_of = [=](int i) { return i * factor + factor / 2; };
-  for (int y = 0; y < signal.rows; ++y) {
-    const std::uint8_t *in = image.ptr<std::uint8_t>(y * row_step), *dark = background.ptr<std::uint8_t>(y * row_step);
-    float* out = signal[y];
-    for (const int i : sampled) {
-      const int at = column_of(i) * channels;
-      float light = 0;
-      for (int c = 0; c < channels; ++c) light += known.weights[c] * static_cast<float>(in[at + c] - dark[at + c]);
-      *out++ = light;
-    }
+  std::vector<int> sampled, columns;  // reduced ones, and their middles in the image
+  for (int i = step / 2; i < reduced_columns; i += step) {
+    sampled.push_back(i);
+    columns.push_back(i * factor + factor / 2);
   }
+  columns.resize(std::max<std::size_t>(kPadded, columns.size()), columns.back());
+  cv::Mat1f signal, response;
+  weighted_signal(sampled_columns(image, columns, row_step), sampled_columns(background, columns, row_step),
+                  known.weights, 1, signal);
   filter_columns(signal, ridge_kernel(filter_sd / row_step), response);
   response = response.colRange(0, static_cast<int>(sampled.size()));
   const double noise = std::max(robust_noise(response), kQuantisation);
+  const std::vector<float> peaks = clear_peaks(response, noise, known.sd_px / row_step);
   StripeLook look = known;
   look.evidence = look.share = 0;
   look.step = factor;
   look.rows.assign(reduced_columns, NAN);
   std::size_t clear = 0;
   for (std::size_t k = 0; k < sampled.size(); ++k) {
-    const auto peak = clear_peak(response, static_cast<int>(k), noise, known.sd_px / row_step);
-    if (!peak) continue;
-    const float row = static_cast<float>(row_step) * *peak;
-    const std::uint8_t* pixel = image.ptr<std::uint8_t>(static_cast<int>(std::lround(row)), column_of(sampled[k]));
+    if (std::isnan(peaks[k])) continue;
+    const float row = static_cast<float>(row_step) * peaks[k];
+    const std::uint8_t* pixel = image.ptr<std::uint8_t>(static_cast<int>(std::lround(row)), columns[k]);
     if (reaches(pixel, channels, kClipped)) continue;
     look.rows[sampled[k]] = row;
     ++clear;

@@ -1,6 +1,7 @@
 #include "reconstruction/stripe/stripe_smoothing.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstring>
@@ -20,17 +21,29 @@ constexpr int kMaxGap = 3;         ///< missing columns over which a line is dra
 constexpr double kBendPrice = 20;  ///< chi-square, of two degrees of freedom, above which two lines are better than one
 constexpr double kTolerance = 4.5;
 
+/// What four values at those columns count in their third divided difference.
+std::array<double, 4> shares_of_difference(const std::array<double, 4>& columns) {
+  std::array<double, 4> shares;
+  for (std::size_t k = 0; k < shares.size(); ++k) {
+    shares[k] = 1;
+    for (std::size_t other = 0; other < shares.size(); ++other)
+      if (other != k) shares[k] /= columns[k] - columns[other];
+  }
+  return shares;
+}
+
 /// Third divided differences of points `lag` apart, over their sigmas: squared. A smooth curve has next to none.
 void third_differences(const std::vector<double>& column, const std::vector<double>& value,
                        const std::vector<double>& variance, std::size_t lag, std::vector<double>& squares) {
+  std::array<double, 4> columns{}, shares{};
   for (std::size_t i = 0; i + 3 * lag < value.size(); ++i) {
+    std::array<double, 4> from_first;  // mostly those of the point before
+    for (std::size_t k = 0; k < 4; ++k) from_first[k] = column[i + k * lag] - column[i];
+    if (from_first != columns) shares = shares_of_difference(columns = from_first);
     double difference = 0, expected = 0;
-    for (std::size_t k = i; k <= i + 3 * lag; k += lag) {
-      double share = 1;
-      for (std::size_t other = i; other <= i + 3 * lag; other += lag)
-        if (other != k) share /= column[k] - column[other];
-      difference += share * value[k];
-      expected += share * share * variance[k];
+    for (std::size_t k = 0; k < 4; ++k) {
+      difference += shares[k] * value[i + k * lag];
+      expected += shares[k] * shares[k] * variance[i + k * lag];
     }
     squares.push_back(difference * difference / expected);
   }
@@ -48,6 +61,7 @@ struct Series {
   std::vector<double> column, position, weight;  ///< the last: 1 / sigma^2
 
   explicit Series(const FittedRun& run) {
+    for (auto* values : {&column, &position, &weight}) values->reserve(run.size());
     for (const auto& [peak, amplitude, colour, edge] : run) {
       column.push_back(peak.column);
       position.push_back(peak.position);
@@ -155,17 +169,26 @@ std::vector<std::size_t> breaks_of(const Series& run, int reach, double correlat
   return breaks;
 }
 
+/// Of one point or four that follow each other.
+template <class Real>
+inline __attribute__((always_inline)) void add_scatter_of(const double* column, const double* residual, double reach,
+                                                          double most, double* sum, double* weight, int offset) {
+  const Real size = load<Real>(residual + offset), apart = load<Real>(column + offset) - load<Real>(column), none = {};
+  const Mask<Real> counts = (size >= 0) & (apart <= reach) & (apart >= -reach);
+  const Real sums = load<Real>(sum) + (counts ? (size < most ? size : none + most) : none),
+             weights = load<Real>(weight) + (counts ? none + 1 : none);
+  std::memcpy(sum, &sums, sizeof sums);
+  std::memcpy(weight, &weights, sizeof weights);
+}
+
 /// Adds what a point's neighbours scatter about their lines, as far as it was measured, within `reach` columns.
 TANKRIG_VECTORISED
-void add_scatter(const double* __restrict column, const double* __restrict residual, int count, double reach,
-                 double most, double* __restrict sums, double* __restrict weights, int offset) {
-  for (int i = 0; i < count; ++i) {
-    const double size = residual[i + offset] < most ? residual[i + offset] : most;
-    const double apart = column[i + offset] - column[i];
-    const bool counts = (residual[i + offset] >= 0) & (apart <= reach) & (apart >= -reach);
-    sums[i] += counts ? size : 0;
-    weights[i] += counts ? 1 : 0;
-  }
+void add_scatter(const double* column, const double* residual, int count, double reach, double most, double* sums,
+                 double* weights, int offset) {
+  int i = 0;
+  for (; i + kLanes <= count; i += kLanes)
+    add_scatter_of<FourDoubles>(column + i, residual + i, reach, most, sums + i, weights + i, offset);
+  for (; i < count; ++i) add_scatter_of<double>(column + i, residual + i, reach, most, sums + i, weights + i, offset);
 }
 
 /// Sigmas follow what the points near by scatter about their lines: a square's edge or a grain of the surface is not

@@ -125,6 +125,70 @@ TEST(ImageRows, TellTheColumnsOfTheirPeaks) {
     }
 }
 
+TEST(ImageRows, KeepTheFirstOfTheLargestValuesAndCountTheirRivals) {
+  std::mt19937 random(kSeed);
+  constexpr int kRows = 20, kApart = 3;
+  for (const int n : kLengths) {
+    std::vector<std::vector<float>> rows;
+    for (int y = 0; y < kRows; ++y) {
+      rows.push_back(floats(random, n));
+      for (float& value : rows.back()) value = std::round(value);  // equals
+    }
+    std::vector<float> most = rows[0], limits;
+    std::vector<int> best(n, 0), rivals(n, 0);
+    for (int y = 1; y < kRows; ++y) keep_larger(rows[y].data(), n, y, most.data(), best.data());
+    for (const float value : most) limits.push_back(value - 2);
+    for (int y = 0; y < kRows; ++y)
+      count_rivals(rows[y].data(), limits.data(), best.data(), y, kApart, n, rivals.data());
+    for (int x = 0; x < n; ++x) {
+      int expected = 0, others = 0;
+      for (int y = 1; y < kRows; ++y)
+        if (rows[y][x] > rows[expected][x]) expected = y;
+      for (int y = 0; y < kRows; ++y) others += std::abs(y - expected) > kApart && rows[y][x] > limits[x];
+      EXPECT_EQ(best[x], expected) << x << " of " << n;
+      EXPECT_EQ(most[x], rows[expected][x]) << x << " of " << n;
+      EXPECT_EQ(rivals[x], others) << x << " of " << n;
+    }
+  }
+}
+
+TEST(ImageRows, CountWhatIsBelowALimit) {
+  std::mt19937 random(kSeed);
+  for (const int n : kLengths) {
+    std::vector<int> values(n);
+    for (int& value : values) value = static_cast<int>(random() % 100);
+    for (const int limit : {0, 50, 100})
+      EXPECT_EQ(count_below(values.data(), n, limit), std::ranges::count_if(values, [=](int v) { return v < limit; }));
+  }
+}
+
+TEST(ImageRows, GiveThePixelsOfSomeColumns) {
+  std::mt19937 random(kSeed);
+  for (const int type : {CV_8UC1, CV_8UC3})
+    for (const cv::Size size : {cv::Size(1, 1), cv::Size(1, 5), cv::Size(3, 4), cv::Size(40, 30)}) {
+      cv::Mat image(size, type);
+      const std::vector<std::uint8_t> values = bytes(random, static_cast<int>(image.total() * image.elemSize()));
+      std::copy(values.begin(), values.end(), image.data);
+      for (const int row_step : {1, 3}) {
+        if (row_step > size.height) continue;
+        std::vector<int> columns;
+        for (int k = 0; k < 9; ++k) columns.push_back(static_cast<int>(random() % size.width));
+        columns.push_back(size.width - 1);
+        for (const std::size_t count : {columns.size(), std::size_t{1}}) {
+          columns.resize(count);
+          const cv::Mat sampled = sampled_columns(image, columns, row_step);
+          ASSERT_EQ(sampled.size(), cv::Size(static_cast<int>(count), size.height / row_step));
+          ASSERT_EQ(sampled.type(), type);
+          for (int y = 0; y < sampled.rows; ++y)
+            for (std::size_t k = 0; k < count; ++k)
+              for (std::size_t c = 0; c < image.elemSize(); ++c)
+                EXPECT_EQ(sampled.ptr(y, static_cast<int>(k))[c], image.ptr(y * row_step, columns[k])[c]);
+        }
+      }
+    }
+  EXPECT_TRUE(sampled_columns({}, {0}).empty());
+}
+
 TEST(ImageRows, KeepWhatIsLit) {
   std::mt19937 random(kSeed);
   for (const int n : kLengths) {
