@@ -169,26 +169,53 @@ void weigh_pixels(const PixelRows& in, const PixelRows& dark, int rows, int colu
   }
 }
 
-TANKRIG_VECTORISED
-void weigh_rows(const float* const* rows, const float* kernel, int radius, int columns, float* __restrict out) {
+namespace {
+
+/// Of the rows' sums, or where `odd` of their differences.
+template <bool odd>
+inline __attribute__((always_inline)) void weigh_pairs(const float* const* rows, const float* kernel, int radius,
+                                                       int columns, float* __restrict out) {
   constexpr int kTogether = 8, kBlock = kTogether * kLanes;  // values that stay in registers
   for (int next = 0; columns >= kBlock && next < columns; next += kBlock) {
     const int begin = std::min(next, columns - kBlock);  // the last block overlaps the one before
     EightFloats sums[kTogether];
 #pragma GCC unroll 8
-    for (int i = 0; i < kTogether; ++i) sums[i] = kernel[0] * load(rows[0] + begin + i * kLanes);
+    for (int i = 0; i < kTogether; ++i) sums[i] = odd ? EightFloats{} : kernel[0] * load(rows[0] + begin + i * kLanes);
     for (int k = 1; k <= radius; ++k) {
       const float *up = rows[-k] + begin, *down = rows[k] + begin;
 #pragma GCC unroll 8
-      for (int i = 0; i < kTogether; ++i) sums[i] += kernel[k] * (load(up + i * kLanes) + load(down + i * kLanes));
+      for (int i = 0; i < kTogether; ++i) {
+        const EightFloats above = load(up + i * kLanes), below = load(down + i * kLanes);
+        sums[i] += kernel[k] * (odd ? above - below : above + below);
+      }
     }
 #pragma GCC unroll 8
     for (int i = 0; i < kTogether; ++i) std::memcpy(out + begin + i * kLanes, &sums[i], sizeof sums[i]);
   }
   for (int x = 0; columns < kBlock && x < columns; ++x) {
-    float sum = kernel[0] * rows[0][x];
-    for (int k = 1; k <= radius; ++k) sum += kernel[k] * (rows[-k][x] + rows[k][x]);
+    float sum = odd ? 0 : kernel[0] * rows[0][x];
+    for (int k = 1; k <= radius; ++k) sum += kernel[k] * (odd ? rows[-k][x] - rows[k][x] : rows[-k][x] + rows[k][x]);
     out[x] = sum;
+  }
+}
+
+}  // namespace
+
+TANKRIG_VECTORISED
+void weigh_rows(const float* const* rows, const float* kernel, int radius, int columns, float* out) {
+  weigh_pairs<false>(rows, kernel, radius, columns, out);
+}
+
+TANKRIG_VECTORISED
+void weigh_differences(const float* const* rows, const float* kernel, int radius, int columns, float* out) {
+  weigh_pairs<true>(rows, kernel, radius, columns, out);
+}
+
+TANKRIG_VECTORISED
+void weaken(const float* __restrict differences, float share, int columns, float* __restrict values) {
+  for (int x = 0; x < columns; ++x) {
+    const float size = differences[x] < 0 ? -differences[x] : differences[x], less = share * (values[x] - size);
+    values[x] = less < values[x] ? less : values[x];
   }
 }
 

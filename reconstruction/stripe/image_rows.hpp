@@ -41,6 +41,12 @@ void weigh_pixels(const PixelRows& in, const PixelRows& dark, int rows, int colu
 /// out[x] = kernel[0] * rows[0][x] + sum over k up to `radius` of kernel[k] * (rows[-k][x] + rows[k][x]), in this order.
 void weigh_rows(const float* const* rows, const float* kernel, int radius, int columns, float* out);
 
+/// out[x] = sum over k up to `radius` of kernel[k] * (rows[-k][x] - rows[k][x]), in this order.
+void weigh_differences(const float* const* rows, const float* kernel, int radius, int columns, float* out);
+
+/// values[x] = the least of it and share * (values[x] - |differences[x]|).
+void weaken(const float* differences, float share, int columns, float* values);
+
 /// values[x] = 0 where brightness[x] is not positive.
 void keep_lit(const float* brightness, int columns, float* values);
 

@@ -41,35 +41,39 @@ void weighted_signal(const cv::Mat& image, const cv::Mat& background, const std:
     weigh_pixels(rows(image, y), rows(background, y), together, image.cols, image.channels(), shares.data(), signal[y]);
 }
 
-void filter_columns(const cv::Mat1f& signal, const std::vector<float>& kernel, cv::Mat1f& response, int step) {
-  response.create((signal.rows + step - 1) / step, signal.cols);
-  const int radius = static_cast<int>(kernel.size()) - 1;
-  constexpr int kStrip = 512;  // columns, so that the rows under the filter stay near, and each is read in long pieces
+namespace {
+
+/// `then(rows, y, first column, columns)` for every `step`-th row y of the signal, in strips of columns, so that the rows
+/// under a filter of that radius stay near and each is read in long pieces; those beyond the border repeat the border.
+template <class Then>
+void with_rows(const cv::Mat1f& signal, int radius, int step, Then then) {
+  constexpr int kStrip = 512;
   std::vector<const float*> rows(signal.rows + 2 * radius);
   for (int x = 0; x < signal.cols; x += kStrip) {
     for (int y = -radius; y < signal.rows + radius; ++y)
       rows[radius + y] = signal[std::clamp(y, 0, signal.rows - 1)] + x;
-    for (int i = 0; i < response.rows; ++i)
-      weigh_rows(rows.data() + radius + i * step, kernel.data(), radius, std::min(kStrip, signal.cols - x),
-                 response[i] + x);
+    for (int y = 0; y < signal.rows; y += step) then(rows.data() + radius + y, y, x, std::min(kStrip, signal.cols - x));
   }
+}
+
+}  // namespace
+
+void filter_columns(const cv::Mat1f& signal, const std::vector<float>& kernel, cv::Mat1f& response, int step) {
+  response.create((signal.rows + step - 1) / step, signal.cols);
+  const int radius = static_cast<int>(kernel.size()) - 1;
+  with_rows(signal, radius, step, [&](const float* const* rows, int y, int x, int columns) {
+    weigh_rows(rows, kernel.data(), radius, columns, response[y / step] + x);
+  });
 }
 
 void weaken_edges(const cv::Mat1f& signal, const std::vector<float>& kernel, cv::Mat1f& response) {
   constexpr float kOfWeakerSide = 2;  // an edge's other side says nothing, and both sides of a stripe half
   const int radius = static_cast<int>(kernel.size()) - 1;
-  std::vector<float> difference(signal.cols);
-  for (int y = 0; y < signal.rows; ++y) {
-    std::ranges::fill(difference, 0.0f);
-    for (int k = 1; k <= radius; ++k) {
-      const float* above = signal[std::max(y - k, 0)];
-      const float* below = signal[std::min(y + k, signal.rows - 1)];
-      for (int x = 0; x < signal.cols; ++x) difference[x] += kernel[k] * (above[x] - below[x]);
-    }
-    float* here = response[y];
-    for (int x = 0; x < signal.cols; ++x)
-      here[x] = std::min(here[x], kOfWeakerSide * (here[x] - std::abs(difference[x])));
-  }
+  std::vector<float> differences(signal.cols);
+  with_rows(signal, radius, 1, [&](const float* const* rows, int y, int x, int columns) {
+    weigh_differences(rows, kernel.data(), radius, columns, differences.data());
+    weaken(differences.data(), kOfWeakerSide, columns, response[y] + x);
+  });
 }
 
 std::vector<float> ranked_sizes(const std::vector<float>& values, std::initializer_list<std::size_t> ranks) {

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 
 namespace tankrig::sim {
 namespace {
@@ -24,31 +25,28 @@ int floor_int(float x) {
   return i - (x < static_cast<float>(i) ? 1 : 0);
 }
 
-float smooth(float t) { return t * t * (3 - 2 * t); }
-
-/// A lattice cell's corners.
+/// A cell of the unit lattice. In what has four values the last of a place is nought.
 struct LatticeCell {
-  Eigen::Vector3i at;
-  std::array<float, 8> value;  ///< x fastest
+  Eigen::Array4f corner;     ///< the lowest
+  Eigen::Array4f low, high;  ///< what its edges along x have at their ends: y fastest, then z
 
-  explicit LatticeCell(const Eigen::Vector3i& corner = Eigen::Vector3i::Zero()) : at(corner) {
-    for (int k = 0; k < 8; ++k) value[k] = lattice_value(at.x() + k % 2, at.y() + k / 2 % 2, at.z() + k / 4);
+  explicit LatticeCell(const Eigen::Array4f& lowest = Eigen::Array4f::Zero()) : corner(lowest) {
+    const Eigen::Array4i at = lowest.cast<int>();
+    std::array<float, 8> value;
+    for (int k = 0; k < 8; ++k) value[k] = lattice_value(at[0] + k / 4, at[1] + k % 2, at[2] + k / 2 % 2);
+    low = Eigen::Array4f::Map(value.data());
+    high = Eigen::Array4f::Map(value.data() + 4);
   }
 };
 
 /// Value noise in [-1, 1] on a unit lattice; `cell` is the one met last, for places beside each other share it.
-float value_noise(const Eigen::Vector3f& p, LatticeCell& cell) {
-  const Eigen::Vector3i at(floor_int(p.x()), floor_int(p.y()), floor_int(p.z()));
-  if (at != cell.at) cell = LatticeCell(at);
-  const float fx = smooth(p.x() - static_cast<float>(at.x())), fy = smooth(p.y() - static_cast<float>(at.y())),
-              fz = smooth(p.z() - static_cast<float>(at.z()));
-  const auto along_x = [&](int edge) {
-    const float a = cell.value[2 * edge], b = cell.value[2 * edge + 1];
-    return a + fx * (b - a);
-  };
-  const float a = along_x(0) + fy * (along_x(1) - along_x(0));
-  const float b = along_x(2) + fy * (along_x(3) - along_x(2));
-  return 2 * (a + fz * (b - a)) - 1;
+float value_noise(const Eigen::Array4f& p, LatticeCell& cell) {
+  const Eigen::Array4f corner = p.floor();
+  if (std::memcmp(corner.data(), cell.corner.data(), sizeof corner) != 0) cell = LatticeCell(corner);
+  const Eigen::Array4f t = p - corner, share = t * t * (3 - 2 * t);
+  const Eigen::Array4f edge = cell.low + share[0] * (cell.high - cell.low);
+  const float a = edge[0] + share[1] * (edge[1] - edge[0]), b = edge[2] + share[1] * (edge[3] - edge[2]);
+  return 2 * (a + share[2] * (b - a)) - 1;
 }
 
 constexpr int kOctaves = 3;
@@ -56,10 +54,11 @@ constexpr int kOctaves = 3;
 /// Octaves of value noise at grain sizes scale, scale / 2, ...; about [-1, 1].
 float grain(const Eigen::Vector3f& p, float scale) {
   thread_local std::array<LatticeCell, kOctaves> cells;
+  const Eigen::Array4f place(p.x(), p.y(), p.z(), 0);
+  const Eigen::Array4f shift(17.3f, -17.3f, 17.3f, 0);
   float sum = 0, frequency = 1 / scale, amplitude = 1;
   for (int i = 0; i < kOctaves; ++i) {
-    const float shift = 17.3f * static_cast<float>(i + 1);
-    sum += amplitude * value_noise(p * frequency + Eigen::Vector3f(shift, -shift, shift), cells[i]);
+    sum += amplitude * value_noise(place * frequency + shift * static_cast<float>(i + 1), cells[i]);
     frequency *= 2;
     amplitude *= 0.75f;
   }

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <optional>
 #include <random>
+#include <utility>
+#include <vector>
 
 #include "calibration/object_pose/object_pose.hpp"
 
@@ -70,16 +72,26 @@ struct DrawnBox {
     std::mt19937_64 random(2000 + seed);
     std::normal_distribution<double> noise(0, grey_noise);
     cv::Mat grey(camera.height, camera.width, CV_8U);
-    for (int v = 0; v < camera.height; ++v)
+    const auto corners = [&](int v) {  // of the pixels, between which rays are straight to 1e-4 px
+      std::vector<Vector2d> rays;
+      for (int u = 0; u <= camera.width; ++u) rays.push_back(camera.normalized(u - 0.5, v - 0.5));
+      return rays;
+    };
+    std::vector<Vector2d> above, below = corners(0);
+    for (int v = 0; v < camera.height; ++v) {
+      above = std::move(below);
+      below = corners(v + 1);
       for (int u = 0; u < camera.width; ++u) {
         double sum = 0;
         for (int i = 0; i < kRays * kRays; ++i) {
+          const double x = (i % kRays + 0.5) / kRays, y = (i / kRays + 0.5) / kRays;
           const Vector2d ray =
-              camera.normalized(u - 0.5 + (i % kRays + 0.5) / kRays, v - 0.5 + (i / kRays + 0.5) / kRays);
+              (1 - y) * ((1 - x) * above[u] + x * above[u + 1]) + y * ((1 - x) * below[u] + x * below[u + 1]);
           sum += brightness(oMc.translation(), oMc.linear() * ray.homogeneous());
         }
         grey.at<uchar>(v, u) = static_cast<uchar>(std::clamp(sum / (kRays * kRays) + noise(random), 0.0, 255.0));
       }
+    }
     return grey;
   }
 

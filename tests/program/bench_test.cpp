@@ -39,6 +39,7 @@ fs::path benchmark(const std::string& measures, const std::string& updater, cons
 
 TEST(Bench, APointOfTheGridIsTheScanOfThatPointToTheBit) {
   const fs::path rig = small_sweep_rig(scratch_folder() / "rig");
+  shrink_stereo_pictures(rig, 2);
   shrink_mono_pictures(rig);
   const fs::path file =
       benchmark(cloud("laser") + cloud("laser_paper") + cloud("stereo") + cloud("stereo_paper"),
@@ -147,7 +148,7 @@ std::uintmax_t write_shards(const fs::path& folder, std::size_t shards, const Be
 TEST(Bench, MergesMoreThanItHasInMemory) {
   TANKRIG_SKIP_SANITIZED("memory is measured");
   const char* const wanted = std::getenv("TANKRIG_MERGE_POINTS");
-  const std::size_t points = wanted ? std::stoul(wanted) : 20'000, lights = 10;
+  const std::size_t points = wanted ? std::stoul(wanted) : 8'000, lights = 10;
   const fs::path rig = small_rig(scratch_folder() / "rig"), out = scratch_folder() / "out";
   const fs::path file = benchmark(cloud("laser") + cloud("laser_paper") + cloud("stereo") + cloud("stereo_paper"),
                                   "<sceneUpdater><repeat><iterations>" + std::to_string(points / lights) +

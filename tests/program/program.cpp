@@ -97,15 +97,27 @@ fs::path edited_rig(const fs::path& folder, const std::string& from, const std::
   return folder / "rig.yaml";
 }
 
-void shrink_stereo_pictures(const fs::path& rig) {
-  const Edits eye{{"width_px: 640, height_px: 480, fx_px: 765.4, fy_px: 762.9, cx_px: 315.7, cy_px: 236.8",
-                   "width_px: 160, height_px: 120, fx_px: 191.35, fy_px: 190.725, cx_px: 78.55, cy_px: 58.825"}};
-  const Edits eye_in_scene{{"<resw>640</resw><resh>480</resh>", "<resw>160</resw><resh>120</resh>"},
-                           {"<fx>765.4</fx><fy>762.9</fy><x0>315.7</x0><y0>236.8</y0>",
-                            "<fx>191.35</fx><fy>190.725</fy><x0>78.55</x0><y0>58.825</y0>"}};
+void shrink_stereo_pictures(const fs::path& rig, int times) {
+  const auto eye = [](int factor) {
+    const double f = factor;
+    std::ostringstream out;
+    out << "width_px: " << 640 / factor << ", height_px: " << 480 / factor << ", fx_px: " << 765.4 / f
+        << ", fy_px: " << 762.9 / f << ", cx_px: " << 316.2 / f - 0.5 << ", cy_px: " << 237.3 / f - 0.5;
+    return out.str();
+  };
+  const auto size_in_scene = [](int factor) {
+    return "<resw>" + std::to_string(640 / factor) + "</resw><resh>" + std::to_string(480 / factor) + "</resh>";
+  };
+  const auto lens_in_scene = [](double f) {
+    std::ostringstream out;
+    out << "<fx>" << 765.4 / f << "</fx><fy>" << 762.9 / f << "</fy><x0>" << 316.2 / f - 0.5 << "</x0><y0>"
+        << 237.3 / f - 0.5 << "</y0>";
+    return out.str();
+  };
   for (int eyes = 0; eyes < 2; ++eyes) {
-    edit(rig, eye);
-    edit(rig.parent_path() / "tank.xml", eye_in_scene);
+    edit(rig, {{eye(1), eye(times)}});
+    edit(rig.parent_path() / "tank.xml",
+         {{size_in_scene(1), size_in_scene(times)}, {lens_in_scene(1), lens_in_scene(times)}});
   }
   edit(rig, {{"\nscan:\n", "\nscan:\n  safety: {beam: {waived: [left, right]}}\n"}});  // too small to be witnesses
 }

@@ -42,8 +42,9 @@ std::filesystem::path edited_rig(const std::filesystem::path& folder, const std:
 /// The same with a tenth of the sweep and few dark frames.
 std::filesystem::path small_sweep_rig(const std::filesystem::path& folder);
 
-/// Makes a copy's stereo pictures 160 x 120, where nothing asks for stereo's figures: a small scan takes half the time.
-void shrink_stereo_pictures(const std::filesystem::path& rig);
+/// Makes a copy's stereo pictures so many times smaller, 160 x 120 where nothing asks for stereo's figures: a small scan
+/// takes half the time.
+void shrink_stereo_pictures(const std::filesystem::path& rig, int times = 4);
 /// Likewise 360 x 288.
 void shrink_mono_pictures(const std::filesystem::path& rig);
 

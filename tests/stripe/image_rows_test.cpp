@@ -91,6 +91,11 @@ TEST(ImageRows, AreWeighedAcrossThemInOneOrder) {
       for (int k = 1; k <= radius; ++k)
         for (int x = 0; x < n; ++x) expected[x] += kernel[k] * (values[radius - k][x] + values[radius + k][x]);
       EXPECT_EQ(out, expected) << n << " columns, radius " << radius;
+      weigh_differences(rows.data() + radius, kernel.data(), radius, n, out.data());
+      std::ranges::fill(expected, 0.0f);
+      for (int k = 1; k <= radius; ++k)
+        for (int x = 0; x < n; ++x) expected[x] += kernel[k] * (values[radius - k][x] - values[radius + k][x]);
+      EXPECT_EQ(out, expected) << n << " columns, radius " << radius;
     }
 }
 
@@ -187,6 +192,17 @@ TEST(ImageRows, GiveThePixelsOfSomeColumns) {
       }
     }
   EXPECT_TRUE(sampled_columns({}, {0}).empty());
+}
+
+TEST(ImageRows, AreWeakenedByDifferences) {
+  std::mt19937 random(kSeed);
+  for (const int n : kLengths) {
+    const std::vector<float> differences = floats(random, n);
+    std::vector<float> values = floats(random, n), expected;
+    for (int x = 0; x < n; ++x) expected.push_back(std::min(values[x], 2 * (values[x] - std::abs(differences[x]))));
+    weaken(differences.data(), 2, n, values.data());
+    EXPECT_EQ(values, expected) << n;
+  }
 }
 
 TEST(ImageRows, KeepWhatIsLit) {
