@@ -27,6 +27,7 @@ namespace {
 
 constexpr double kMinProfileSnr = 3.0;   ///< amplitude over its sigma in the local fit
 constexpr double kSureProfileSnr = 1.5;  ///< likewise where the look's path runs
+constexpr double kWeakProfileSnr = 0.5;  ///< likewise, of a weak stripe
 constexpr int kAll = std::numeric_limits<int>::max();
 constexpr int kCoreReach = 10;         ///< [px] to either side of a white core
 constexpr double kSkirt = 20;          ///< [DN] of the stripe's colour beside its white core
@@ -154,7 +155,33 @@ class ColumnDetector {
   }
 
   std::vector<StripeRun> path_through(const RidgeCandidates& candidates) const {
-    return best_path(candidates, parameters_.min_snr, parameters_.max_step_px, typical_snr_);
+    std::vector<StripeRun> path = best_path(candidates, parameters_.min_snr, parameters_.max_step_px, typical_snr_);
+    if (is_weak())
+      for (StripeRun& run : path) fill_gaps(run);
+    return path;
+  }
+
+  /// Whether noise hides the stripe in some of its columns.
+  bool is_weak() const { return typical_snr_ < 2 * parameters_.min_snr; }
+
+  /// Where the look is sure of the stripe, a run that misses columns goes straight through them.
+  void fill_gaps(StripeRun& run) const {
+    StripeRun whole;
+    for (const PathPoint& point : run) {
+      if (!whole.empty()) {
+        const PathPoint before = whole.back();
+        const auto columns = static_cast<float>(point.column - before.column);
+        for (int column = before.column + 1; column < point.column; ++column) {
+          if (std::isnan(sure_rows_[column])) continue;
+          const float share = static_cast<float>(column - before.column) / columns;
+          whole.push_back({column,
+                           {(1 - share) * before.candidate.row + share * point.candidate.row,
+                            std::min(before.candidate.snr, point.candidate.snr)}});
+        }
+      }
+      whole.push_back(point);
+    }
+    run = std::move(whole);
   }
 
   /// Where the look's path is sure of a stripe, what is weaker than the noise lets tell in one column is enough.
@@ -162,7 +189,7 @@ class ColumnDetector {
     constexpr double kSure = 1.0;  // evidence per column of the reduced image, several times that of noise
     constexpr double kLeastSnr = 1.0;
     // Where the whole stripe is weak among the scene's lines, a column's SNR counts as enough to bear the step to it.
-    const bool weak = background_.empty() && typical_snr_ < 2 * parameters_.min_snr;
+    const bool weak = background_.empty() && is_weak();
     const double most = (weak ? 1.5 : 1.0) * parameters_.min_snr, known = (weak ? 1.5 : 1.1) * parameters_.min_snr;
     sure_rows_.assign(response.cols, NAN);
     if (look_.evidence <= kSure * static_cast<double>(look_.rows.size())) return;
@@ -244,7 +271,8 @@ class ColumnDetector {
         const PathPoint& point = run[i];
         const ProfileFit& fit = fits[i];
         const bool sure = std::abs(point.candidate.row - sure_rows_[point.column]) < look_.step + 2 * appearance_.sd_px;
-        if (fit.ok && fit.amplitude >= std::max(least, (sure ? kSureProfileSnr : kMinProfileSnr) * fit.amplitude_sigma))
+        const double least_snr = !sure ? kMinProfileSnr : is_weak() ? kWeakProfileSnr : kSureProfileSnr;
+        if (fit.ok && fit.amplitude >= std::max(least, least_snr * fit.amplitude_sigma))
           out.back().push_back({point, fit});
         else
           ++detection_.statistics.low_snr;
