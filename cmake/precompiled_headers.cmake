@@ -21,8 +21,8 @@ function(tankrig_precompile target of)
   endif()
 endfunction()
 
-# tankrig_vectorise(FILE...): compiled with -O3, for loops that are written to be vectorised. Precompiled headers would bring back the -O
-# that they were made with.
+# tankrig_vectorise(FILE...): compiled with -O3, for loops that are written to be vectorised; a square root sets no errno, and so is one
+# instruction. Precompiled headers would bring back the -O that they were made with.
 function(tankrig_vectorise)
   set_source_files_properties(${ARGN} PROPERTIES COMPILE_OPTIONS "-O3;-fno-math-errno" SKIP_PRECOMPILE_HEADERS ON)
 endfunction()

@@ -69,8 +69,8 @@ inline __attribute__((always_inline)) Real exponential(const Real& power) {
   const Real x = clamped(power, -700, 700);
   const Real shifted = x * kLog2OfE + kRounds, whole = shifted - kRounds;
   const Real rest = (x - whole * kLn2) - whole * kLn2Rest;
-  const Real r2 = rest * rest, r4 = r2 * r2,
-             r8 = r4 * r4;  // pairs of powers at a time: no sum waits for the one before
+  // Pairs of powers at a time, so that no sum waits for the one before.
+  const Real r2 = rest * rest, r4 = r2 * r2, r8 = r4 * r4;
   const Real low = (1 + rest) + r2 * (1.0 / 2 + rest * (1.0 / 6)),
              middle = (1.0 / 24 + rest * (1.0 / 120)) + r2 * (1.0 / 720 + rest * (1.0 / 5040)),
              high = (1.0 / 40320 + rest * (1.0 / 362880)) + r2 * (1.0 / 3628800 + rest * (1.0 / 39916800)) +
