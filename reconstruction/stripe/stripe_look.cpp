@@ -201,7 +201,7 @@ std::vector<float> clear_peaks(const cv::Mat1f& response, double noise, double s
 /// Where the stripe is beyond doubt in nearly all of some columns, they are enough: the look has their rows alone, and no
 /// evidence for weak points between them. Only with a dark image, and of a stripe that crosses the columns.
 std::optional<StripeLook> clear_look(const cv::Mat& image, const cv::Mat& background, const StripeLook& known) {
-  constexpr int kColumns = 48, kPadded = 64;  // the filter's best is a multiple of the latter
+  constexpr int kColumns = 48, kPadded = 64;  // from as many on the filter is fast
   constexpr double kNearlyAll = 0.95;
   if (background.empty() || known.orientation == StripeOrientation::kRows) return std::nullopt;
   const double filter_sd = std::max(kSigmas[0], kFilterOverProfile * known.sd_px);

@@ -98,6 +98,7 @@ fs::path edited_rig(const fs::path& folder, const std::string& from, const std::
 }
 
 void shrink_stereo_pictures(const fs::path& rig, int times) {
+  // 0 is the middle of the first pixel: centres count from its edge, half a pixel before.
   const auto eye = [](int factor) {
     const double f = factor;
     std::ostringstream out;
