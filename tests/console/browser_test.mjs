@@ -4,18 +4,17 @@ import assert from 'node:assert/strict'
 import { execFileSync, spawn, spawnSync } from 'node:child_process'
 import { cpSync, existsSync, mkdirSync, mkdtempSync, readdirSync, readFileSync, renameSync, rmSync, writeFileSync } from 'node:fs'
 import http from 'node:http'
-import { createRequire } from 'node:module'
 import { tmpdir } from 'node:os'
 import { monitorEventLoopDelay } from 'node:perf_hooks'
 import { join } from 'node:path'
 import { after, afterEach, before, beforeEach, test } from 'node:test'
 
+import { launchBrowser } from './browser.mjs'
 import { keep, pictures } from './pictures.mjs'
 import { edit, expectNothingOpen, smallRig, until as within, wholeRig } from './small_rig.mjs'
 import { watch } from './watcher.mjs'
 
 const [rig, program, web, executablePath] = process.argv.slice(2)
-const { chromium } = createRequire(join(web, 'package.json'))('playwright-core')
 const wires = rig !== 'tank-sim'
 const patience = wires ? 120_000 : 60_000 // [ms] for a whole scan
 const mostLate = 50 // [ms] that this process may wake late where the clock judges
@@ -29,7 +28,7 @@ const until = (what, condition, milliseconds = patience) => within(what, conditi
 
 let browser, folder, server, address, small
 
-const launch = () => chromium.launch({ executablePath, args: ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'] })
+const launch = () => launchBrowser(web, executablePath)
 
 /** A process, what it printed, and its exit code once nobody holds its output: what it started must not outlive it. */
 function serve() {

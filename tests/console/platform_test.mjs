@@ -4,17 +4,16 @@ import assert from 'node:assert/strict'
 import { execFileSync, spawn, spawnSync } from 'node:child_process'
 import { chmodSync, cpSync, existsSync, mkdirSync, mkdtempSync, readdirSync, readFileSync, rmSync, symlinkSync, writeFileSync } from 'node:fs'
 import http from 'node:http'
-import { createRequire } from 'node:module'
 import net from 'node:net'
 import { tmpdir } from 'node:os'
 import { join } from 'node:path'
 import { after, before, test } from 'node:test'
 
+import { launchBrowser } from './browser.mjs'
 import { keep, pictures } from './pictures.mjs'
 import { smallRig, until as within, wholeRig } from './small_rig.mjs'
 
 const [rig, program, web, executablePath] = process.argv.slice(2)
-const { chromium } = createRequire(join(web, 'package.json'))('playwright-core')
 const makeRig = pictures ? wholeRig : smallRig
 const loadSeconds = Number(process.env.TANKRIG_LOAD_S ?? 5)
 const patience = 240_000 // [ms] for what is scored
@@ -426,7 +425,7 @@ test('the page sends, shows, ranks, and takes text for text', async () => {
   for (const [name, cloud, uses] of [['Stripe, every second point', worse(good, 2, 0), 'laser'], ['Stripe, first try', worse(good, 1, 0.004), 'laser'], ['Stripe as in the paper', made('laser_paper'), 'laser'],
     ['Semi-global matching', made('stereo'), 'stereo'], ['Block matching as in the paper', made('stereo_paper'), 'stereo']])
     assert.equal((await platform.scored('clouds', cloud, { name, uses })).state, 'done')
-  const browser = await chromium.launch({ executablePath, args: ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'] })
+  const browser = await launchBrowser(web, executablePath)
   try {
     const page = await (await browser.newContext({ viewport: { width: 1280, height: 900 } })).newPage()
     const bad = []

@@ -4,19 +4,18 @@ import { execFileSync, spawn, spawnSync } from 'node:child_process'
 import { copyFileSync, mkdirSync, mkdtempSync, readdirSync, readFileSync, rmSync, writeFileSync } from 'node:fs'
 import http from 'node:http'
 import https from 'node:https'
-import { createRequire } from 'node:module'
 import net from 'node:net'
 import { tmpdir } from 'node:os'
 import { join } from 'node:path'
 import { after, afterEach, before, test } from 'node:test'
 import tls from 'node:tls'
 
+import { launchBrowser } from './browser.mjs'
 import { keep } from './pictures.mjs'
 import { smallRig, until as within } from './small_rig.mjs'
 import { watch } from './watcher.mjs'
 
 const [rig, program, web, executablePath] = process.argv.slice(2)
-const { chromium } = createRequire(join(web, 'package.json'))('playwright-core')
 const password = { anna: 'annas password', ben: 'bens password', carl: 'carls password' }
 const role = { anna: 'watch', ben: 'operate', carl: 'administer' }
 
@@ -77,8 +76,7 @@ async function open(name, width = 1280, height = 900) {
 }
 
 before(async () => {
-  browser = await chromium.launch({ executablePath, args: ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader',
-    '--disable-features=LocalNetworkAccessChecks'] }) // a page that the test alters comes from nowhere
+  browser = await launchBrowser(web, executablePath, ['--disable-features=LocalNetworkAccessChecks']) // a page that the test alters comes from nowhere
   folder = mkdtempSync(join(tmpdir(), 'tankrig-test-'))
   for (const name of Object.keys(role)) assert.equal(addUser(name, role[name], password[name]).status, 0)
   execFileSync('openssl', ['req', '-x509', '-newkey', 'ec', '-pkeyopt', 'ec_paramgen_curve:prime256v1', '-nodes', '-keyout', join(folder, 'key.pem'), '-out', join(folder, 'cert.pem'),
