@@ -70,22 +70,25 @@ void Canvas::put(int x, int y, double z, const Colour& colour) {
 }
 
 void Canvas::triangle(const Vector3d& a, const Vector3d& b, const Vector3d& c, const Colour& colour) {
-  const Vector3d p = on_sheet(a), q = on_sheet(b), r = on_sheet(c);
-  const double area = (q.x() - p.x()) * (r.y() - p.y()) - (r.x() - p.x()) * (q.y() - p.y());
+  const Vector3d p = on_sheet(a), q = on_sheet(b) - p, r = on_sheet(c) - p;
+  const double area = q.x() * r.y() - r.x() * q.y();
   if (std::abs(area) < 1e-9) return;
   Vector3d normal = to_view_ * (b - a).cross(c - a).normalized();
   if (normal.z() < 0) normal = -normal;
   const Colour shaded = scaled(colour, 0.8 + 0.2 * std::max(0.0, normal.dot(Vector3d(-0.35, 0.6, 0.72))));
-  const int x0 = std::max(0, int(std::ceil(std::min({p.x(), q.x(), r.x()})))),
-            x1 = std::min(sheet_.cols - 1, int(std::floor(std::max({p.x(), q.x(), r.x()}))));
-  const int y0 = std::max(0, int(std::ceil(std::min({p.y(), q.y(), r.y()})))),
-            y1 = std::min(sheet_.rows - 1, int(std::floor(std::max({p.y(), q.y(), r.y()}))));
-  for (int y = y0; y <= y1; ++y)
+  const int x0 = std::max(0, int(std::ceil(p.x() + std::min({0.0, q.x(), r.x()})))),
+            x1 = std::min(sheet_.cols - 1, int(std::floor(p.x() + std::max({0.0, q.x(), r.x()}))));
+  const int y0 = std::max(0, int(std::ceil(p.y() + std::min({0.0, q.y(), r.y()})))),
+            y1 = std::min(sheet_.rows - 1, int(std::floor(p.y() + std::max({0.0, q.y(), r.y()}))));
+  // The shares of q and r in a point of the triangle, by its column and row.
+  const Vector2d v = Vector2d(r.y(), -r.x()) / area, w = Vector2d(-q.y(), q.x()) / area;
+  for (int y = y0; y <= y1; ++y) {
+    const double v_row = v.y() * (y - p.y()), w_row = w.y() * (y - p.y());
     for (int x = x0; x <= x1; ++x) {
-      const double v = ((x - p.x()) * (r.y() - p.y()) - (r.x() - p.x()) * (y - p.y())) / area;
-      const double w = ((q.x() - p.x()) * (y - p.y()) - (x - p.x()) * (q.y() - p.y())) / area;
-      if (v >= 0 && w >= 0 && v + w <= 1) put(x, y, p.z() + v * (q.z() - p.z()) + w * (r.z() - p.z()), shaded);
+      const double of_q = v.x() * (x - p.x()) + v_row, of_r = w.x() * (x - p.x()) + w_row;
+      if (of_q >= 0 && of_r >= 0 && of_q + of_r <= 1) put(x, y, p.z() + of_q * q.z() + of_r * r.z(), shaded);
     }
+  }
 }
 
 void Canvas::line(const Vector3d& a, const Vector3d& b, const Colour& colour, double width_px, double lift) {
