@@ -140,19 +140,14 @@ cv::Mat draw_coverage_map(const TriangleMesh& mesh, const std::vector<SurfaceSam
     const cv::Rect& rect = layout.rects[side];
     const double u = (panel.right.dot(samples[i].p) - layout.origin[side].x()) * layout.scale + rect.x - 0.5;
     const double v = (panel.down.dot(samples[i].p) - layout.origin[side].y()) * layout.scale + rect.y - 0.5;
-    const int first = std::max(rect.x, int(std::ceil(u - reach))),
-              last = std::min(rect.br().x - 1, int(std::floor(u + reach)));
-    const int low = std::min(rect.br().y - 1, int(std::floor(v + reach)));
-    for (int y = std::max(rect.y, int(std::ceil(v - reach))); y <= low; ++y) {
-      float* const near = nearest.ptr<float>(y);
-      Colour* const pixel = picture.ptr<Colour>(y);
-      for (int x = first; x <= last; ++x) {
+    for (int y = std::max(rect.y, int(std::ceil(v - reach))); y <= std::min<double>(rect.br().y - 1, v + reach); ++y)
+      for (int x = std::max(rect.x, int(std::ceil(u - reach))); x <= std::min<double>(rect.br().x - 1, u + reach);
+           ++x) {
         const auto squared = float((x - u) * (x - u) + (y - v) * (y - v));
-        if (squared > reach * reach || squared >= near[x]) continue;
-        near[x] = squared;
-        pixel[x] = kColours[kind];
+        if (squared > reach * reach || squared >= nearest.at<float>(y, x)) continue;
+        nearest.at<float>(y, x) = squared;
+        picture.at<Colour>(y, x) = kColours[kind];
       }
-    }
   }
   for (std::size_t side = 0; side < 6; ++side) {
     const cv::Rect& rect = layout.rects[side];

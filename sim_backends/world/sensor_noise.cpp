@@ -15,7 +15,7 @@ constexpr int kBlock = 256;  // pixels whose values stay in the first cache
 
 /// Without a branch: what is black without noise falls below 0 every second time.
 std::uint8_t round_and_clip(float x) {
-  constexpr float kBeyond = 300;  // of an int there is more
+  constexpr float kBeyond = 300;  // more than white, and fits an int
   const int rounded = static_cast<int>(std::min(x, kBeyond) + 0.5f);
   return static_cast<std::uint8_t>(std::clamp(rounded, 0, 255));
 }

@@ -118,5 +118,24 @@ TEST(RenderSensor, DiffersByFrameCameraSeedAndChannel) {
   EXPECT_NEAR(correlation(next_channel), 0, 0.01);
 }
 
+TEST(RenderSensor, RepeatsNothingAlongARow) {
+  CameraSpec noisy = camera(1), patterned = camera(1);
+  noisy.sensor.gaussian_sd = 0.05;
+  patterned.sensor = {Sensor::Model::kEmva1288, 0, 0, 1e7, 0, 0.05, 0};
+  for (const CameraSpec& spec : {noisy, patterned}) {
+    const int width = spec.model.width, height = spec.model.height;
+    const auto field = flat_field(SensorNoise(spec, 1), spec, 128, 1);
+    const double variance = statistics(field).variance;
+    for (int apart = 1; apart < width - 20; ++apart) {
+      double product = 0;
+      for (int v = 0; v < height; ++v)
+        for (int u = 0; u + apart < width; ++u)
+          product += (field[v * width + u] - 128) * (field[v * width + u + apart] - 128);
+      const double pairs = height * (width - apart);
+      EXPECT_NEAR(product / pairs / variance, 0, 5 / std::sqrt(pairs)) << apart << " pixels apart";
+    }
+  }
+}
+
 }  // namespace
 }  // namespace tankrig::sim
