@@ -18,7 +18,7 @@ namespace {
 constexpr int kLag = 4;            ///< columns after which speckle is another
 constexpr int kBlock = 10;         ///< columns whose mean shows the correlation
 constexpr int kMaxGap = 3;         ///< missing columns over which a line is drawn
-constexpr double kBendPrice = 20;  ///< chi-square, of two degrees of freedom, above which two lines are better than one
+constexpr double kBendPrice = 22;  ///< chi-square, of two degrees of freedom, above which two lines are better than one
 constexpr double kTolerance = 4.5;
 
 /// What four values at those columns count in their third divided difference.
@@ -236,7 +236,7 @@ std::vector<double> calibrate_sigmas(std::vector<FittedRun>& runs) {
   const double image_correlation = mean_square(all_blocked, image, kImagePrior) / image;
   std::vector<double> correlations;
   for (std::size_t r = 0; r < runs.size(); ++r) {
-    const double run = std::clamp(mean_square(single[r], image, kRunPrior), 0.25, 100.0);
+    const double run = std::clamp(mean_square(single[r], image, kRunPrior), 0.04, 100.0);
     for (RunPoint& point : runs[r]) point.peak.sigma_px *= static_cast<float>(std::sqrt(run));
     const double of_blocks = mean_square(blocked[r], run * image_correlation, kBlockPrior);
     correlations.push_back(std::clamp(of_blocks / run, 1.0, 0.8 * kBlock));
@@ -252,56 +252,105 @@ struct Smoothed {
   double residual;  ///< the point's own distance from it, squared, over what sigma lets expect
 };
 
-/// None where the points are not on a line, or say no more than the point itself.
-std::optional<Smoothed> smoothed_by(const RunLine<double>& line, double position, double own, double correlation) {
+/// How much neighbouring lines bend [px per column^2].
+struct SharedBend {
+  double bend = 0, variance = 0;
+};
+
+/// Whether the points are on a line or a parabola.
+bool agrees(const RunLine<double>& line, double correlation) {
   const double freedom = line.points - 2;
   const double of_bend = line.bend_variance > 0 ? line.bend * line.bend / line.bend_variance : 0;
-  if (!line.ok || line.chi2 - of_bend > freedom + kTolerance * std::sqrt(2 * freedom * correlation))
-    return std::nullopt;
-  // As much of the parabola as the points speak for: its own variance is more than a straight line's.
-  const double noise = line.bend_variance * correlation;
-  const double part = noise > 0 ? std::max(0.0, 1 - 2 * noise / (line.bend * line.bend)) : 0;
-  const double value = line.value + part * line.bend_at * line.bend;
-  const double uncorrelated = line.variance + part * line.bend_at * line.bend_at * line.bend_variance;
+  return line.ok && line.chi2 - of_bend <= freedom + kTolerance * std::sqrt(2 * freedom * correlation);
+}
+
+/// As much of a measured value as speaks for itself, and what that leaves: squared, without noise.
+struct Share {
+  double part = 0, withheld = 0;
+
+  Share(double value, double noise) {
+    if (noise > 0) part = std::max(0.0, 1 - 2 * noise / (value * value));
+    withheld = std::pow(1 - part, 2) * std::max(0.0, value * value - noise);
+  }
+};
+
+/// None where the points say no more than the point itself. A line's own bend is mostly noise, its neighbours' together
+/// are not: it counts as far as it differs from theirs, and theirs as far as they differ from none.
+std::optional<Smoothed> smoothed_by(const RunLine<double>& line, const SharedBend& shared, double position, double own,
+                                    double correlation) {
+  const double own_variance = std::max(0.0, line.bend_variance - shared.variance);
+  const Share theirs(shared.bend, shared.variance * correlation),
+      more(line.bend - shared.bend, own_variance * correlation);
+  const double value = line.value + line.bend_at * (theirs.part * shared.bend + more.part * (line.bend - shared.bend));
+  const double uncorrelated =
+      line.variance + line.bend_at * line.bend_at * (theirs.part * shared.variance + more.part * own_variance);
   if (correlation * uncorrelated > own) return std::nullopt;
-  const double withheld = std::pow((1 - part) * line.bend_at, 2) * std::max(0.0, line.bend * line.bend - noise);
+  const double withheld = line.bend_at * line.bend_at * (theirs.withheld + more.withheld);
   return Smoothed{value, std::min(own, correlation * uncorrelated + withheld),
                   std::pow(position - value, 2) / std::max(own - uncorrelated, 0.1 * own)};
+}
+
+/// Through the points of [begin, end) up to `reach` columns to both sides of point `i`.
+RunLine<double> line_around(const Series& s, std::size_t i, std::size_t begin, std::size_t end, int reach) {
+  std::size_t first = i, last = i + 1;
+  while (first > begin && s.column[i] - s.column[first - 1] <= reach) --first;
+  while (last < end && s.column[last] - s.column[i] <= reach) ++last;
+  return last - first < 3 ? RunLine<double>{} : line_through(s, first, last, s.column[i]);
 }
 
 /// By the widest line up to `reach` columns to both sides of point `i` that its points of [begin, end) agree with.
 std::optional<Smoothed> smoothed(const Series& s, std::size_t i, std::size_t begin, std::size_t end, int reach,
                                  double correlation) {
   for (; reach >= 1; reach /= 2) {
-    std::size_t first = i, last = i + 1;
-    while (first > begin && s.column[i] - s.column[first - 1] <= reach) --first;
-    while (last < end && s.column[last] - s.column[i] <= reach) ++last;
-    if (last - first < 3) continue;
-    const auto found =
-        smoothed_by(line_through(s, first, last, s.column[i]), s.position[i], 1 / s.weight[i], correlation);
-    if (found) return found;
+    const RunLine<double> line = line_around(s, i, begin, end, reach);
+    if (!agrees(line, correlation)) continue;
+    if (const auto found = smoothed_by(line, {}, s.position[i], 1 / s.weight[i], correlation)) return found;
   }
   return std::nullopt;
+}
+
+/// Of each line and as many to either side as columns on either side of it; none where there are not so many.
+std::vector<SharedBend> shared_bends(const std::vector<RunLine<double>>& lines, std::size_t reach) {
+  constexpr double kOfOne = 0.2;  // variance of the mean, of such lines through overlapping points
+  const std::size_t window = 2 * reach + 1;
+  std::vector<SharedBend> shared(lines.size());
+  double sum = 0, weight = 0;
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    const auto add = [&](const RunLine<double>& line, double sign) {
+      if (!line.ok || !(line.bend_variance > 0)) return;
+      weight += sign / line.bend_variance;
+      sum += sign * line.bend / line.bend_variance;
+    };
+    add(lines[i], 1);
+    if (i + 1 < window) continue;
+    if (weight > 0) shared[i - reach] = {sum / weight, kOfOne * static_cast<double>(window) / weight};
+    add(lines[i + 1 - window], -1);
+  }
+  return shared;
 }
 
 /// Of all points of [begin, end), into `out`. Four at a time where no column is missing around them.
 void smooth_piece(const Series& s, std::size_t begin, std::size_t end, int widest, double correlation,
                   std::vector<std::optional<Smoothed>>& out) {
   const auto reach = static_cast<std::size_t>(widest);
-  std::size_t i = begin;
-  while (i < end) {
+  std::vector<RunLine<double>> lines;
+  lines.reserve(end - begin);
+  for (std::size_t i = begin; i < end; i = begin + lines.size()) {
     if (i < begin + reach || i + kLanes + reach > end ||
         !s.whole(static_cast<std::ptrdiff_t>(i - reach), static_cast<std::ptrdiff_t>(i + kLanes + reach))) {
-      out[i] = smoothed(s, i, begin, end, widest, correlation);
-      ++i;
+      lines.push_back(line_around(s, i, begin, end, widest));
       continue;
     }
-    RunLine<FourDoubles> lines;
-    fit_lines_around(s, i, reach, lines);
-    for (std::size_t k = 0; k < kLanes; ++k, ++i) {
-      out[i] = smoothed_by(lane_of(lines, static_cast<int>(k)), s.position[i], 1 / s.weight[i], correlation);
-      if (!out[i]) out[i] = smoothed(s, i, begin, end, widest / 2, correlation);
-    }
+    RunLine<FourDoubles> four;
+    fit_lines_around(s, i, reach, four);
+    for (int k = 0; k < kLanes; ++k) lines.push_back(lane_of(four, k));
+  }
+  for (RunLine<double>& line : lines) line.ok = agrees(line, correlation);
+  const std::vector<SharedBend> shared = shared_bends(lines, reach);
+  for (std::size_t i = begin; i < end; ++i) {
+    const RunLine<double>& line = lines[i - begin];
+    if (line.ok) out[i] = smoothed_by(line, shared[i - begin], s.position[i], 1 / s.weight[i], correlation);
+    if (!out[i]) out[i] = smoothed(s, i, begin, end, widest / 2, correlation);
   }
 }
 
