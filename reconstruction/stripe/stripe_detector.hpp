@@ -14,7 +14,7 @@
 //  light or doubled by a reflection are rejected and counted
 //  7. sigma from noise and residuals, then calibrated by how the points scatter along the stripe, near and over 40
 //  columns: what neighbours share is an error, too; after smoothing by how far they are from a parabola over 56
-//  8. a local line along the stripe that stops at bends
+//  8. a local line along the stripe, bent as its neighbours are, that stops at corners
 // Sources: Steger 1998 (filter), Naidu & Fisher 1991 (sub-pixel), Viterbi 1967 (path).
 #pragma once
 

@@ -269,7 +269,7 @@ struct Share {
   double part = 0, withheld = 0;
 
   Share(double value, double noise) {
-    if (noise > 0) part = std::max(0.0, 1 - 2 * noise / (value * value));
+    if (noise > 0 && value * value > 2 * noise) part = 1 - 2 * noise / (value * value);
     withheld = std::pow(1 - part, 2) * std::max(0.0, value * value - noise);
   }
 };
@@ -278,7 +278,7 @@ struct Share {
 /// are not: it counts as far as it differs from theirs, and theirs as far as they differ from none.
 std::optional<Smoothed> smoothed_by(const RunLine<double>& line, const SharedBend& shared, double position, double own,
                                     double correlation) {
-  const double own_variance = std::max(0.0, line.bend_variance - shared.variance);
+  const double own_variance = line.bend_variance - shared.variance;
   const Share theirs(shared.bend, shared.variance * correlation),
       more(line.bend - shared.bend, own_variance * correlation);
   const double value = line.value + line.bend_at * (theirs.part * shared.bend + more.part * (line.bend - shared.bend));
@@ -309,22 +309,24 @@ std::optional<Smoothed> smoothed(const Series& s, std::size_t i, std::size_t beg
   return std::nullopt;
 }
 
-/// Of each line and as many to either side as columns on either side of it; none where there are not so many.
+/// Of each line and `reach` lines on either side of it; none where there are not so many.
 std::vector<SharedBend> shared_bends(const std::vector<RunLine<double>>& lines, std::size_t reach) {
-  constexpr double kOfOne = 0.2;  // variance of the mean, of such lines through overlapping points
+  constexpr double kOfOne = 0.2;      // variance of the mean: of errors that are their points' own 0.05
+  constexpr double kMostOfOwn = 0.5;  // where few lines agree with their points, the others say little
   const std::size_t window = 2 * reach + 1;
   std::vector<SharedBend> shared(lines.size());
-  double sum = 0, weight = 0;
+  std::vector<double> weights(lines.size());
+  double bends = 0, weight = 0;
   for (std::size_t i = 0; i < lines.size(); ++i) {
-    const auto add = [&](const RunLine<double>& line, double sign) {
-      if (!line.ok || !(line.bend_variance > 0)) return;
-      weight += sign / line.bend_variance;
-      sum += sign * line.bend / line.bend_variance;
-    };
-    add(lines[i], 1);
+    if (lines[i].ok && lines[i].bend_variance > 0) weights[i] = 1 / lines[i].bend_variance;
+    weight += weights[i];
+    bends += weights[i] * lines[i].bend;
     if (i + 1 < window) continue;
-    if (weight > 0) shared[i - reach] = {sum / weight, kOfOne * static_cast<double>(window) / weight};
-    add(lines[i + 1 - window], -1);
+    const std::size_t first = i + 1 - window;
+    const double mean_of = weight > 0 ? 1 / weight : 0, variance = kOfOne * static_cast<double>(window) * mean_of;
+    if (variance < kMostOfOwn * lines[i - reach].bend_variance) shared[i - reach] = {bends * mean_of, variance};
+    weight -= weights[first];
+    bends -= weights[first] * lines[first].bend;
   }
   return shared;
 }
