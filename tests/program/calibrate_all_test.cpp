@@ -114,11 +114,12 @@ class CalibrateAll : public testing::Test {
                      (data_ / "calibration.yaml").string(), "--out", (data_ / "scan").string(), "--json"});
     ASSERT_EQ(run.exit_code, 0) << run.err;
     const auto scores = run.json();
-    const auto millimetres = [&](const char* method, const char* what) {
-      const double mm = 1e3 * scores.at(method).at(what).get<double>();
-      std::printf("seed %d: %s %s %.3f\n", seed, method, what, mm);
-      return mm;
-    };
+    const auto of = [&](const char* method, const char* what) { return scores.at(method).at(what).get<double>(); };
+    const auto millimetres = [&](const char* method, const char* what) { return 1e3 * of(method, what); };
+    for (const char* method : {"laser", "stereo"})
+      std::printf("seed %d: %s %.3f +- %.3f mm, coverage %.1f %%, of ceiling %.1f %%, outliers %.2f %%\n", seed, method,
+                  millimetres(method, "mean_error_m"), millimetres(method, "stddev_m"), 100 * of(method, "coverage"),
+                  100 * of(method, "coverage_of_ceiling"), 100 * of(method, "outliers"));
     EXPECT_LE(millimetres("laser", "mean_error_m"), kLaserMean_mm);
     EXPECT_LE(millimetres("laser", "stddev_m"), kLaserDeviation_mm);
     EXPECT_LE(millimetres("stereo", "mean_error_m"), kStereoMean_mm);
@@ -317,7 +318,10 @@ class CalibrateAllSlowRigs : public CalibrateAll, public testing::WithParamInter
     double snapped = 0, clicked = 0;
     for (const auto& [by_snapping, by_clicks] : off_mm())
       snapped += by_snapping * by_snapping, clicked += by_clicks * by_clicks;
-    EXPECT_LT(snapped, clicked) << "squares over " << off_mm().size() << " rigs";
+    const auto rigs = static_cast<double>(off_mm().size());
+    std::printf("%.0f rigs, object off by, rms: as clicked %.2f mm, snapped %.2f mm\n", rigs, std::sqrt(clicked / rigs),
+                std::sqrt(snapped / rigs));
+    EXPECT_LT(snapped, clicked) << "squares over " << rigs << " rigs";
   }
 };
 
@@ -326,7 +330,10 @@ TEST_P(CalibrateAllSlowRigs, HoldsTheBoundsHoweverTheRigIsBuilt) {
   const ProgramRun run = calibrate(GetParam());
   ASSERT_EQ(run.exit_code, 0) << run.err << run.out;
   const auto truth = run.json()["truth"];
-  off_mm().push_back({truth["object_rms_mm"], truth["clicked_object_rms_mm"]});
+  const double off = truth["object_rms_mm"], clicked_off = truth["clicked_object_rms_mm"];
+  std::printf("seed %d: object off by: as clicked %.2f mm, snapped %.2f mm\nseed %d: all steps together: %s\n",
+              GetParam(), clicked_off, off, GetParam(), run.json()["joint"]["why"].get<std::string>().c_str());
+  off_mm().push_back({off, clicked_off});
   expect_a_good_scan(GetParam());
 }
 
