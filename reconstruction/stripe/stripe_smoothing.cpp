@@ -315,18 +315,21 @@ std::vector<SharedBend> shared_bends(const std::vector<RunLine<double>>& lines, 
   constexpr double kMostOfOwn = 0.5;  // where few lines agree with their points, the others say little
   const std::size_t window = 2 * reach + 1;
   std::vector<SharedBend> shared(lines.size());
-  std::vector<double> weights(lines.size());
+  std::vector<double> weights(lines.size()), weighted(lines.size());  // of those that do not agree 0
   double bends = 0, weight = 0;
   for (std::size_t i = 0; i < lines.size(); ++i) {
-    if (lines[i].ok && lines[i].bend_variance > 0) weights[i] = 1 / lines[i].bend_variance;
+    if (lines[i].ok && lines[i].bend_variance > 0) {
+      weights[i] = 1 / lines[i].bend_variance;
+      weighted[i] = weights[i] * lines[i].bend;
+    }
     weight += weights[i];
-    bends += weights[i] * lines[i].bend;
+    bends += weighted[i];
     if (i + 1 < window) continue;
     const std::size_t first = i + 1 - window;
     const double mean_of = weight > 0 ? 1 / weight : 0, variance = kOfOne * static_cast<double>(window) * mean_of;
     if (variance < kMostOfOwn * lines[i - reach].bend_variance) shared[i - reach] = {bends * mean_of, variance};
     weight -= weights[first];
-    bends -= weights[first] * lines[first].bend;
+    bends -= weighted[first];
   }
   return shared;
 }
