@@ -7,9 +7,9 @@
 #include <optional>
 
 #include "core/input_error.hpp"
+#include "reconstruction/stripe/find/image_rows.hpp"
+#include "reconstruction/stripe/find/stripe_look.hpp"
 #include "reconstruction/stripe/hsv_gate.hpp"
-#include "reconstruction/stripe/image_rows.hpp"
-#include "reconstruction/stripe/stripe_look.hpp"
 
 namespace tankrig {
 namespace {

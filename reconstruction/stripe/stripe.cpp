@@ -3,7 +3,7 @@
 #include <tbb/parallel_for.h>
 
 #include "core/input_error.hpp"
-#include "reconstruction/stripe/image_rows.hpp"
+#include "reconstruction/stripe/find/image_rows.hpp"
 
 namespace tankrig {
 namespace {

@@ -4,7 +4,7 @@
 
 #include "core/settings_table.hpp"
 #include "reconstruction/stripe/paper_stripe.hpp"
-#include "reconstruction/stripe/stripe_detector.hpp"
+#include "reconstruction/stripe/stripe_parameters.hpp"
 
 namespace tankrig {
 namespace {

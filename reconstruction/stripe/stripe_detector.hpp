@@ -1,5 +1,6 @@
 // The better stripe detector: any colour, width and brightness, measured in the image itself.
 //
+// find/:
 //  1. background removed: the dark image where there is one; else by the filter's zero mean, less what is brighter than
 //  one side only, and nothing is found where dark lines are as clear as bright ones
 //  2. stripe colour and width measured on some columns; channels weighted by the inverse covariance of noise and
@@ -7,9 +8,11 @@
 //  3. matched filter across the stripe (negated second derivative of a Gauss; with a dark image a wide one at every
 //  second row), noise by MAD, candidates by SNR
 //  4. path of most evidence through the candidates of all columns (dynamic programming), which pays for jumps
+// fit/:
 //  5. sub-pixel: least squares of a Gaussian profile on its background, weighted with the noise of each pixel: the
 //  image's own, and speckle's, which is in proportion to the light; its contrast is measured in the image. A clipped
 //  plateau: both of its flanks at once, what is clipped being a lower bound
+// runs/:
 //  6. points that are wide, lopsided, beside a jump, in the blur beyond an edge, alone, of another colour, without added
 //  light or doubled by a reflection are rejected and counted
 //  7. sigma from noise and residuals, then calibrated by how the points scatter along the stripe, near and over 40
@@ -18,28 +21,12 @@
 // Sources: Steger 1998 (filter), Naidu & Fisher 1991 (sub-pixel), Viterbi 1967 (path).
 #pragma once
 
-#include <array>
-#include <cstddef>
-
-#include "core/config_node.hpp"
+#include "reconstruction/stripe/find/stripe_look.hpp"
+#include "reconstruction/stripe/fit/speckle_contrast.hpp"
 #include "reconstruction/stripe/stripe.hpp"
-#include "reconstruction/stripe/stripe_look.hpp"
+#include "reconstruction/stripe/stripe_parameters.hpp"
 
 namespace tankrig {
-
-/// The defaults are meant for every image; nothing here needs tuning per scene.
-struct StripeParameters {
-  StripeOrientation orientation = StripeOrientation::kAuto;
-  double min_snr = 3.0;          ///< filtered peak over filtered noise at which a column speaks for a stripe
-  double max_step_px = 2.5;      ///< largest move between neighbouring columns of one surface
-  int min_run = 8;               ///< shorter runs of columns are particles
-  double max_width_ratio = 1.6;  ///< widest accepted profile over the image's typical one
-  double max_skew = 1.2;         ///< largest accepted skewness (third standardised moment) of a profile
-  double max_second_peak = 0.9;  ///< second line over first: above it the column is ambiguous
-  int smoothing_px =
-      10;  ///< half window of the local line fit along the stripe; 0: none. Never across a jump or a kink
-  double speckle_floor_px = 0.01;  ///< least sigma, what no smoothing takes away
-};
 
 /// `image`: 8-bit, 1 or 3 (BGR) channels. `background`: the same scene without laser, empty if there is none.
 /// Without a background a line of the scene that is brighter than its surroundings in all channels may be taken for the
@@ -51,25 +38,8 @@ StripeDetection detect_stripe(const cv::Mat& image, const cv::Mat& background, c
 StripeDetection detect_stripe(const cv::Mat& image, const cv::Mat& background, const StripeParameters& parameters,
                               const StripeLook& known);
 
-/// How far neighbouring points are out of line for each share of speckle; those of several images are summed.
-class ContrastScatters {
- public:
-  static constexpr std::array kContrasts{0.0, 0.15, 0.4, 0.7};
-
-  void add(std::size_t contrast, double square);  ///< of a point's distance from the line of two others [px^2]
-  ContrastScatters& operator+=(const ContrastScatters& other);
-  double best() const;  ///< the first where too little was seen
-
- private:
-  std::array<double, kContrasts.size()> sums_{};  ///< of logarithms: one gross point says no more than one small one
-  std::array<std::size_t, kContrasts.size()> counts_{};
-};
-
 /// Of some clear sections of the stripe in one image.
 ContrastScatters measure_contrasts(const cv::Mat& image, const cv::Mat& background, const StripeParameters& parameters,
                                    const StripeLook& known);
-
-/// The rig file's `reconstruction: laser:`.
-extern const SettingsTable<StripeParameters> kStripeKeys;
 
 }  // namespace tankrig

@@ -8,6 +8,14 @@
 
 namespace tankrig::testing_support {
 
+/// Its true zeros are beyond those it is given with.
+inline ArmModel arm5e_off_by(double shoulder_zero, double elbow_zero) {
+  ArmModel arm = arm5e();
+  arm.dh[1].theta0 += shoulder_zero;
+  arm.dh[2].theta0 += elbow_zero;
+  return arm;
+}
+
 struct GeneratedPostures {
   unsigned seed = 1;
   std::size_t views = 20;
@@ -21,12 +29,7 @@ struct GeneratedPostures {
   Transform eMg = make_transform_rpy({0.03, 0.01, -0.06}, {0.1, from_degrees(70), 0.2});
   double size = 0.06;
 
-  ArmModel true_arm() const {
-    ArmModel arm = arm5e();
-    arm.dh[1].theta0 += shoulder_zero;
-    arm.dh[2].theta0 += elbow_zero;
-    return arm;
-  }
+  ArmModel true_arm() const { return arm5e_off_by(shoulder_zero, elbow_zero); }
 
   HandEyeProblem problem() const {
     HandEyeProblem out;

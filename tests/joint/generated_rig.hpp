@@ -9,6 +9,7 @@
 #include "calibration/laser_plane/laser_plane.hpp"
 #include "calibration/stereo/joint_cameras.hpp"
 #include "core/angles.hpp"
+#include "tests/hand_eye/generated_postures.hpp"
 
 namespace tankrig::testing_support {
 
@@ -72,12 +73,7 @@ struct GeneratedRig {
   std::vector<Sheet> sheets;
   SweepDelay swept;
 
-  ArmModel true_arm() const {
-    ArmModel arm = arm5e();
-    arm.dh[1].theta0 += shoulder_zero;
-    arm.dh[2].theta0 += elbow_zero;
-    return arm;
-  }
+  ArmModel true_arm() const { return arm5e_off_by(shoulder_zero, elbow_zero); }
   BudgetSweep sweep() const {
     BudgetSweep out;
     out.posture << 0, 0.13, 1.3, 0, 0.1;

@@ -1,5 +1,5 @@
 // Stripes across the edges of a board's squares: the brightest light is on the bright side, the stripe's middle may not be.
-#include "reconstruction/stripe/cut_profile.hpp"
+#include "reconstruction/stripe/fit/cut_profile.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Loops over image rows beside their plain twins: the same bits, for every length.
-#include "reconstruction/stripe/image_rows.hpp"
+#include "reconstruction/stripe/find/image_rows.hpp"
 
 #include <gtest/gtest.h>
 

@@ -6,7 +6,7 @@
 #include <random>
 #include <vector>
 
-#include "reconstruction/stripe/run_line.hpp"
+#include "reconstruction/stripe/runs/run_line.hpp"
 
 namespace tankrig {
 namespace {

@@ -1,5 +1,5 @@
 // Profiles fitted together, several at a time, beside each of them alone: the same bits.
-#include "reconstruction/stripe/profile_fit.hpp"
+#include "reconstruction/stripe/fit/profile_fit.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // How a known stripe is followed into another image: by a few columns where it is clear, else by the reduced image.
-#include "reconstruction/stripe/stripe_look.hpp"
+#include "reconstruction/stripe/find/stripe_look.hpp"
 
 #include <gtest/gtest.h>
 

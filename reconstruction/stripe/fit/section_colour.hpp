@@ -4,9 +4,9 @@
 #include <Eigen/Core>
 #include <opencv2/core.hpp>
 
-#include "reconstruction/stripe/appearance.hpp"
-#include "reconstruction/stripe/stripe_detector.hpp"
-#include "reconstruction/stripe/stripe_path.hpp"
+#include "reconstruction/stripe/find/appearance.hpp"
+#include "reconstruction/stripe/find/stripe_path.hpp"
+#include "reconstruction/stripe/stripe_parameters.hpp"
 
 namespace tankrig {
 

@@ -1,4 +1,4 @@
-#include "reconstruction/stripe/profile_fit.hpp"
+#include "reconstruction/stripe/fit/profile_fit.hpp"
 
 #include <Eigen/Dense>
 #include <algorithm>

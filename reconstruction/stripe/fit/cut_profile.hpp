@@ -5,9 +5,9 @@
 #include <optional>
 #include <vector>
 
-#include "reconstruction/stripe/appearance.hpp"
-#include "reconstruction/stripe/clipped_runs.hpp"
-#include "reconstruction/stripe/profile_fit.hpp"
+#include "reconstruction/stripe/find/appearance.hpp"
+#include "reconstruction/stripe/find/clipped_runs.hpp"
+#include "reconstruction/stripe/fit/profile_fit.hpp"
 
 namespace tankrig {
 

@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "reconstruction/stripe/section_colour.hpp"
-#include "reconstruction/stripe/stripe_detector.hpp"
+#include "reconstruction/stripe/fit/section_colour.hpp"
+#include "reconstruction/stripe/stripe_parameters.hpp"
 
 namespace tankrig {
 

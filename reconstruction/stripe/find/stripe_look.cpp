@@ -1,4 +1,4 @@
-#include "reconstruction/stripe/stripe_look.hpp"
+#include "reconstruction/stripe/find/stripe_look.hpp"
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -7,100 +7,19 @@
 #include <optional>
 
 #include "core/median.hpp"
-#include "reconstruction/stripe/image_rows.hpp"
-#include "reconstruction/stripe/ridge_filter.hpp"
-#include "reconstruction/stripe/stripe_path.hpp"
+#include "reconstruction/stripe/find/clipped_runs.hpp"
+#include "reconstruction/stripe/find/image_rows.hpp"
+#include "reconstruction/stripe/find/reduced_image.hpp"
+#include "reconstruction/stripe/find/ridge_filter.hpp"
+#include "reconstruction/stripe/find/stripe_path.hpp"
 
 namespace tankrig {
 namespace {
 
-constexpr int kReduced = 320;  ///< longest side of the reduced image [px]
 constexpr double kMinSnr = 3.0, kMaxStep = 1.8;
 constexpr double kQuantisation = 0.3;
 constexpr int kMinRun = 6;
 constexpr double kSigmas[] = {1.0, 2.0, 4.0, 8.0};  ///< of the filters [reduced px]
-
-/// The image less its background, reduced; and what share of each reduced pixel is clipped in a channel, empty where none is.
-struct Reduced {
-  std::vector<cv::Mat1f> light, clipped;
-  int factor = 1;
-};
-
-constexpr std::uint8_t kClipped = 254;
-
-int factor_of(const cv::Mat& image) {
-  constexpr int kMostTogether = 128;
-  const int most = std::min({kMostTogether, image.cols, image.rows});
-  return std::clamp((std::max(image.cols, image.rows) + kReduced - 1) / kReduced, 1, most);
-}
-
-Reduced reduce(const cv::Mat& image, const cv::Mat& background) {
-  Reduced out;
-  out.factor = factor_of(image);
-  const int channels = image.channels(), f = out.factor;
-  const cv::Size size(image.cols / f, image.rows / f);
-  for (int c = 0; c < channels; ++c) {
-    out.light.emplace_back(size);
-    out.clipped.emplace_back();
-  }
-  const float share = 1.0f / static_cast<float>(f * f);
-  const int columns = size.width * f, bytes = columns * channels;
-  const int together = std::clamp(32767 / (255 * f), 1, f);  // rows whose sum over a reduced pixel 16 bits hold
-  std::vector<std::int16_t> sums(static_cast<std::size_t>(bytes)), values(sums.size());
-  const auto add_groups_of = [&](std::vector<cv::Mat1f>& planes, int y) {
-    for (int c = 0; c < channels; ++c)
-      add_groups(values.data() + static_cast<std::ptrdiff_t>(c) * columns, size.width, f, share, planes[c][y / f]);
-  };
-  for (int y = 0; y < size.height * f; ++y) {
-    if (y % f == 0)
-      for (cv::Mat1f& light : out.light) std::fill_n(light[y / f], size.width, 0.0f);
-    const std::uint8_t* in = image.ptr<std::uint8_t>(y);
-    const std::uint8_t* dark = background.empty() ? nullptr : background.ptr<std::uint8_t>(y);
-    (y % f % together ? add_row : set_row)(in, dark, bytes, sums.data());
-    if (y % f % together == together - 1 || y % f == f - 1) {
-      split_channels(sums.data(), columns, channels, values.data());
-      add_groups_of(out.light, y);
-    }
-    if (!reaches(in, bytes, kClipped)) continue;
-    mark_channels(in, kClipped, columns, channels, values.data());
-    if (out.clipped[0].empty())
-      for (cv::Mat1f& clipped : out.clipped) clipped = cv::Mat1f(size, 0.0f);
-    add_groups_of(out.clipped, y);
-  }
-  return out;
-}
-
-Reduced transposed(const Reduced& in) {
-  Reduced out;
-  out.factor = in.factor;
-  for (const cv::Mat1f& m : in.light) out.light.emplace_back(m.t());
-  for (const cv::Mat1f& m : in.clipped) out.clipped.push_back(m.empty() ? m : cv::Mat1f(m.t()));
-  return out;
-}
-
-/// Light in the given colour. What is clipped in one of its channels is at least as bright as what surrounds it.
-cv::Mat1f signal_of(const Reduced& image, const std::array<float, 3>& weights) {
-  constexpr float kShareClipped = 0.2f;
-  const int channels = static_cast<int>(image.light.size());
-  cv::Mat1f signal(image.light[0].size(), 0.0f);
-  for (int c = 0; c < channels; ++c)
-    if (weights[c] != 0) signal += weights[c] * image.light[c];
-  if (image.clipped[0].empty()) return signal;
-  cv::Mat1f clipped(signal.size(), 0.0f);
-  for (int c = 0; c < channels; ++c)
-    if (weights[c] > 0) clipped = cv::max(clipped, image.clipped[c]);
-  for (int x = 0; x < signal.cols; ++x)
-    for (int y = 0; y < signal.rows; ++y) {
-      if (clipped(y, x) < kShareClipped) continue;
-      int end = y;
-      while (end < signal.rows && clipped(end, x) >= kShareClipped) ++end;
-      float level = -HUGE_VALF;
-      for (int k = std::max(0, y - 2); k < y; ++k) level = std::max(level, signal(k, x));
-      for (int k = end; k < std::min(signal.rows, end + 2); ++k) level = std::max(level, signal(k, x));
-      for (; y < end; ++y) signal(y, x) = std::max(signal(y, x), level);
-    }
-  return signal;
-}
 
 struct Found {
   double evidence = 0;  ///< for a stripe
@@ -164,7 +83,7 @@ std::vector<std::array<float, 3>> colours(int channels, bool dark) {
 }
 
 /// Sets the path, in pixels of the image.
-void set_path(const Found& found, const Reduced& reduced, StripeLook& look) {
+void set_path(const Found& found, const ReducedImage& reduced, StripeLook& look) {
   const int columns = reduced.light[0].cols;
   look.evidence = found.evidence;
   look.step = reduced.factor;
@@ -207,7 +126,7 @@ std::optional<StripeLook> clear_look(const cv::Mat& image, const cv::Mat& backgr
   const double filter_sd = std::max(kSigmas[0], kFilterOverProfile * known.sd_px);
   const int row_step = std::max(1, static_cast<int>(filter_sd / kLeastFilter));
   if (image.rows < 3 * row_step) return std::nullopt;
-  const int channels = image.channels(), factor = factor_of(image), reduced_columns = image.cols / factor;
+  const int channels = image.channels(), factor = reduction_of(image), reduced_columns = image.cols / factor;
   const int step = std::max(1, reduced_columns / kColumns);
   std::vector<int> sampled, columns;  // reduced ones, and their middles in the image
   for (int i = step / 2; i < reduced_columns; i += step) {
@@ -231,7 +150,7 @@ std::optional<StripeLook> clear_look(const cv::Mat& image, const cv::Mat& backgr
     if (std::isnan(peaks[k])) continue;
     const float row = static_cast<float>(row_step) * peaks[k];
     const std::uint8_t* pixel = image.ptr<std::uint8_t>(static_cast<int>(std::lround(row)), columns[k]);
-    if (reaches(pixel, channels, kClipped)) continue;
+    if (reaches(pixel, channels, kFullScale)) continue;
     look.rows[sampled[k]] = row;
     ++clear;
   }
@@ -239,23 +158,17 @@ std::optional<StripeLook> clear_look(const cv::Mat& image, const cv::Mat& backgr
   return look;
 }
 
-cv::Mat1f sum_of(const Reduced& reduced) {
-  cv::Mat1f sum = reduced.light[0].clone();
-  for (std::size_t c = 1; c < reduced.light.size(); ++c) sum += reduced.light[c];
-  return sum;
-}
-
 }  // namespace
 
 StripeLook find_look(const cv::Mat& image, const cv::Mat& background, StripeOrientation orientation) {
   constexpr double kGreyShare = 0.4;  // bright ridges are everywhere, coloured ones are not
-  const Reduced as_is = reduce(image, background);
+  const ReducedImage as_is = reduce(image, background);
   const int channels = image.channels();
   StripeLook best;
   double evidence[2] = {0, 0};
   for (const bool rows : {false, true}) {
     if (orientation != StripeOrientation::kAuto && rows != (orientation == StripeOrientation::kRows)) continue;
-    const Reduced reduced = rows ? transposed(as_is) : as_is;
+    const ReducedImage reduced = rows ? transposed(as_is) : as_is;
     const cv::Mat1f sum = sum_of(reduced);
     for (const auto& weights : colours(channels, !background.empty())) {
       const cv::Mat1f signal = signal_of(reduced, weights);
@@ -278,8 +191,8 @@ StripeLook find_look(const cv::Mat& image, const cv::Mat& background, StripeOrie
 StripeLook follow_look(const cv::Mat& image, const cv::Mat& background, const StripeLook& known) {
   if (auto clear = clear_look(image, background, known)) return *clear;
   const bool rows = known.orientation == StripeOrientation::kRows;
-  const Reduced as_is = reduce(image, background);
-  const Reduced reduced = rows ? transposed(as_is) : as_is;
+  const ReducedImage as_is = reduce(image, background);
+  const ReducedImage reduced = rows ? transposed(as_is) : as_is;
   StripeLook look = known;
   const double sigma = std::max(kSigmas[0], kFilterOverProfile * known.sd_px / reduced.factor);
   set_path(follow(signal_of(reduced, known.weights), sum_of(reduced), sigma, background.empty()), reduced, look);

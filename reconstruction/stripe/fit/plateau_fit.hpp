@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "reconstruction/stripe/clipped_runs.hpp"
-#include "reconstruction/stripe/profile_fit.hpp"
+#include "reconstruction/stripe/find/clipped_runs.hpp"
+#include "reconstruction/stripe/fit/profile_fit.hpp"
 
 namespace tankrig {
 

@@ -1,172 +1,23 @@
-#include "reconstruction/stripe/stripe_smoothing.hpp"
+#include "reconstruction/stripe/runs/stripe_smoothing.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstring>
-#include <iterator>
 #include <optional>
 
-#include "core/median.hpp"
-#include "reconstruction/stripe/run_line.hpp"
+#include "reconstruction/stripe/runs/run_breaks.hpp"
+#include "reconstruction/stripe/runs/run_series.hpp"
 #include "reconstruction/stripe/vectorised.hpp"
 
 namespace tankrig {
 namespace {
 
-constexpr int kLag = 4;            ///< columns after which speckle is another
-constexpr int kBlock = 10;         ///< columns whose mean shows the correlation
-constexpr int kMaxGap = 3;         ///< missing columns over which a line is drawn
-constexpr double kBendPrice = 22;  ///< chi-square, of two degrees of freedom, above which two lines are better than one
-constexpr double kTolerance = 4.5;
-
-/// What four values at those columns count in their third divided difference.
-std::array<double, 4> shares_of_difference(const std::array<double, 4>& columns) {
-  std::array<double, 4> shares;
-  for (std::size_t k = 0; k < shares.size(); ++k) {
-    shares[k] = 1;
-    for (std::size_t other = 0; other < shares.size(); ++other)
-      if (other != k) shares[k] /= columns[k] - columns[other];
-  }
-  return shares;
-}
-
-/// Third divided differences of points `lag` apart, over their sigmas: squared. A smooth curve has next to none.
-void third_differences(const std::vector<double>& column, const std::vector<double>& value,
-                       const std::vector<double>& variance, std::size_t lag, std::vector<double>& squares) {
-  std::array<double, 4> columns{}, shares{};
-  for (std::size_t i = 0; i + 3 * lag < value.size(); ++i) {
-    std::array<double, 4> from_first;  // mostly those of the point before
-    for (std::size_t k = 0; k < 4; ++k) from_first[k] = column[i + k * lag] - column[i];
-    if (from_first != columns) shares = shares_of_difference(columns = from_first);
-    double difference = 0, expected = 0;
-    for (std::size_t k = 0; k < 4; ++k) {
-      difference += shares[k] * value[i + k * lag];
-      expected += shares[k] * shares[k] * variance[i + k * lag];
-    }
-    squares.push_back(difference * difference / expected);
-  }
-}
-
-/// Mean square by the median, as of normal values; `expected` beforehand with the weight of `prior` values.
-double mean_square(std::vector<double>& squares, double expected, double prior) {
-  constexpr double kMedianOfChiSquare = 0.4549;
-  const auto n = static_cast<double>(squares.size());
-  return squares.empty() ? expected : (prior * expected + n * upper_median(squares) / kMedianOfChiSquare) / (prior + n);
-}
-
-/// A run's points, so that lines through them are quickly fitted.
-struct Series {
-  std::vector<double> column, position, weight;  ///< the last: 1 / sigma^2
-
-  explicit Series(const FittedRun& run) {
-    for (auto* values : {&column, &position, &weight}) values->reserve(run.size());
-    for (const auto& [peak, amplitude, colour, edge] : run) {
-      column.push_back(peak.column);
-      position.push_back(peak.position);
-      weight.push_back(1 / (static_cast<double>(peak.sigma_px) * peak.sigma_px));
-    }
-  }
-  std::size_t size() const { return column.size(); }
-
-  /// Whether [first, last) is within the run and no column is missing there.
-  bool whole(std::ptrdiff_t first, std::ptrdiff_t last) const {
-    return first >= 0 && last <= std::ssize(column) &&
-           column[last - 1] - column[first] == static_cast<double>(last - 1 - first);
-  }
-};
-
-/// Line through [first, last) at column `at`; of four lines, each begins and ends a point after the one before.
-template <bool residuals = true, class Real>
-inline __attribute__((always_inline)) RunLine<Real> line_through(const Series& s, std::size_t first, std::size_t last,
-                                                                 const Real& at) {
-  const double *const column = s.column.data() + first, *const position = s.position.data() + first,
-                      *const weight = s.weight.data() + first;
-  return fit_line<residuals, Real>(
-      static_cast<int>(last - first), at, [=](int k) __attribute__((always_inline)) {
-        return LinePoint<Real>{load<Real>(column + k), load<Real>(position + k), load<Real>(weight + k)};
-      });
-}
+constexpr double kTolerance = 4.5;  ///< of the chi-square, in its sd
 
 TANKRIG_VECTORISED
-void fit_lines_around(const Series& s, std::size_t i, std::size_t reach, RunLine<FourDoubles>& lines) {
+void fit_lines_around(const RunSeries& s, std::size_t i, std::size_t reach, RunLine<FourDoubles>& lines) {
   lines = line_through(s, i - reach, i + reach + 1, load<FourDoubles>(s.column.data() + i));
-}
-
-/// Chi-square of two degrees of freedom that the lines through [first, i) and [i, last) are one, at the column between them.
-template <class Real>
-inline __attribute__((always_inline)) Real bend_at(const Series& s, std::size_t first, std::size_t i, std::size_t last,
-                                                   double correlation) {
-  const Real column = 0.5 * (load<Real>(s.column.data() + i - 1) + load<Real>(s.column.data() + i));
-  const RunLine<Real> left = line_through<false>(s, first, i, column), right = line_through<false>(s, i, last, column);
-  const Real a = left.variance + right.variance, b = left.covariance + right.covariance,
-             c = left.slope_variance + right.slope_variance;
-  const Real dv = left.value - right.value, ds = left.slope - right.slope, determinant = a * c - b * b;
-  const Real chi2 = (c * dv * dv - 2 * b * dv * ds + a * ds * ds) / determinant / correlation;
-  return left.ok & right.ok & (determinant > 0) ? chi2 : Real{};
-}
-
-TANKRIG_VECTORISED
-void bends_from(const Series& s, std::size_t i, std::size_t side, double correlation, double* chi2) {
-  const FourDoubles bends = bend_at<FourDoubles>(s, i - side, i, i + side, correlation);
-  std::memcpy(chi2, &bends, sizeof bends);
-}
-
-/// Whether a bend of that chi-square is a corner: of the parabola through both sides, two lines leave less.
-bool is_corner(const Series& s, std::size_t first, std::size_t last, double correlation, double chi2) {
-  constexpr double kCornerPrice = 2;
-  const RunLine line = line_through(s, first, last, s.column[first]);
-  const double of_bend = line.bend_variance > 0 ? line.bend * line.bend / line.bend_variance : 0;
-  return chi2 - of_bend / correlation > kCornerPrice;
-}
-
-/// The evidence that the run bends before each of its points, by `side` columns on either side, where it is more.
-void find_bends(const Series& s, int side, double correlation, std::vector<double>& evidence) {
-  constexpr std::size_t kLeast = 4;
-  const auto reach = static_cast<std::size_t>(side);
-  std::size_t first = 0, last = 0;
-  for (std::size_t i = 1; i < s.size(); ++i) {
-    if (std::isinf(evidence[i])) continue;
-    double chi2[kLanes] = {};
-    std::size_t count = 1;
-    if (s.whole(static_cast<std::ptrdiff_t>(i) - side, static_cast<std::ptrdiff_t>(i + reach + kLanes) - 1)) {
-      bends_from(s, i, reach, correlation, chi2);
-      count = kLanes;
-    } else {
-      const double column = 0.5 * (s.column[i - 1] + s.column[i]);
-      while (column - s.column[first] >= side) ++first;
-      for (last = std::max(last, i); last < s.size() && s.column[last] - column < side;) ++last;
-      if (i - first >= kLeast && last - i >= kLeast) chi2[0] = bend_at<double>(s, first, i, last, correlation);
-    }
-    for (std::size_t k = 0; k < count; ++k) {
-      if (chi2[k] < kBendPrice) continue;
-      const std::size_t from = count > 1 ? i + k - reach : first, to = count > 1 ? i + k + reach : last;
-      if (is_corner(s, from, to, correlation, chi2[k])) evidence[i + k] = std::max(evidence[i + k], chi2[k]);
-    }
-    i += count - 1;
-  }
-}
-
-/// Points before which the run bends, steps or has a gap.
-std::vector<std::size_t> breaks_of(const Series& run, int reach, double correlation) {
-  const std::size_t n = run.size();
-  std::vector<double> evidence(n, 0.0);
-  for (std::size_t i = 1; i < n; ++i)
-    if (run.column[i] - run.column[i - 1] > kMaxGap + 1) evidence[i] = HUGE_VAL;
-  for (const int side : {reach, reach / 2})
-    if (side >= 4) find_bends(run, side, correlation, evidence);
-  std::vector<std::size_t> breaks;
-  const auto near = static_cast<std::size_t>(std::max(2, reach / 3));
-  for (std::size_t i = 1; i < n; ++i) {
-    if (evidence[i] < kBendPrice) continue;
-    const std::size_t from = i > near ? i - near : 0, to = std::min(n - 1, i + near);
-    bool highest = true;
-    for (std::size_t k = from; k <= to; ++k)
-      highest = highest && (evidence[k] < evidence[i] || (evidence[k] == evidence[i] && k >= i));
-    if (highest) breaks.push_back(i);
-  }
-  return breaks;
 }
 
 /// Of one point or four that follow each other.
@@ -193,7 +44,7 @@ void add_scatter(const double* column, const double* residual, int count, double
 
 /// Sigmas follow what the points near by scatter about their lines: a square's edge or a grain of the surface is not
 /// everywhere.
-void scale_locally(const Series& s, const std::vector<double>& residuals, FittedRun& run) {
+void scale_locally(const RunSeries& s, const std::vector<double>& residuals, FittedRun& run) {
   constexpr int kReach = 15;
   constexpr double kPrior = 8, kMost = 25;
   const int n = static_cast<int>(run.size());
@@ -207,44 +58,6 @@ void scale_locally(const Series& s, const std::vector<double>& residuals, Fitted
   for (std::size_t i = 0; i < run.size(); ++i)
     run[i].peak.sigma_px *= static_cast<float>(std::sqrt(sums[i] / weights[i]));
 }
-
-}  // namespace
-
-std::vector<double> calibrate_sigmas(std::vector<FittedRun>& runs) {
-  constexpr double kImagePrior = 12, kRunPrior = 30, kBlockPrior = 6;  // in points and blocks
-  std::vector<double> all_single, all_blocked, column, value, variance;
-  std::vector<std::vector<double>> single(runs.size()), blocked(runs.size());
-  for (std::size_t r = 0; r < runs.size(); ++r) {
-    column.clear(), value.clear(), variance.clear();
-    for (const RunPoint& point : runs[r]) {
-      column.push_back(point.peak.column);
-      value.push_back(point.peak.position);
-      variance.push_back(static_cast<double>(point.peak.sigma_px) * point.peak.sigma_px);
-    }
-    third_differences(column, value, variance, kLag, single[r]);
-    all_single.insert(all_single.end(), single[r].begin(), single[r].end());
-    std::vector<double> block_column, block_value, block_variance;
-    for (std::size_t i = 0; i + kBlock <= value.size(); i += kBlock) {
-      double c = 0, v = 0, s = 0;
-      for (std::size_t k = i; k < i + kBlock; ++k) c += column[k] / kBlock, v += value[k] / kBlock, s += variance[k];
-      block_column.push_back(c), block_value.push_back(v), block_variance.push_back(s / (kBlock * kBlock));
-    }
-    third_differences(block_column, block_value, block_variance, 1, blocked[r]);
-    all_blocked.insert(all_blocked.end(), blocked[r].begin(), blocked[r].end());
-  }
-  const double image = mean_square(all_single, 1, kImagePrior);
-  const double image_correlation = mean_square(all_blocked, image, kImagePrior) / image;
-  std::vector<double> correlations;
-  for (std::size_t r = 0; r < runs.size(); ++r) {
-    const double run = std::clamp(mean_square(single[r], image, kRunPrior), 0.04, 100.0);
-    for (RunPoint& point : runs[r]) point.peak.sigma_px *= static_cast<float>(std::sqrt(run));
-    const double of_blocks = mean_square(blocked[r], run * image_correlation, kBlockPrior);
-    correlations.push_back(std::clamp(of_blocks / run, 1.0, 0.8 * kBlock));
-  }
-  return correlations;
-}
-
-namespace {
 
 /// What a line says of a point in the middle of those it goes through.
 struct Smoothed {
@@ -291,7 +104,7 @@ std::optional<Smoothed> smoothed_by(const RunLine<double>& line, const SharedBen
 }
 
 /// Through the points of [begin, end) up to `reach` columns to both sides of point `i`.
-RunLine<double> line_around(const Series& s, std::size_t i, std::size_t begin, std::size_t end, int reach) {
+RunLine<double> line_around(const RunSeries& s, std::size_t i, std::size_t begin, std::size_t end, int reach) {
   std::size_t first = i, last = i + 1;
   while (first > begin && s.column[i] - s.column[first - 1] <= reach) --first;
   while (last < end && s.column[last] - s.column[i] <= reach) ++last;
@@ -299,7 +112,7 @@ RunLine<double> line_around(const Series& s, std::size_t i, std::size_t begin, s
 }
 
 /// By the widest line up to `reach` columns to both sides of point `i` that its points of [begin, end) agree with.
-std::optional<Smoothed> smoothed(const Series& s, std::size_t i, std::size_t begin, std::size_t end, int reach,
+std::optional<Smoothed> smoothed(const RunSeries& s, std::size_t i, std::size_t begin, std::size_t end, int reach,
                                  double correlation) {
   for (; reach >= 1; reach /= 2) {
     const RunLine<double> line = line_around(s, i, begin, end, reach);
@@ -335,7 +148,7 @@ std::vector<SharedBend> shared_bends(const std::vector<RunLine<double>>& lines, 
 }
 
 /// Of all points of [begin, end), into `out`. Four at a time where no column is missing around them.
-void smooth_piece(const Series& s, std::size_t begin, std::size_t end, int widest, double correlation,
+void smooth_piece(const RunSeries& s, std::size_t begin, std::size_t end, int widest, double correlation,
                   std::vector<std::optional<Smoothed>>& out) {
   const auto reach = static_cast<std::size_t>(widest);
   std::vector<RunLine<double>> lines;
@@ -365,7 +178,7 @@ struct LongResiduals {
   std::vector<double> single, smoothed;  ///< of the points as they are, and as lines have smoothed them
 };
 
-void add_long_residuals(const Series& s, std::size_t begin, std::size_t end, double correlation,
+void add_long_residuals(const RunSeries& s, std::size_t begin, std::size_t end, double correlation,
                         const std::vector<std::optional<Smoothed>>& smooth, LongResiduals& residuals) {
   constexpr int kReach = 28;
   constexpr double kLeastLeft = 0.5;  // of the variance, beside a parabola
@@ -399,9 +212,9 @@ double capped_mean(const std::vector<double>& squares) {
 
 void smooth_run(FittedRun& run, int half_window, double correlation) {
   constexpr int kUsual = 10;  // half window of the lines that sigma is measured by where nothing is smoothed
-  const Series raw(run);
+  const RunSeries raw(run);
   const int widest = half_window > 0 ? half_window : kUsual;
-  std::vector<std::size_t> ends = breaks_of(raw, widest, correlation);
+  std::vector<std::size_t> ends = find_breaks(raw, widest, correlation);
   ends.push_back(raw.size());
   std::vector<std::optional<Smoothed>> smooth(raw.size());
   LongResiduals long_residuals;

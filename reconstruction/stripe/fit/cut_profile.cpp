@@ -1,4 +1,4 @@
-#include "reconstruction/stripe/cut_profile.hpp"
+#include "reconstruction/stripe/fit/cut_profile.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "reconstruction/stripe/appearance.hpp"
+#include "reconstruction/stripe/find/appearance.hpp"
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "core/median.hpp"
-#include "reconstruction/stripe/image_rows.hpp"
-#include "reconstruction/stripe/profile_fit.hpp"
-#include "reconstruction/stripe/ridge_filter.hpp"
+#include "reconstruction/stripe/find/image_rows.hpp"
+#include "reconstruction/stripe/find/ridge_filter.hpp"
+#include "reconstruction/stripe/fit/profile_fit.hpp"
 #include "reconstruction/stripe/vectorised.hpp"
 
 namespace tankrig {

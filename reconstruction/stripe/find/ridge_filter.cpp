@@ -1,11 +1,11 @@
-#include "reconstruction/stripe/ridge_filter.hpp"
+#include "reconstruction/stripe/find/ridge_filter.hpp"
 
 #include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
 
-#include "reconstruction/stripe/image_rows.hpp"
+#include "reconstruction/stripe/find/image_rows.hpp"
 
 namespace tankrig {
 

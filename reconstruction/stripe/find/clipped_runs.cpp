@@ -1,15 +1,10 @@
-#include "reconstruction/stripe/clipped_runs.hpp"
+#include "reconstruction/stripe/find/clipped_runs.hpp"
 
 #include <algorithm>
 
-#include "reconstruction/stripe/image_rows.hpp"
+#include "reconstruction/stripe/find/image_rows.hpp"
 
 namespace tankrig {
-namespace {
-
-constexpr int kFull = 254;
-
-}  // namespace
 
 ClippedRuns::ClippedRuns(const cv::Mat& image, const std::array<float, 3>& weights) : runs_(image.cols) {
   const int channels = image.channels();
@@ -17,9 +12,9 @@ ClippedRuns::ClippedRuns(const cv::Mat& image, const std::array<float, 3>& weigh
   const auto value = [&](int y, int x, int c) { return image.ptr<std::uint8_t>(y)[x * channels + c]; };
   for (int y = 0; y < image.rows; ++y) {
     const std::uint8_t* row = image.ptr<std::uint8_t>(y);
-    if (!reaches(row, image.cols * channels, kFull)) continue;
+    if (!reaches(row, image.cols * channels, kFullScale)) continue;
     for (int i = 0; i < image.cols * channels; ++i) {
-      if (row[i] < kFull) continue;
+      if (row[i] < kFullScale) continue;
       const int x = i / channels, c = i % channels;
       std::vector<ClippedRun>& runs = runs_[x];
       if (!(weights[c] > 0) || (!runs.empty() && runs.back().last >= y && value(runs.back().last, x, c) >= kKnee))

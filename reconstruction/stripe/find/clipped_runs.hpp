@@ -7,6 +7,9 @@
 
 namespace tankrig {
 
+/// From here up a value is clipped.
+inline constexpr int kFullScale = 254;
+
 /// From here up a value may be that of a clipped run's end.
 inline constexpr int kKnee = 240;
 

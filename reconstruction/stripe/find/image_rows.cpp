@@ -1,4 +1,4 @@
-#include "reconstruction/stripe/image_rows.hpp"
+#include "reconstruction/stripe/find/image_rows.hpp"
 
 #include <algorithm>
 #include <cstring>

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "reconstruction/stripe/ridge_filter.hpp"
+#include "reconstruction/stripe/find/ridge_filter.hpp"
 
 namespace tankrig {
 

@@ -1,4 +1,4 @@
-#include "reconstruction/stripe/plateau_fit.hpp"
+#include "reconstruction/stripe/fit/plateau_fit.hpp"
 
 #include <Eigen/Dense>
 #include <algorithm>

@@ -5,7 +5,7 @@
 #include <array>
 #include <opencv2/core.hpp>
 
-#include "reconstruction/stripe/stripe_look.hpp"
+#include "reconstruction/stripe/find/stripe_look.hpp"
 
 namespace tankrig {
 

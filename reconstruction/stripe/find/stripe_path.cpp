@@ -1,4 +1,4 @@
-#include "reconstruction/stripe/stripe_path.hpp"
+#include "reconstruction/stripe/find/stripe_path.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,10 +1,10 @@
-#include "reconstruction/stripe/stripe_selection.hpp"
+#include "reconstruction/stripe/runs/stripe_selection.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 
-#include "reconstruction/stripe/run_line.hpp"
+#include "reconstruction/stripe/runs/run_line.hpp"
 
 namespace tankrig {
 namespace {

@@ -1,10 +1,10 @@
-#include "reconstruction/stripe/section_colour.hpp"
+#include "reconstruction/stripe/fit/section_colour.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "reconstruction/stripe/clipped_runs.hpp"
-#include "reconstruction/stripe/cut_profile.hpp"
+#include "reconstruction/stripe/find/clipped_runs.hpp"
+#include "reconstruction/stripe/fit/cut_profile.hpp"
 
 namespace tankrig {
 

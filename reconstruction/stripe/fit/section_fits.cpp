@@ -1,0 +1,150 @@
+#include "reconstruction/stripe/fit/section_fits.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <utility>
+
+#include "reconstruction/stripe/fit/cut_profile.hpp"
+#include "reconstruction/stripe/fit/plateau_fit.hpp"
+
+namespace tankrig {
+namespace {
+
+ProfileFit better(const ProfileFit& whole, const ProfileFit& cut) { return explains_more(cut, whole) ? cut : whole; }
+
+}  // namespace
+
+SectionFits::SectionFits(const StripeImage& image)
+    : image_(image), fitter_(image.appearance.sd_px, image.background.empty()) {}
+
+/// Most points are plain; they are fitted together.
+std::vector<ProfileFit> SectionFits::fit(const StripeRun& points, double contrast) {
+  const std::size_t most = 2 * static_cast<std::size_t>(reach()) + 1;
+  std::vector<ProfileFit> fits(points.size());
+  std::vector<float> values(points.size() * most);
+  std::vector<ProfileSection> sections;
+  std::vector<std::pair<std::size_t, int>> plain;  // points and the first rows of their sections
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    Section section = cut(points[i]);
+    if (const auto fit = fit_alone(points[i], section, contrast)) {
+      fits[i] = *fit;
+      fits[i].position += section.first_row;
+      continue;
+    }
+    float* const kept = values.data() + sections.size() * most;
+    std::ranges::copy(values_, kept);
+    sections.push_back({kept, static_cast<int>(values_.size()), points[i].candidate.row - section.first_row});
+    plain.emplace_back(i, section.first_row);
+  }
+  const std::vector<ProfileFit> together = fitter_.fit(sections, {image_.appearance.noise, contrast});
+  for (std::size_t i = 0; i < together.size(); ++i) {
+    const auto [point, first_row] = plain[i];
+    fits[point] = together[i];
+    fits[point].position += first_row;
+  }
+  return fits;
+}
+
+SectionFits::Core SectionFits::core_of(const PathPoint& point) const {
+  const ClippedRun core = image_.cores.at(point.column, point.candidate.row, 1);
+  if (core.width() >= kWidePlateau) return {core, true};
+  return {image_.clipped.at(point.column, point.candidate.row, 0.5 * reach()), false};
+}
+
+SectionFits::Section SectionFits::cut(const PathPoint& point, int most_beyond_core) {
+  Section section{0, core_of(point)};
+  const ClippedRun& core = section.core.rows;
+  int middle = static_cast<int>(std::lround(point.candidate.row)), on_either_side = reach();
+  if (core.width() > 0) {
+    middle = (core.first + core.last) / 2;
+    on_either_side = std::min(on_either_side, most_beyond_core) + core.width() / 2;
+  }
+  section.first_row = std::max(0, middle - on_either_side);
+  fill_values(point.column, section.first_row, std::min(image_.pixels.rows - 1, middle + on_either_side),
+              section.core.white ? image_.faintest
+              : core.width() > 0 ? image_.appearance.light
+                                 : image_.appearance.profile);
+  return section;
+}
+
+void SectionFits::fill_values(int column, int first, int last, const std::array<float, 3>& weights) {
+  const cv::Mat &image = image_.pixels, &background = image_.background;
+  const int channels = image.channels();
+  const auto at = static_cast<std::ptrdiff_t>(column) * channels;
+  const bool dark = !background.empty();
+  const auto fill = [&](auto value_of) {
+    const std::uint8_t* pixel = image.ptr<std::uint8_t>(first) + at;
+    const std::uint8_t* unlit = dark ? background.ptr<std::uint8_t>(first) + at : nullptr;
+    values_.resize(last + 1 - first);
+    for (float& value : values_) {
+      value = value_of([=](int c) { return weights[c] * static_cast<float>(pixel[c] - (unlit ? unlit[c] : 0)); });
+      pixel += image.step;
+      if (unlit) unlit += background.step;
+    }
+  };
+  if (channels == 1)
+    fill([](auto light) { return light(0); });
+  else
+    fill([](auto light) { return light(0) + light(1) + light(2); });
+}
+
+std::optional<ProfileFit> SectionFits::fit_alone(const PathPoint& point, Section& section, double contrast) {
+  if (section.core.rows.width() > 0) return fit_clipped(point, section);
+  const double start = point.candidate.row - section.first_row;
+  if (crosses_edge(point.column, section))
+    return better(fit_values(start, contrast), fit_cut_values(start, contrast, 1));
+  if (image_.background.empty() && image_.pixels.channels() == 1)
+    return fit_unseen_edge(fitter_, values_, start, {image_.appearance.noise, contrast});
+  return std::nullopt;
+}
+
+/// By both flanks of a wide plateau, otherwise as if it were not clipped.
+/// A white core is fitted once more, by what lies beside it, where the flanks are too wide to be its own: haze.
+ProfileFit SectionFits::fit_clipped(const PathPoint& point, Section& section) {
+  constexpr double kFullWidthOfSd = 2.3548, kHazy = 1.5;  // sd of the flanks in widths of the core
+  constexpr int kBesideCore = 10;                         // [px] of a white one
+  const auto core = [&] {
+    return ClippedRun{section.core.rows.first - section.first_row, section.core.rows.last - section.first_row};
+  };
+  if (core().width() >= kWidePlateau) {
+    const auto plateau = [&] {
+      const auto fit_with = [&](const float* reflectance) {
+        return fit_plateau(values_, core(), image_.appearance.noise, image_.background.empty(), reflectance);
+      };
+      const PlateauFit whole = fit_with(nullptr);
+      if (!crosses_edge(point.column, section)) return whole;
+      const PlateauFit cut = fit_with(reflectance_.data());
+      return explains_more(cut.profile, whole.profile) ? cut : whole;
+    };
+    PlateauFit fit = plateau();
+    if (section.core.white && (!fit.profile.ok || fit.sd_px > kHazy * core().width())) {
+      section = cut(point, kBesideCore);
+      fit = plateau();
+    }
+    fit.profile.width_ratio = std::min(fit.sd_px, fit.half_height_px / kFullWidthOfSd) / image_.appearance.sd_px;
+    if (fit.profile.ok) return fit.profile;
+  }
+  // A clipped core carries no speckle, and its flanks no more than their share.
+  const double middle = 0.5 * (core().first + core().last);
+  const ProfileFit whole = fit_values(middle, 0);
+  if (!crosses_edge(point.column, section)) return whole;
+  for (int i = core().first; i <= core().last; ++i) values_[i] = reflectance_[i] = 0;  // what is clipped tells nothing
+  return better(whole, fit_cut_values(middle, 0, kStartsInTheDark));
+}
+
+ProfileFit SectionFits::fit_values(double start, double contrast) const {
+  return fitter_.fit({values_.data(), static_cast<int>(values_.size()), start}, {image_.appearance.noise, contrast});
+}
+
+ProfileFit SectionFits::fit_cut_values(double start, double contrast, int starts) const {
+  return fit_cut(fitter_, {values_.data(), static_cast<int>(values_.size()), start, reflectance_.data()},
+                 {image_.appearance.noise, contrast}, starts);
+}
+
+bool SectionFits::crosses_edge(int column, const Section& section) {
+  const SectionRows rows{column, section.first_row, static_cast<int>(values_.size()), section.core.rows};
+  return measure_reflectance(image_.pixels, image_.background, image_.appearance, rows, reflectance_);
+}
+
+}  // namespace tankrig
