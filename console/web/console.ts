@@ -1,89 +1,16 @@
-// The operator's console: what the server says is shown, what the operator wants is asked for. docs/reference/console.md
-// describes the messages.
+// The operator's console: what the server says is shown, what the operator wants is asked for.
 import { Cloud, SceneMessage } from './cloud'
 import { Compare } from './compare'
-import { Corners, ObjectPose, ToClick } from './corners'
+import { Corners, ToClick } from './corners'
+import { fieldOf, valuesOf } from './fields'
 import { Judged, judgedCamera, JudgedMessage } from './judged'
-import { ask, byId, figure, make, shown, Terminal } from './page'
+import { Feed, Form, Hello, Message, RigChoice, Run, ScoreOf } from './messages'
+import { ask, byId, make, shown, Terminal } from './page'
 import { PathView } from './path'
 import { addressOf, reportFrame } from './report'
+import { renew, Results } from './results'
 import { showSessions } from './sessions'
-import { Known, RigFacts, State } from './state'
-
-interface Field {
-  key: string
-  label: string
-  kind: 'text' | 'number' | 'choice' | 'word' | 'folder'
-  choices: string[]
-  help: string
-  required: boolean
-  number?: { least: number | null; most: number | null; whole: boolean; expected: string }
-}
-interface Form {
-  name: string
-  title: string
-  what: string
-  hold: boolean
-  moves: boolean
-  role: string // the least that may start it
-  granted: boolean
-  fields: Field[]
-}
-interface Rig extends RigFacts {
-  description: string
-  version: string
-  click: ToClick | null
-}
-interface RigChoice {
-  chosen: string // its name
-  rig: Rig
-  forms: Form[]
-}
-interface Hello extends RigChoice {
-  is: 'hello'
-  page: string
-  you: number
-  user: string
-  role: 'watch' | 'operate' | 'administer'
-  rigs: string[] // that may be chosen
-}
-interface Run {
-  is: 'run'
-  command: string
-  title: string
-  words: string[]
-  moves: boolean
-  hold: boolean
-  stopping: boolean
-  began_utc: string
-  exit_code: number | null
-}
-interface ScoreOf {
-  method: string
-  mean_error_m: number | null
-  coverage: number | null
-  coverage_of_ceiling: number | null
-  outliers: number | null
-}
-interface Feed {
-  is: 'feed'
-  feed: string
-  utc: string
-  [key: string]: unknown
-}
-type Message =
-  | Hello
-  | Run
-  | Feed
-  | { is: 'control'; holder: number | null; holder_name: string; offered: boolean; browsers: number }
-  | { is: 'log'; text: string }
-  | { is: 'refused'; why: string }
-  | { is: 'granted'; wish: string; answer: { file: string } }
-  | { is: 'answered'; wish: string; answer: ObjectPose }
-  | { is: 'alive'; utc: string }
-  | ({ is: 'rig' } & RigChoice)
-  | ({ is: 'known' } & Known)
-  | { is: 'disk'; utc: string; free_bytes?: number; bytes?: number }
+import { State } from './state'
 
 const old = 800 // [ms] without a sign of life; four come in a second
 const stopOnItsWay = 'STOP is on its way; wait for the devices to confirm.'
@@ -95,8 +22,7 @@ const cloud = new Cloud(byId('cloud'))
 const path = new PathView(byId('path'), () => byId('form').querySelector<HTMLSelectElement>('[name=preset]')?.value ?? '')
 const judged = new Judged()
 const state = new State()
-const pictures = new Map<string, HTMLImageElement>()
-const plots = new Map<string, HTMLImageElement>()
+const results = new Results()
 let report: string | undefined // the page that the run has left
 let socket: WebSocket | undefined
 let you = 0
@@ -290,11 +216,10 @@ function forget(): void {
   terminal.clear()
   log.textContent = ''
   cloud.clear()
-  for (const id of ['cloud-box', 'look', 'look-report', 'plots-box', 'report-box']) byId(id).hidden = true
+  for (const id of ['cloud-box', 'look', 'look-report', 'report-box']) byId(id).hidden = true
   for (const id of ['stage', 'end', 'cloud-says']) say(id, '')
-  for (const id of ['cameras', 'plots', 'report-box', 'scores']) byId(id).replaceChildren()
-  pictures.clear()
-  plots.clear()
+  byId('report-box').replaceChildren()
+  results.clear()
   report = undefined
   judged.clear()
   byId<HTMLProgressElement>('progress').value = 0
@@ -326,10 +251,10 @@ function fed(message: Feed): void {
       judged.show(message as unknown as JudgedMessage)
       break
     case 'scores':
-      showScores(message.scores as ScoreOf[])
+      results.scores(message.scores as ScoreOf[])
       break
     case 'plot':
-      showPlot(String(message.plot), String(message.title), String(message.svg))
+      results.plot(String(message.plot), String(message.title), String(message.svg))
       break
     case 'report':
       report = addressOf(String(message.file))
@@ -358,43 +283,10 @@ function takeBinary(data: ArrayBuffer): void {
     say('cloud-says', `${cloud.count} points as they are found; particles are still among them`)
   } else if (kind === 'P') {
     const name = new TextDecoder().decode(bytes.subarray(2, 2 + bytes[1]))
-    showPicture(name, bytes.subarray(2 + bytes[1]))
+    const camera = judgedCamera(name)
+    const image = camera === undefined ? results.picture(name) : judged.picture(camera)
+    renew(image, new Blob([bytes.slice(2 + bytes[1])], { type: 'image/jpeg' }))
   }
-}
-
-function showPicture(name: string, jpeg: Uint8Array): void {
-  const camera = judgedCamera(name)
-  let image = camera === undefined ? pictures.get(name) : judged.picture(camera)
-  if (!image) {
-    image = make('img', { alt: `What camera ${name} sees, marked` })
-    pictures.set(name, image)
-    byId('cameras').append(make('figure', { className: 'box' }, make('figcaption', {}, name), image))
-  }
-  renew(image, new Blob([jpeg.slice()], { type: 'image/jpeg' }))
-}
-
-function showScores(scores: ScoreOf[]): void {
-  const head = make('tr', {}, ...['method', 'mean error', 'coverage', 'of ceiling', 'outliers'].map(title => make('th', { scope: 'col' }, title)))
-  const rows = scores.map(s => make('tr', {}, make('th', { scope: 'row' }, s.method.replace('_', ' ')),
-    ...[figure(s.mean_error_m, 1e3, 2, 'mm'), figure(s.coverage, 100, 1, '%'), figure(s.coverage_of_ceiling, 100, 1, '%'), figure(s.outliers, 100, 2, '%')].map(text => make('td', { className: 'number' }, text))))
-  byId('scores').replaceChildren(make('table', {}, make('thead', {}, head), make('tbody', {}, ...rows)))
-}
-
-function showPlot(name: string, title: string, svg: string): void {
-  let image = plots.get(name)
-  if (!image) {
-    image = make('img', { alt: `${title}: curves of what is measured so far` })
-    plots.set(name, image)
-    byId('plots').append(make('figure', {}, make('figcaption', {}, title), image))
-    byId('plots-box').hidden = false
-  }
-  renew(image, new Blob([svg], { type: 'image/svg+xml' }))
-}
-
-function renew(image: HTMLImageElement, data: Blob): void {
-  const before = image.src
-  image.src = URL.createObjectURL(data)
-  if (before) URL.revokeObjectURL(before)
 }
 
 // Control and the run.
@@ -489,34 +381,6 @@ function begin(command: string, given: Record<string, string>): void {
 
 const chosen = () => forms.find(form => form.name === byId<HTMLSelectElement>('command').value)
 
-function fieldOf(field: Field): HTMLElement {
-  const name = field.key
-  const list = field.choices.length > 0
-  const label = (value: string) => value.split('/').pop() ?? value
-  const input = list
-    ? make('select', { name }, ...(field.required ? [] : [make('option', { value: '' }, 'as the rig file says')]), ...field.choices.map(c => make('option', { value: c }, label(c))))
-    : make('input', { name, type: field.kind === 'text' || field.kind === 'folder' ? 'text' : 'number', required: field.required })
-  const notes: HTMLElement[] = field.help ? [make('small', {}, field.help)] : []
-  if (input instanceof HTMLInputElement && field.number) notes.push(refusing(input, field.number))
-  return make('label', {}, field.label, ' ', input, ...notes)
-}
-
-/** Refuses a number where it is typed, in the words in which the command would; returns the place for them. */
-function refusing(input: HTMLInputElement, { least, most, whole, expected }: NonNullable<Field['number']>): HTMLElement {
-  const says = make('small', { className: 'bad' })
-  says.setAttribute('role', 'status')
-  input.step = 'any'
-  input.addEventListener('input', () => {
-    const value = input.valueAsNumber
-    const fits = input.value === '' ? !input.validity.badInput : value >= (least ?? -Infinity) && value <= (most ?? Infinity) && (!whole || Number.isInteger(value))
-    const found = input.validity.badInput ? 'no number' : `'${input.value}'`
-    says.textContent = fits ? '' : `found ${found}, expected ${expected}`
-    input.setCustomValidity(says.textContent)
-    input.setAttribute('aria-invalid', String(!fits))
-  })
-  return says
-}
-
 function showForm(): void {
   const form = chosen()
   if (!form) return
@@ -536,22 +400,9 @@ function showForm(): void {
   showControl()
 }
 
-/** Nothing where a field is wrong; the browser shows which. */
-function options(form: Form): Record<string, unknown> | undefined {
-  const page = byId<HTMLFormElement>('form')
-  if (!page.reportValidity()) return undefined
-  const out: Record<string, unknown> = {}
-  for (const field of form.fields) {
-    const input = page.elements.namedItem(field.key)
-    if ((input instanceof HTMLInputElement || input instanceof HTMLSelectElement) && input.value !== '')
-      out[field.key] = input.type === 'number' ? Number(input.value) : input.value
-  }
-  return out
-}
-
 /** False: a field is wrong. */
 function start(form: Form): boolean {
-  const given = options(form)
+  const given = valuesOf(byId<HTMLFormElement>('form'), form.fields)
   if (!given) return false
   warn('')
   tell({ do: 'start', command: form.name, options: given })
