@@ -158,22 +158,5 @@ TEST(StripeSmoothing, FollowsACurveThatBendsLessThanOneLineCanSee) {
   EXPECT_LT(std::abs(bias), 0.1 * kError);
 }
 
-/// A line that does not go through its points says nothing of how much its neighbours bend.
-TEST(StripeSmoothing, IsNotBentByLinesThatDisagreeWithTheirPoints) {
-  constexpr unsigned kSeeds = 40;
-  constexpr int kFirst = 320, kLast = 322, kReach = 10;
-  double bias = 0;
-  for (unsigned seed = 1; seed <= kSeeds; ++seed) {
-    FittedRun run = run_along(line, 0, seed);
-    for (int x = kFirst; x <= kLast; ++x) run[x].peak.position += static_cast<float>(8 * kError);
-    smooth_run(run, kReach, 1);
-    for (int k = 1; k <= kReach; ++k)
-      for (const int x : {kFirst - kReach - k, kLast + kReach + k})
-        bias += (run[x].peak.position - line(x)) / (kSeeds * 2 * kReach);
-  }
-  std::printf("bias %.4f px, seeds 1 to %u\n", bias, kSeeds);
-  EXPECT_LT(std::abs(bias), 0.05 * kError);
-}
-
 }  // namespace
 }  // namespace tankrig

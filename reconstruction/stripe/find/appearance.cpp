@@ -17,8 +17,7 @@ namespace tankrig {
 namespace {
 
 constexpr int kSampledColumns = 48;
-constexpr double kFilterSigma = 1.6;   ///< [px]
-constexpr double kQuantisation = 0.3;  ///< sd of rounding to whole DN
+constexpr double kFilterSigma = 1.6;  ///< [px]
 
 /// A column that the path crosses.
 struct Sample {

@@ -15,6 +15,9 @@ inline constexpr double kFilterOverProfile = 1.5;
 /// Sd of the narrowest filter, in rows of what it filters.
 inline constexpr double kLeastFilter = 1.1;
 
+/// Sd of rounding to whole DN: no noise is less.
+inline constexpr double kQuantisation = 0.3;
+
 /// Weights h(0), h(1), ... of the symmetric filter; white noise keeps its sd through it.
 std::vector<float> ridge_kernel(double sigma_px);
 

@@ -17,7 +17,6 @@ namespace tankrig {
 namespace {
 
 constexpr double kMinSnr = 3.0, kMaxStep = 1.8;
-constexpr double kQuantisation = 0.3;
 constexpr int kMinRun = 6;
 constexpr double kSigmas[] = {1.0, 2.0, 4.0, 8.0};  ///< of the filters [reduced px]
 

@@ -38,7 +38,7 @@ class Tracer {
     fill_clipped(signal);
     const std::vector<float> kernel = ridge_kernel(filter_sd / together_);
     filter_columns(signal, kernel, response);
-    constexpr double kQuantisation = 0.3, kCandidateShare = 0.85;
+    constexpr double kCandidateShare = 0.85;
     const double noise = std::max(robust_noise(response), kQuantisation);
     if (image_.background.empty()) weaken_edges(signal, kernel, response);
     RidgeCandidates candidates(response, noise, kCandidateShare * parameters_.min_snr, together_);
