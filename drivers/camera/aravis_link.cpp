@@ -14,7 +14,7 @@ namespace tankrig {
 namespace {
 
 // GigE Vision bootstrap registers (AIA GigE Vision 2.0, chapter 28).
-constexpr std::uint64_t kTickFrequency = 0x093C, kTimestampControl = 0x0944, kTimestampValue = 0x0948;
+constexpr std::uint64_t kTimestampControl = 0x0944, kTimestampValue = 0x0948;
 constexpr std::uint32_t kTimestampLatch = 2;
 constexpr Duration kLatchPatience = std::chrono::milliseconds(60);
 constexpr int kMostSilent = 3;  // tries without an answer: no latch

@@ -129,7 +129,7 @@ class ScanRun {
     if (cycle_.hangs()) tell_hang();
     if (hung_ && !end_.ended()) executive_.stop_past_cycle();
     triggers_.turn();
-    round_began_ = well_at_ = job_.clock.now();
+    well_at_ = job_.clock.now();
     CycleRecord record;
     while (executive_.try_pop(record)) consume(record);
     if (ended()) executive_.set_armed(false);
@@ -370,7 +370,7 @@ class ScanRun {
   Duration lit_{};
   bool interlock_closed_ = false;
   std::optional<Stamp> plan_zero_;
-  Stamp round_began_{}, well_at_{};
+  Stamp well_at_{};
   std::string failure_;             // why the supervisor wants an end
   EndState to_be_cut_{true, true};  // false: people have been told
   Stamp next_progress_{};

@@ -1,6 +1,8 @@
 // session.yaml when it is cut or lost.
 #include <algorithm>
 
+#include "core/config_node.hpp"
+#include "core/text_files.hpp"
 #include "session/checking/examination.hpp"
 #include "session/checking/sha256.hpp"
 #include "session/reading/session_yaml.hpp"

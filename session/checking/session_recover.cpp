@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <set>
 
+#include "core/text_files.hpp"
 #include "session/checking/checksums.hpp"
 #include "session/reading/session_folder.hpp"
 #include "session/reading/session_yaml.hpp"

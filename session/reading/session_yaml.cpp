@@ -5,6 +5,8 @@
 #include "core/config_node.hpp"
 #include "core/input_error.hpp"
 #include "core/session_names.hpp"
+#include "core/shown_text.hpp"
+#include "core/text_files.hpp"
 #include "session/checking/sha256.hpp"
 
 namespace tankrig {

@@ -3,13 +3,8 @@
 
 #include <filesystem>
 #include <string>
-#include <type_traits>
-#include <vector>
 
-#include "core/config_node.hpp"
 #include "core/settings_table.hpp"
-#include "core/shown_text.hpp"
-#include "core/text_files.hpp"
 #include "session/reading/session.hpp"
 
 namespace tankrig {
@@ -36,18 +31,6 @@ void take_calibration(const SessionInfo& from, SessionInfo& to);
 
 /// The calibration in the text of a session.yaml, to the letter; empty if there is none.
 std::string recorded_calibration(const std::string& text);
-
-/// A whole number, possibly larger than a double holds exactly.
-/// Errors: InputError with file, line and field.
-template <class Whole>
-Whole read_whole(const ConfigNode& node, const std::string& key) {
-  const std::string text = node.text(key);
-  Whole value{};
-  if (!parse_number(text, value))
-    node.fail(key, "found '" + shown_text(text) + "', expected a whole number" +
-                       (std::is_unsigned_v<Whole> ? " of at least 0" : ""));
-  return value;
-}
 
 /// Whether the calibration in `file` is, to the letter, the one that was hashed.
 bool calibration_is_as_recorded(const std::filesystem::path& file, const SessionInfo& info);

@@ -2,7 +2,7 @@
 
 #include <sys/resource.h>
 
-namespace fs = std::filesystem;
+#include <initializer_list>
 
 namespace tankrig::app {
 namespace {
@@ -27,12 +27,5 @@ double processor_s() {
 }
 
 double peak_mib() { return static_cast<double>(use_of(RUSAGE_SELF).ru_maxrss) / 1024; }
-
-std::uintmax_t bytes_in(const fs::path& folder) {
-  std::uintmax_t sum = 0;
-  for (const auto& entry : fs::recursive_directory_iterator(folder))
-    if (entry.is_regular_file()) sum += entry.file_size();
-  return sum;
-}
 
 }  // namespace tankrig::app
