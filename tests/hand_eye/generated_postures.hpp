@@ -8,7 +8,7 @@
 
 namespace tankrig::testing_support {
 
-/// Its true zeros are beyond those it is given with.
+/// The arm whose zeros are that far beyond those of its drawing [rad].
 inline ArmModel arm5e_off_by(double shoulder_zero, double elbow_zero) {
   ArmModel arm = arm5e();
   arm.dh[1].theta0 += shoulder_zero;
