@@ -88,5 +88,33 @@ TEST(StripePlateau, OfUpToTwentyPixelsIsCentredWithAnHonestSigma) {
           }
 }
 
+/// The laser's light spread in the water, or in the lens, more to one side of the stripe: in its own colour it clips, too.
+void add_haze(cv::Mat& image, const GeneratedStripe& stripe) {
+  constexpr double kPeak = 500, kSd = 14, kBeside = 6;
+  for (int x = 0; x < image.cols; ++x)
+    for (int y = 0; y < image.rows; ++y) {
+      const double t = (y - stripe.true_row(x) - kBeside) / kSd;
+      cv::Vec3b& pixel = image.at<cv::Vec3b>(y, x);
+      const double light[3] = {0.1, 0.1, 1};
+      for (int c = 0; c < 3; ++c)
+        pixel[c] = cv::saturate_cast<std::uint8_t>(pixel[c] + light[c] * kPeak * std::exp(-0.5 * t * t));
+    }
+}
+
+TEST(StripePlateau, IsTheWhiteCoreNotTheHazeThatClipsAroundIt) {
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    GeneratedStripe stripe = generated({2000, 2.5}, false, 2, seed);
+    stripe.bgr = {0.3, 0.3, 1};
+    cv::Mat image = stripe.image();
+    add_haze(image, stripe);
+    const StripeDetection detection = detect_stripe(image, {}, {});
+    const PlateauErrors e = plateau_errors(detection, stripe);
+    std::cout << "in haze: bias " << e.mean << " rms " << e.rms << " px, " << detection.peaks.size() << " of "
+              << stripe.width << " columns, seed " << seed << "\n";
+    EXPECT_GE(detection.peaks.size(), 0.97 * stripe.width) << "seed " << seed;
+    EXPECT_LT(e.rms, 0.05) << "seed " << seed;
+  }
+}
+
 }  // namespace
 }  // namespace tankrig
