@@ -11,6 +11,7 @@
 #include "core/median.hpp"
 #include "reconstruction/stripe/find/stripe_image.hpp"
 #include "reconstruction/stripe/find/stripe_trace.hpp"
+#include "reconstruction/stripe/fit/one_sided_haze.hpp"
 #include "reconstruction/stripe/fit/section_colour.hpp"
 #include "reconstruction/stripe/fit/section_fits.hpp"
 #include "reconstruction/stripe/runs/sigma_calibration.hpp"
@@ -66,6 +67,7 @@ class ColumnDetector {
     std::vector<FittedRun> runs;
     const std::vector<std::vector<FittedPoint>> fitted = fit_points();
     measure_shape(fitted);
+    const SharedShift shift = measure_haze(fits_, fitted, typical_skewness_);
     for (const auto& run : fitted) runs.push_back(chosen_of(run));
     std::erase_if(runs, [](const FittedRun& run) { return run.empty(); });
     drop_strangers(runs, parameters_, statistics);
@@ -77,6 +79,8 @@ class ColumnDetector {
         detection_.peaks.push_back(point.peak);
         float& sigma = detection_.peaks.back().sigma_px;
         sigma = std::max(sigma, static_cast<float>(parameters_.speckle_floor_px));
+        detection_.peaks.back().position += shift.px;
+        sigma = std::hypot(sigma, shift.sigma_px);
       }
     }
     statistics.peaks = detection_.peaks.size();
@@ -93,11 +97,6 @@ class ColumnDetector {
       ++(trace_.candidates.count(column) ? detection_.statistics.low_snr : detection_.statistics.no_peak);
     }
   }
-
-  struct FittedPoint {
-    PathPoint point;
-    ProfileFit fit;
-  };
 
   std::vector<std::vector<FittedPoint>> fit_points() {
     const StripeLook& look = image_.look;

@@ -12,12 +12,13 @@
 //  5. sub-pixel: least squares of a Gaussian profile on its background, weighted with the noise of each pixel: the
 //  image's own, and speckle's, which is in proportion to the light; its contrast is measured in the image. A clipped
 //  plateau: both of its flanks at once, what is clipped being a lower bound
+//  6. haze that lies more on one side, in the mean of many profiles: positions move by what it has drawn them
 // runs/:
-//  6. points that are wide, lopsided, beside a jump, in the blur beyond an edge, alone, of another colour, without added
+//  7. points that are wide, lopsided, beside a jump, in the blur beyond an edge, alone, of another colour, without added
 //  light or doubled by a reflection are rejected and counted
-//  7. sigma from noise and residuals, then calibrated by how the points scatter along the stripe, near and over 40
+//  8. sigma from noise and residuals, then calibrated by how the points scatter along the stripe, near and over 40
 //  columns: what neighbours share is an error, too; after smoothing by how far they are from a parabola over 56
-//  8. a local line along the stripe, bent as its neighbours are, that stops at corners
+//  9. a local line along the stripe, bent as its neighbours are, that stops at corners
 // Sources: Steger 1998 (filter), Naidu & Fisher 1991 (sub-pixel), Viterbi 1967 (path).
 #pragma once
 

@@ -19,7 +19,8 @@ struct GeneratedStripe {
   double noise = 0;    ///< sd [DN], every channel
   double speckle = 0;  ///< contrast: sd of the factor on the light of each pixel, the same for its channels
   unsigned seed = 1;
-  std::function<double(int)> row;  ///< true row at a column; not finite: no stripe there
+  std::function<double(double)> haze;  ///< beside the core at `t` px from its middle, over the peak; none: 0
+  std::function<double(int)> row;      ///< true row at a column; not finite: no stripe there
   std::function<double(int, int)> scene = [](int, int) { return 8.0; };  ///< grey value at (x, y) without laser [DN]
   std::function<double(int, int)> reflectance;                           ///< at (x, y), to the laser; none: 1
   bool laser = true;
@@ -36,7 +37,8 @@ struct GeneratedStripe {
         const double t = (y - centre) / sd;
         const double factor = speckle > 0 ? std::max(0.0, 1 + speckle * normal(random)) : 1;
         const double share = factor * (reflectance ? reflectance(x, y) : 1);
-        const double light = laser && std::isfinite(centre) ? share * peak * std::exp(-0.5 * t * t) : 0;
+        const double profile = std::exp(-0.5 * t * t) + (haze ? haze(y - centre) : 0);
+        const double light = laser && std::isfinite(centre) ? share * peak * profile : 0;
         for (int c = 0; c < 3; ++c)
           out.at<cv::Vec3b>(y, x)[c] =
               cv::saturate_cast<std::uint8_t>(scene(x, y) + light * bgr[c] + noise * normal(random));

@@ -68,6 +68,12 @@ SectionFits::Section SectionFits::cut(const PathPoint& point, int most_beyond_co
   return section;
 }
 
+std::span<const float> SectionFits::light_across(int column, int first, int last) {
+  if (first < 0 || last >= image_.pixels.rows) return {};
+  fill_values(column, first, last, image_.appearance.profile);
+  return values_;
+}
+
 void SectionFits::fill_values(int column, int first, int last, const std::array<float, 3>& weights) {
   const cv::Mat &image = image_.pixels, &background = image_.background;
   const int channels = image.channels();

@@ -5,6 +5,7 @@
 #include <array>
 #include <limits>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "reconstruction/stripe/find/clipped_runs.hpp"
@@ -23,6 +24,12 @@ class SectionFits {
   int half_window() const { return fitter_.half_window(); }
 
   bool is_clipped(const PathPoint& point) const { return core_of(point).rows.width() > 0; }
+
+  /// Of the stripe's profile [px].
+  double sd() const { return fitter_.sd(); }
+
+  /// The stripe's light in rows [first, last] of a column, until the next call; empty where the image ends first.
+  std::span<const float> light_across(int column, int first, int last);
 
   /// Of each point, positions in rows of the image. `contrast`: of speckle.
   std::vector<ProfileFit> fit(const StripeRun& points, double contrast);
