@@ -14,6 +14,7 @@ struct NamedCount {
 };
 
 constexpr NamedCount kCounts[] = {{"frames", &StripeStatistics::frames},
+                                  {"hazy_frames", &StripeStatistics::hazy_frames},
                                   {"columns", &StripeStatistics::columns},
                                   {"no_peak", &StripeStatistics::no_peak},
                                   {"low_snr", &StripeStatistics::low_snr},

@@ -35,6 +35,7 @@ struct StripePeak {
 /// peaks = points + behind_camera + grazing + outside_workspace + particle.
 struct StripeStatistics {
   std::uint64_t frames = 0;
+  std::uint64_t hazy_frames = 0;    ///< of them, whose stripe is moved back from haze on one side
   std::uint64_t columns = 0;        ///< columns searched
   std::uint64_t no_peak = 0;        ///< nothing above the noise
   std::uint64_t low_snr = 0;        ///< something, but too weak, or not in line with its neighbours

@@ -68,6 +68,7 @@ class ColumnDetector {
     const std::vector<std::vector<FittedPoint>> fitted = fit_points();
     measure_shape(fitted);
     const SharedShift shift = measure_haze(fits_, fitted, typical_skewness_);
+    statistics.hazy_frames = shift.px != 0;
     for (const auto& run : fitted) runs.push_back(chosen_of(run));
     std::erase_if(runs, [](const FittedRun& run) { return run.empty(); });
     drop_strangers(runs, parameters_, statistics);

@@ -11,7 +11,7 @@
 // fit/:
 //  5. sub-pixel: least squares of a Gaussian profile on its background, weighted with the noise of each pixel: the
 //  image's own, and speckle's, which is in proportion to the light; its contrast is measured in the image. A clipped
-//  plateau: both of its flanks at once, what is clipped being a lower bound
+//  plateau: both of its flanks at once, what is clipped being a lower bound; or the channel that does not clip
 //  6. haze that lies more on one side, in the mean of many profiles: positions move by what it has drawn them
 // runs/:
 //  7. points that are wide, lopsided, beside a jump, in the blur beyond an edge, alone, of another colour, without added

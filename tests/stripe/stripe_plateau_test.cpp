@@ -116,5 +116,35 @@ TEST(StripePlateau, IsTheWhiteCoreNotTheHazeThatClipsAroundIt) {
   }
 }
 
+/// A core whose red clips and whose other channels show as much as a camera's colour filters let through, in a broad red
+/// skirt, as in photographs of bright stripes on dark walls; with a faint reflection beside it.
+cv::Mat in_red_skirt(const GeneratedStripe& stripe) {
+  cv::Mat image = stripe.image();
+  for (int x = 0; x < image.cols; ++x)
+    for (int y = 0; y < image.rows; ++y) {
+      const double t = y - stripe.true_row(x);
+      std::uint8_t& red = image.at<cv::Vec3b>(y, x)[2];
+      red = cv::saturate_cast<std::uint8_t>(red + 90 / (1 + std::exp(4 * (std::abs(t) - 6))) +
+                                            50 * std::exp(-0.5 * std::pow((t + 14) / 3, 2)));
+    }
+  return image;
+}
+
+TEST(StripePlateau, IsToldByTheChannelThatDoesNotClip) {
+  for (const bool rows : {false, true})
+    for (unsigned seed = 1; seed <= 5; ++seed) {
+      GeneratedStripe stripe = generated({900, 1.3}, false, 2, seed);
+      stripe.bgr = {0.22, 0.20, 1};
+      cv::Mat image = in_red_skirt(stripe);
+      if (rows) cv::transpose(image, image);
+      const StripeDetection detection = detect_stripe(image, {}, {});
+      const PlateauErrors e = plateau_errors(detection, stripe);
+      std::cout << "red clips: bias " << e.mean << " rms " << e.rms << " px, " << detection.peaks.size() << " of "
+                << stripe.width << " columns, seed " << seed << "\n";
+      EXPECT_GE(detection.peaks.size(), 0.97 * stripe.width) << "seed " << seed;
+      EXPECT_LT(e.rms, 0.05) << "seed " << seed;
+    }
+}
+
 }  // namespace
 }  // namespace tankrig

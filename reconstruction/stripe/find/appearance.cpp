@@ -102,14 +102,19 @@ struct Weights {
   std::array<float, 3> contrast{}, light{};
 };
 
-/// Those that suit a stripe of that sd in the sample.
-const std::array<float, 3>& suited(const Weights& weights, const Pixels& pixels, const Sample& sample, double sd) {
+/// Whether a stripe of that sd is clipped in the sample.
+bool is_clipped(const Pixels& pixels, const Sample& sample, double sd) {
   const int reach = static_cast<int>(std::ceil(2 * sd));
   bool clipped = false;
   for (int y = std::max(0, static_cast<int>(sample.row) - reach);
        y <= std::min(pixels.rows() - 1, static_cast<int>(sample.row) + reach); ++y)
     clipped |= pixels.clipped(y, sample);
-  return clipped ? weights.light : weights.contrast;
+  return clipped;
+}
+
+/// Those that suit a stripe of that sd in the sample.
+const std::array<float, 3>& suited(const Weights& weights, const Pixels& pixels, const Sample& sample, double sd) {
+  return is_clipped(pixels, sample, sd) ? weights.light : weights.contrast;
 }
 
 /// The stripe's light of each channel above what lies beside it: the median of the columns. Where a channel is clipped
@@ -315,6 +320,7 @@ double measure_width(const Pixels& pixels, const std::vector<Sample>& samples, c
 }  // namespace
 
 StripeAppearance measure_appearance(const cv::Mat& image, const cv::Mat& background, const StripeLook& look) {
+  constexpr std::size_t kFew = 8;
   constexpr double kClearlyLess = 0.7;  // of the variance: the few rows near the stripe tell it roughly
   std::vector<Sample> samples = sample_columns(look);
   StripeAppearance appearance;
@@ -355,6 +361,13 @@ StripeAppearance measure_appearance(const cv::Mat& image, const cv::Mat& backgro
   if (!background.empty()) appearance.profile = appearance.light;
   appearance.noise = measure_noise(samples, pixels, appearance.profile, step, most);
   appearance.sd_px = measure_width(pixels, samples, {appearance.profile, appearance.light}, sd, {appearance.noise, 0});
+  if (background.empty() && pixels.channels() > 1) {
+    appearance.faintest[std::ranges::min_element(appearance.light) - appearance.light.begin()] = 1;
+    std::erase_if(samples, [&](const Sample& sample) { return !is_clipped(pixels, sample, sd); });
+    if (samples.size() >= kFew)
+      appearance.faintest_sd_px = measure_width(pixels, samples, {appearance.faintest, appearance.faintest},
+                                                appearance.sd_px, {appearance.noise, 0});
+  }
   return appearance;
 }
 

@@ -16,6 +16,10 @@ struct StripeAppearance {
   Eigen::Vector3d colour = Eigen::Vector3d::Zero();  ///< light of each channel where none is clipped; 0: not known
   double noise = 0;    ///< sd of a pixel's value under `profile`, where there is no stripe
   double sd_px = 1.5;  ///< Gaussian sd of the profile
+  /// Of the laser's light, the channel that shows least: what is left where the others clip. None in a grey image, and where
+  /// a dark image tells the haze.
+  std::array<float, 3> faintest{};
+  double faintest_sd_px = 0;  ///< of its profile where the stripe clips; 0: hardly anywhere
 };
 
 /// `image`: stripe across the columns, 8-bit, 1 or 3 channels; `background` alike or empty.

@@ -1,8 +1,6 @@
 // One image whose stripe crosses the columns, and what is measured in all of it before any point is fitted.
 #pragma once
 
-#include <algorithm>
-#include <array>
 #include <opencv2/core.hpp>
 
 #include "reconstruction/stripe/find/appearance.hpp"
@@ -16,10 +14,9 @@ struct StripeImage {
   const StripeLook& look;
   StripeAppearance appearance;
   ClippedRuns clipped;  ///< of the stripe's light
-  /// Of the laser's light, the channel that shows least. Where it clips with the stripe's colour on both sides, there is the
-  /// stripe's core, however far the others clip in its haze. None where a dark image tells the haze.
-  std::array<float, 3> faintest{};
-  ClippedRuns cores;  ///< of the faintest channel
+  /// Of the faintest channel. Where it clips with the stripe's colour on both sides, there is the stripe's core, however
+  /// far the others clip in its haze.
+  ClippedRuns cores;
 
   StripeImage(const cv::Mat& image, const cv::Mat& dark, const StripeLook& known)
       : pixels(image),
@@ -27,15 +24,7 @@ struct StripeImage {
         look(known),
         appearance(measure_appearance(image, dark, known)),
         clipped(image, appearance.light),
-        faintest(faintest_of(appearance.light, dark.empty())),
-        cores(image, faintest) {}
-
- private:
-  static std::array<float, 3> faintest_of(const std::array<float, 3>& light, bool exists) {
-    std::array<float, 3> weights{};
-    if (exists) weights[std::ranges::min_element(light) - light.begin()] = 1;
-    return weights;
-  }
+        cores(image, appearance.faintest) {}
 };
 
 }  // namespace tankrig

@@ -65,6 +65,21 @@ SectionColours::Line SectionColours::line_at(const RidgeCandidates& candidates, 
   return line;
 }
 
+SectionColours::Brightest SectionColours::brightest_at(int column, double row) const {
+  const int middle = static_cast<int>(std::lround(row)), reach = static_cast<int>(std::ceil(appearance_.sd_px));
+  Brightest brightest;
+  for (int y = std::max(0, middle - reach); y <= std::min(image_.rows - 1, middle + reach); ++y) {
+    const std::uint8_t* pixel = image_.ptr<std::uint8_t>(y, column);
+    double light = 0;
+    for (int c = 0; c < image_.channels(); ++c) {
+      light += appearance_.light[c] * pixel[c];
+      brightest.clips |= pixel[c] >= kFullScale;
+    }
+    brightest.light = std::max(brightest.light, light);
+  }
+  return brightest;
+}
+
 bool SectionColours::has_rival(const RidgeCandidates& candidates, const PathPoint& point,
                                const StripeParameters& parameters) const {
   constexpr int kNeeded = 9;
@@ -72,6 +87,9 @@ bool SectionColours::has_rival(const RidgeCandidates& candidates, const PathPoin
     const RidgeCandidate& rival = candidates.at(point.column, k);
     if (std::abs(rival.row - point.candidate.row) < 4 * appearance_.sd_px + 2) continue;
     if (rival.snr < parameters.max_second_peak * point.candidate.snr) continue;
+    // What clips is brighter than its signal says.
+    const Brightest here = brightest_at(point.column, point.candidate.row);
+    if (here.clips && brightest_at(point.column, rival.row).light < parameters.max_second_peak * here.light) continue;
     const Line line = line_at(candidates, point.column, rival.row, parameters.max_step_px);
     if (line.columns < kNeeded) continue;
     if (!differs(line.colour)) return true;

@@ -47,6 +47,11 @@ class SectionColours {
     int columns = 0;  ///< beside its own
     SectionColour colour;
   };
+  struct Brightest {
+    double light = 0;  ///< under the stripe's colour, with the scene's
+    bool clips = false;
+  };
+  Brightest brightest_at(int column, double row) const;
   Line line_at(const RidgeCandidates& candidates, int middle, double row, double max_step_px) const;
   bool differs(const SectionColour& colour) const;
 

@@ -16,7 +16,9 @@ ProfileFit better(const ProfileFit& whole, const ProfileFit& cut) { return expla
 }  // namespace
 
 SectionFits::SectionFits(const StripeImage& image)
-    : image_(image), fitter_(image.appearance.sd_px, image.background.empty()) {}
+    : image_(image), fitter_(image.appearance.sd_px, image.background.empty()) {
+  if (image.appearance.faintest_sd_px > 0) faintest_fitter_.emplace(image.appearance.faintest_sd_px, true);
+}
 
 /// Most points are plain; they are fitted together.
 std::vector<ProfileFit> SectionFits::fit(const StripeRun& points, double contrast) {
@@ -25,7 +27,12 @@ std::vector<ProfileFit> SectionFits::fit(const StripeRun& points, double contras
   std::vector<float> values(points.size() * most);
   std::vector<ProfileSection> sections;
   std::vector<std::pair<std::size_t, int>> plain;  // points and the first rows of their sections
+  const std::vector<std::optional<ProfileFit>> by_faintest = fit_faintest(points);
   for (std::size_t i = 0; i < points.size(); ++i) {
+    if (by_faintest[i]) {
+      fits[i] = *by_faintest[i];
+      continue;
+    }
     Section section = cut(points[i]);
     if (const auto fit = fit_alone(points[i], section, contrast)) {
       fits[i] = *fit;
@@ -62,7 +69,7 @@ SectionFits::Section SectionFits::cut(const PathPoint& point, int most_beyond_co
   }
   section.first_row = std::max(0, middle - on_either_side);
   fill_values(point.column, section.first_row, std::min(image_.pixels.rows - 1, middle + on_either_side),
-              section.core.white ? image_.faintest
+              section.core.white ? image_.appearance.faintest
               : core.width() > 0 ? image_.appearance.light
                                  : image_.appearance.profile);
   return section;
@@ -103,6 +110,35 @@ std::optional<ProfileFit> SectionFits::fit_alone(const PathPoint& point, Section
   if (image_.background.empty() && image_.pixels.channels() == 1)
     return fit_unseen_edge(fitter_, values_, start, {image_.appearance.noise, contrast});
   return std::nullopt;
+}
+
+/// Where other channels clip, the faintest shows the whole profile. It tells nearly all of a run's points or none: the
+/// fits to flanks lie elsewhere by fractions of a pixel.
+std::vector<std::optional<ProfileFit>> SectionFits::fit_faintest(const StripeRun& points) {
+  constexpr double kVisible = 120;  // [DN]
+  constexpr double kNearlyAll = 0.8;
+  std::vector<std::optional<ProfileFit>> fits(points.size());
+  if (!faintest_fitter_) return fits;
+  const int reach = faintest_fitter_->half_window() + 2;
+  std::size_t taken = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Section section = cut(points[i]);
+    const ClippedRun& core = section.core.rows;
+    if (core.width() == 0 || section.core.white || crosses_edge(points[i].column, section)) continue;
+    const int middle = (core.first + core.last) / 2, first = std::max(0, middle - reach);
+    fill_values(points[i].column, first, std::min(image_.pixels.rows - 1, middle + reach), image_.appearance.faintest);
+    ProfileFit fit = faintest_fitter_->fit(
+        {values_.data(), static_cast<int>(values_.size()), 0.5 * (core.first + core.last) - first},
+        {image_.appearance.noise, 0});
+    if (!fit.ok || fit.amplitude < kVisible) continue;
+    fit.position += first;
+    fit.width_ratio *= faintest_fitter_->sd() / image_.appearance.sd_px;
+    fits[i] = fit;
+    ++taken;
+  }
+  if (static_cast<double>(taken) < kNearlyAll * static_cast<double>(points.size()))
+    fits.assign(points.size(), std::nullopt);
+  return fits;
 }
 
 /// By both flanks of a wide plateau, otherwise as if it were not clipped.

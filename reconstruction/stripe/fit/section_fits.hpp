@@ -53,6 +53,8 @@ class SectionFits {
   Section cut(const PathPoint& point, int most_beyond_core = kAll);  ///< rows
   void fill_values(int column, int first, int last, const std::array<float, 3>& weights);
 
+  std::vector<std::optional<ProfileFit>> fit_faintest(const StripeRun& points);
+
   /// Of a section that is not plain; none of one that is.
   std::optional<ProfileFit> fit_alone(const PathPoint& point, Section& section, double contrast);
   ProfileFit fit_clipped(const PathPoint& point, Section& section);
@@ -65,6 +67,7 @@ class SectionFits {
 
   const StripeImage& image_;
   ProfileFitter fitter_;
+  std::optional<ProfileFitter> faintest_fitter_;
   std::vector<float> values_, reflectance_;
 };
 

@@ -41,11 +41,19 @@ void third_differences(const std::vector<double>& column, const std::vector<doub
   }
 }
 
-/// Mean square by the median, as of normal values; `expected` beforehand with the weight of `prior` values.
-double mean_square(std::vector<double>& squares, double expected, double prior) {
-  constexpr double kMedianOfChiSquare = 0.4549;
+constexpr double kTails = 0.7;  ///< how far their largest fifth is believed; more takes corners for errors
+
+/// Mean square by the median, as of normal values, or by the largest fifth where `tails` of that is more. `expected`
+/// beforehand with the weight of `prior` values.
+double mean_square(std::vector<double>& squares, double expected, double prior, double tails) {
+  constexpr double kMedianOfChiSquare = 0.4549, kFourFifthsOfChiSquare = 1.6424;
+  if (squares.empty()) return expected;
   const auto n = static_cast<double>(squares.size());
-  return squares.empty() ? expected : (prior * expected + n * upper_median(squares) / kMedianOfChiSquare) / (prior + n);
+  const double median = upper_median(squares) / kMedianOfChiSquare;
+  const auto fifth = squares.begin() + std::ssize(squares) * 4 / 5;
+  std::nth_element(squares.begin(), fifth, squares.end());
+  const double measured = std::max(median, tails * *fifth / kFourFifthsOfChiSquare);
+  return (prior * expected + n * measured) / (prior + n);
 }
 
 }  // namespace
@@ -72,13 +80,13 @@ std::vector<double> calibrate_sigmas(std::vector<FittedRun>& runs) {
     third_differences(block_column, block_value, block_variance, 1, blocked[r]);
     all_blocked.insert(all_blocked.end(), blocked[r].begin(), blocked[r].end());
   }
-  const double image = mean_square(all_single, 1, kImagePrior);
-  const double image_correlation = mean_square(all_blocked, image, kImagePrior) / image;
+  const double image = mean_square(all_single, 1, kImagePrior, kTails);
+  const double image_correlation = mean_square(all_blocked, image, kImagePrior, kTails) / image;
   std::vector<double> correlations;
   for (std::size_t r = 0; r < runs.size(); ++r) {
-    const double run = std::clamp(mean_square(single[r], image, kRunPrior), 0.04, 100.0);
+    const double run = std::clamp(mean_square(single[r], image, kRunPrior, kTails), 0.04, 100.0);
     for (RunPoint& point : runs[r]) point.peak.sigma_px *= static_cast<float>(std::sqrt(run));
-    const double of_blocks = mean_square(blocked[r], run * image_correlation, kBlockPrior);
+    const double of_blocks = mean_square(blocked[r], run * image_correlation, kBlockPrior, 0);
     correlations.push_back(std::clamp(of_blocks / run, 1.0, 0.8 * kBlock));
   }
   return correlations;
