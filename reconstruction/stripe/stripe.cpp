@@ -13,22 +13,15 @@ struct NamedCount {
   std::uint64_t StripeStatistics::*member;
 };
 
-constexpr NamedCount kCounts[] = {{"frames", &StripeStatistics::frames},
-                                  {"hazy_frames", &StripeStatistics::hazy_frames},
-                                  {"columns", &StripeStatistics::columns},
-                                  {"no_peak", &StripeStatistics::no_peak},
-                                  {"low_snr", &StripeStatistics::low_snr},
-                                  {"ambiguous", &StripeStatistics::ambiguous},
-                                  {"too_wide", &StripeStatistics::too_wide},
-                                  {"skewed", &StripeStatistics::skewed},
-                                  {"edge", &StripeStatistics::edge},
-                                  {"isolated", &StripeStatistics::isolated},
-                                  {"peaks", &StripeStatistics::peaks},
-                                  {"behind_camera", &StripeStatistics::behind_camera},
-                                  {"grazing", &StripeStatistics::grazing},
-                                  {"outside_workspace", &StripeStatistics::outside_workspace},
-                                  {"particle", &StripeStatistics::particle},
-                                  {"points", &StripeStatistics::points}};
+constexpr NamedCount kCounts[] = {
+    {"frames", &StripeStatistics::frames},     {"hazy_frames", &StripeStatistics::hazy_frames},
+    {"columns", &StripeStatistics::columns},   {"no_peak", &StripeStatistics::no_peak},
+    {"low_snr", &StripeStatistics::low_snr},   {"ambiguous", &StripeStatistics::ambiguous},
+    {"too_wide", &StripeStatistics::too_wide}, {"skewed", &StripeStatistics::skewed},
+    {"edge", &StripeStatistics::edge},         {"isolated", &StripeStatistics::isolated},
+    {"peaks", &StripeStatistics::peaks},       {"behind_camera", &StripeStatistics::behind_camera},
+    {"grazing", &StripeStatistics::grazing},   {"outside_workspace", &StripeStatistics::outside_workspace},
+    {"particle", &StripeStatistics::particle}, {"points", &StripeStatistics::points}};
 
 }  // namespace
 
