@@ -47,7 +47,7 @@ Around around(SectionFits& sections, const FittedPoint& p, int reach) {
   return {sections.light_across(p.point.column, first, first + 2 * reach), first};
 }
 
-/// Whether one side is lighter than the other, beyond the core.
+/// Whether one side is brighter than the other, beyond the core.
 bool sides_differ(SectionFits& sections, const Runs& runs, int reach) {
   constexpr std::size_t kPoints = 64, kFew = 24;
   constexpr double kCore = 2.5, kLeast = 0.002, kClearSigmas = 6;  // sd, amplitudes
@@ -109,7 +109,7 @@ double tail(double t, double length, double sd) {
   return 0.5 * std::exp(std::min(kMost, 0.5 * a * a - t / length)) * std::erfc((a - t / sd) / std::sqrt(2.0));
 }
 
-/// Of the haze, in the core's sd.
+/// How haze begins: so far from the middle, so sharply; in the core's sd.
 struct Beginning {
   double beside, blur;
 };
@@ -136,7 +136,7 @@ LinearRow linear_row(const Unknowns& v, double x, const Beginning* haze) {
   return row;
 }
 
-/// A Gaussian core, haze before and behind it, and a straight background, by Gauss-Newton. `haze`: none: without.
+/// A Gaussian core, haze above and below it, and a straight background, by Gauss-Newton. `haze`: none: without.
 HazeFit fit_haze(const MeanProfile& mean, double start_sd, const Beginning* haze) {
   constexpr int kRounds = 20;
   constexpr double kDifference = 1e-4, kEnough = 1e-3, kStartLength = 4;
@@ -178,8 +178,8 @@ HazeFit fit_haze(const MeanProfile& mean, double start_sd, const Beginning* haze
 /// Whether light is added beside the core, and hardly any taken.
 bool is_haze(const HazeFit& fit) {
   constexpr double kNone = 0.1;
-  const auto [less, more] = std::minmax(fit.values[kHazeAbove], fit.values[kHazeBelow]);
-  return more > 0 && less > -kNone * more;
+  const double above = fit.values[kHazeAbove], below = fit.values[kHazeBelow], most = std::max(above, below);
+  return most > 0 && std::min(above, below) > -kNone * most;
 }
 
 }  // namespace

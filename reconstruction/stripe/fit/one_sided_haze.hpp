@@ -19,7 +19,7 @@ struct SharedShift {
 };
 
 /// By the mean of many profiles, which shows the haze that no single one does. 0 where both sides are alike, or haze does
-/// not explain what they differ by.
+/// not explain what they differ by. `skewness`: typical of the points.
 SharedShift measure_haze(SectionFits& sections, const std::vector<std::vector<FittedPoint>>& runs, double skewness);
 
 }  // namespace tankrig

@@ -10,8 +10,9 @@
 namespace tankrig {
 namespace {
 
-constexpr int kLag = 4;     ///< columns after which speckle is another
-constexpr int kBlock = 10;  ///< columns whose mean shows the correlation
+constexpr int kLag = 4;         ///< columns after which speckle is another
+constexpr int kBlock = 10;      ///< columns whose mean shows the correlation
+constexpr double kTails = 0.7;  ///< how far the largest fifth of squares is believed; more takes corners for errors
 
 /// What four values at those columns count in their third divided difference.
 std::array<double, 4> shares_of_difference(const std::array<double, 4>& columns) {
@@ -40,8 +41,6 @@ void third_differences(const std::vector<double>& column, const std::vector<doub
     squares.push_back(difference * difference / expected);
   }
 }
-
-constexpr double kTails = 0.7;  ///< how far their largest fifth is believed; more takes corners for errors
 
 /// Mean square by the median, as of normal values, or by the largest fifth where `tails` of that is more. `expected`
 /// beforehand with the weight of `prior` values.
