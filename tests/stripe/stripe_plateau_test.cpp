@@ -88,6 +88,16 @@ TEST(StripePlateau, OfUpToTwentyPixelsIsCentredWithAnHonestSigma) {
           }
 }
 
+/// Found without a dark image, nearly whole and where it is.
+void expect_found(const GeneratedStripe& stripe, const cv::Mat& image, const char* name) {
+  const StripeDetection detection = detect_stripe(image, {}, {});
+  const PlateauErrors e = plateau_errors(detection, stripe);
+  std::cout << name << ": bias " << e.mean << " rms " << e.rms << " px, " << detection.peaks.size() << " of "
+            << stripe.width << " columns, seed " << stripe.seed << "\n";
+  EXPECT_GE(detection.peaks.size(), 0.97 * stripe.width) << name << ", seed " << stripe.seed;
+  EXPECT_LT(e.rms, 0.05) << name << ", seed " << stripe.seed;
+}
+
 /// The laser's light spread in the water, or in the lens, more to one side of the stripe: in its own colour it clips, too.
 void add_haze(cv::Mat& image, const GeneratedStripe& stripe) {
   constexpr double kPeak = 500, kSd = 14, kBeside = 6;
@@ -107,12 +117,7 @@ TEST(StripePlateau, IsTheWhiteCoreNotTheHazeThatClipsAroundIt) {
     stripe.bgr = {0.3, 0.3, 1};
     cv::Mat image = stripe.image();
     add_haze(image, stripe);
-    const StripeDetection detection = detect_stripe(image, {}, {});
-    const PlateauErrors e = plateau_errors(detection, stripe);
-    std::cout << "in haze: bias " << e.mean << " rms " << e.rms << " px, " << detection.peaks.size() << " of "
-              << stripe.width << " columns, seed " << seed << "\n";
-    EXPECT_GE(detection.peaks.size(), 0.97 * stripe.width) << "seed " << seed;
-    EXPECT_LT(e.rms, 0.05) << "seed " << seed;
+    expect_found(stripe, image, "in haze");
   }
 }
 
@@ -137,12 +142,7 @@ TEST(StripePlateau, IsToldByTheChannelThatDoesNotClip) {
       stripe.bgr = {0.22, 0.20, 1};
       cv::Mat image = in_red_skirt(stripe);
       if (rows) cv::transpose(image, image);
-      const StripeDetection detection = detect_stripe(image, {}, {});
-      const PlateauErrors e = plateau_errors(detection, stripe);
-      std::cout << "red clips: bias " << e.mean << " rms " << e.rms << " px, " << detection.peaks.size() << " of "
-                << stripe.width << " columns, seed " << seed << "\n";
-      EXPECT_GE(detection.peaks.size(), 0.97 * stripe.width) << "seed " << seed;
-      EXPECT_LT(e.rms, 0.05) << "seed " << seed;
+      expect_found(stripe, image, "red clips");
     }
 }
 

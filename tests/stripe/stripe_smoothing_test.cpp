@@ -91,7 +91,7 @@ TEST(StripeSmoothing, SmoothedSigmasAreHonestWhereErrorsAreIndependent) {
   }
 }
 
-/// Where a fifth of the points scatters by far more, as on a rough part of the surface.
+/// Where a quarter of the points scatters far more, as on rough parts of the surface.
 TEST(StripeSmoothing, SigmasAreNotTooSmallWhereSomeScatterMore) {
   constexpr unsigned kSeeds = 20;
   constexpr int kRough = 10, kPeriod = 40;  // columns
