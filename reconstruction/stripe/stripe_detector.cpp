@@ -102,6 +102,7 @@ class ColumnDetector {
   std::vector<std::vector<FittedPoint>> fit_points() {
     const StripeLook& look = image_.look;
     const StripeAppearance& appearance = image_.appearance;
+    fits_.measure_veil(trace_.runs);
     const double contrast = look.contrast ? *look.contrast : scatters_along(trace_.runs, fits_).best();
     double least = 0;
     if (appearance.noise < kBlurred)

@@ -3,11 +3,16 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <span>
+
+#include "core/median.hpp"
 
 namespace tankrig {
 namespace {
 
 constexpr float kDarkest = 0.03f;  ///< of the reflectance over its largest
+constexpr double kEdge = 0.7;      ///< by how much of the brighter side's light the darker one has less
+constexpr double kWhole = 0.9;  ///< chance beforehand that the surface goes on: behind many an edge it is another one
 
 /// Parts of the section that its ends are. What is beside the profile changes its fit only while it is in the values: a dark
 /// image takes it away.
@@ -36,6 +41,39 @@ std::array<float, 3> against_laser(const StripeAppearance& appearance, bool clip
   return weights;
 }
 
+float share_of(float light, float top, double veil) {
+  const auto veiled = static_cast<float>(veil) * top;
+  return std::max((light - veiled) / (top - veiled), kDarkest);
+}
+
+/// Of fits to the same values without an edge and with one of those edges, the likeliest.
+ProfileFit likeliest(const ProfileFit& whole, std::span<const ProfileFit> cut) {
+  double least = whole.ok ? whole.misfit : HUGE_VAL;
+  for (const ProfileFit& fit : cut)
+    if (fit.ok) least = std::min(least, fit.misfit);
+  const auto likelihood = [&](const ProfileFit& fit) {
+    if (!fit.ok) return 0.0;
+    const double freedom = fit.freedom,
+                 over = (kPriorFreedom + freedom * fit.misfit) / (kPriorFreedom + freedom * least);
+    return std::pow(over, -0.5 * (kPriorFreedom + freedom));
+  };
+  ProfileFit best = whole;
+  double most = kWhole * likelihood(whole), sum = 0, apart = 0;
+  const auto each = [&](auto&& visit) {
+    visit(whole, kWhole * likelihood(whole));
+    for (const ProfileFit& fit : cut) visit(fit, (1 - kWhole) / static_cast<double>(cut.size()) * likelihood(fit));
+  };
+  each([&](const ProfileFit& fit, double chance) {
+    if (chance > most) best = fit, most = chance;
+  });
+  each([&](const ProfileFit& fit, double chance) {
+    sum += chance;
+    if (chance > 0) apart += chance * std::pow(fit.position - best.position, 2);
+  });
+  if (sum > 0) best.sigma = std::hypot(best.sigma, std::sqrt(apart / sum));
+  return best;
+}
+
 ProfileSection with(const ProfileSection& section, const std::vector<float>& reflectance, double start) {
   return {section.values, section.count, start, reflectance.data()};
 }
@@ -43,13 +81,32 @@ ProfileSection with(const ProfileSection& section, const std::vector<float>& ref
 }  // namespace
 
 bool differ_by_edge(double one, double other, double noise) {
-  constexpr double kEdge = 0.7, kClear = 6;
+  constexpr double kClear = 6;
   const double top = std::max(one, other);
   return std::abs(one - other) >= kEdge * top && top >= kClear * noise;
 }
 
+double veil_of(const std::vector<SurfaceLight>& samples, double noise) {
+  constexpr std::size_t kLeast = 15;
+  constexpr double kLeastVeil = -0.3, kMostOfDark = 0.9;
+  double top = 0;
+  for (const SurfaceLight& sample : samples) top = std::max(top, sample.scene);
+  std::vector<double> scene[2], laser[2];  // of bright parts, of dark ones
+  for (const SurfaceLight& sample : samples) {
+    const bool dark = differ_by_edge(sample.scene, top, noise);
+    if (!dark && sample.scene < kEdge * top) continue;
+    scene[dark].push_back(sample.scene);
+    laser[dark].push_back(sample.laser);
+  }
+  if (std::min(scene[0].size(), scene[1].size()) < kLeast) return 0;
+  const double of_scene = upper_median(scene[1]) / upper_median(scene[0]),
+               of_laser = upper_median(laser[1]) / upper_median(laser[0]);
+  if (!(of_laser < 1 - kEdge)) return 0;
+  return std::clamp((of_scene - of_laser) / (1 - of_laser), kLeastVeil, kMostOfDark * of_scene);
+}
+
 bool measure_reflectance(const cv::Mat& image, const cv::Mat& background, const StripeAppearance& appearance,
-                         const SectionRows& rows, std::vector<float>& reflectance) {
+                         const SectionRows& rows, double veil, std::vector<float>& reflectance) {
   const int channels = image.channels();
   const bool dark = !background.empty();
   if (dark ? rows.core.width() > 0 : channels < 3) return false;
@@ -64,22 +121,14 @@ bool measure_reflectance(const cv::Mat& image, const cv::Mat& background, const 
     return channels == 1 ? light(0) : light(0) + light(1) + light(2);
   };
   reflectance.resize(rows.count);
-  float above = light_at(rows.first - 1), here = light_at(rows.first);
-  for (int i = 0; i < rows.count; ++i) {
-    const float below = light_at(rows.first + i + 1);
-    reflectance[i] = 0.25f * above + 0.5f * here + 0.25f * below;
-    above = here, here = below;
-  }
+  for (int i = 0; i < rows.count; ++i) reflectance[i] = light_at(rows.first + i);
   const auto ends = ends_at_edge(reflectance, dark ? kThroughProfile : kAnywhere, appearance.noise);
   if (!ends) return false;
-  for (float& share : reflectance) share = std::max(share / ends->top(), kDarkest);
+  for (float& light : reflectance) light = share_of(light, ends->top(), veil);
   return true;
 }
 
-bool explains_more(const ProfileFit& cut, const ProfileFit& whole) {
-  constexpr double kBetter = 0.7;  // of the misfit
-  return cut.ok && (!whole.ok || cut.misfit < kBetter * whole.misfit);
-}
+ProfileFit likelier(const ProfileFit& whole, const ProfileFit& cut) { return likeliest(whole, {&cut, 1}); }
 
 ProfileFit fit_cut(const ProfileFitter& fitter, const ProfileSection& section, const ValueNoise& noise, int starts) {
   constexpr double kStep = 1.2;        // [sd]
@@ -102,23 +151,22 @@ ProfileFit fit_cut(const ProfileFitter& fitter, const ProfileSection& section, c
 }
 
 std::optional<ProfileFit> fit_unseen_edge(const ProfileFitter& fitter, const std::vector<float>& values, double start,
-                                          const ValueNoise& noise) {
+                                          const ValueNoise& noise, double veil) {
   const auto ends = ends_at_edge(values, kAnywhere, noise.additive);
   if (!ends) return std::nullopt;
   const int n = static_cast<int>(values.size());
   const ProfileSection section{values.data(), n, start};
   std::vector<float> reflectance(values.size());
-  ProfileFit best;
-  for (int edge = 1; edge < n; ++edge) {
-    for (int i = 0; i < n; ++i) {
-      const float share = std::clamp(0.5f + 0.25f * static_cast<float>(2 * (i - edge) + 1), 0.0f, 1.0f);
-      reflectance[i] = std::max(kDarkest, (ends->first + share * (ends->last - ends->first)) / ends->top());
+  std::vector<ProfileFit> fits;
+  for (const float sharpness : {0.25f, 1.0f})
+    for (int edge = 1; edge < n; ++edge) {
+      for (int i = 0; i < n; ++i) {
+        const float share = std::clamp(0.5f + sharpness * static_cast<float>(2 * (i - edge) + 1), 0.0f, 1.0f);
+        reflectance[i] = share_of(ends->first + share * (ends->last - ends->first), ends->top(), veil);
+      }
+      fits.push_back(fit_cut(fitter, with(section, reflectance, start), noise, kStartsInTheDark));
     }
-    const ProfileFit fit = fit_cut(fitter, with(section, reflectance, start), noise, kStartsInTheDark);
-    if (fit.ok && (!best.ok || fit.misfit < best.misfit)) best = fit;
-  }
-  const ProfileFit whole = fitter.fit(section, noise);
-  return explains_more(best, whole) ? best : whole;
+  return likeliest(fitter.fit(section, noise), fits);
 }
 
 }  // namespace tankrig

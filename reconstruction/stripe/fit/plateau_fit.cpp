@@ -7,7 +7,6 @@
 namespace tankrig {
 namespace {
 
-constexpr double kPriorFreedom = 8;    ///< weight of the noise expected beforehand against the residuals
 constexpr double kModelError = 0.01;   ///< share of the height by which a real flank is off a Gauss
 constexpr double kMaxResidual = 0.12;  ///< rms residual of the flanks over the height beyond which they are no pair
 constexpr int kFlankPixels = 3;        ///< least number on either side
@@ -123,6 +122,7 @@ PlateauFit fit_plateau(const std::vector<float>& values, const ClippedRun& core,
   fit.profile.amplitude = top - p[3];
   fit.profile.amplitude_sigma = noise;
   fit.profile.misfit = at.squares / expected / freedom;
+  fit.profile.freedom = freedom;
   fit.sd_px = std::sqrt(0.5 / k);
   fit.half_height_px = 2 * std::sqrt(edge * edge + std::log(2.0) / k);
   return fit;

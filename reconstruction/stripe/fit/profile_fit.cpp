@@ -10,9 +10,6 @@
 namespace tankrig {
 namespace {
 
-/// Weight of the noise expected beforehand against the residuals, in degrees of freedom.
-constexpr double kPriorFreedom = 8;
-
 /// Share of the amplitude by which a real profile is off a Gauss anywhere: the faint tails are not trusted beyond it.
 constexpr double kModelError = 0.02;
 
@@ -301,16 +298,16 @@ void fit_lanes(const ProfileShape& shape, const double* values, int count, const
 
 ProfileFit lane_of(const Fitted<FourDoubles>& f, int k) {
   if (!f.ok[k]) return {};
-  return {true,
-          f.position[k],
-          f.sigma[k],
-          f.amplitude[k],
-          f.amplitude_sigma[k],
-          f.width_ratio[k],
-          f.width_sigma[k],
-          f.skewness[k],
-          f.skewness_sigma[k],
-          f.misfit[k]};
+  return {.ok = true,
+          .position = f.position[k],
+          .sigma = f.sigma[k],
+          .amplitude = f.amplitude[k],
+          .amplitude_sigma = f.amplitude_sigma[k],
+          .width_ratio = f.width_ratio[k],
+          .width_sigma = f.width_sigma[k],
+          .skewness = f.skewness[k],
+          .skewness_sigma = f.skewness_sigma[k],
+          .misfit = f.misfit[k]};
 }
 
 }  // namespace
@@ -332,8 +329,17 @@ ProfileFit ProfileFitter::fit(const ProfileSection& section, const ValueNoise& n
                             static_cast<double>(first)};
   const Fitted<double> f = fit_window(shape_, seen, section.start, noise);
   if (!f.ok) return {};
-  return {true,          f.position,    f.sigma,    f.amplitude,      f.amplitude_sigma,
-          f.width_ratio, f.width_sigma, f.skewness, f.skewness_sigma, f.misfit};
+  return {.ok = true,
+          .position = f.position,
+          .sigma = f.sigma,
+          .amplitude = f.amplitude,
+          .amplitude_sigma = f.amplitude_sigma,
+          .width_ratio = f.width_ratio,
+          .width_sigma = f.width_sigma,
+          .skewness = f.skewness,
+          .skewness_sigma = f.skewness_sigma,
+          .misfit = f.misfit,
+          .freedom = seen.count - kModel};
 }
 
 std::vector<ProfileFit> ProfileFitter::fit(std::span<const ProfileSection> sections, const ValueNoise& noise) const {

@@ -7,6 +7,9 @@
 
 namespace tankrig {
 
+/// Weight of the noise expected beforehand against the residuals, in degrees of freedom.
+inline constexpr double kPriorFreedom = 8;
+
 /// What scatters a value about the profile: variance additive^2 + (contrast * light of the stripe)^2.
 /// Units: `additive` as the values, `contrast` a fraction: that of the speckle, where a laser's light is rough.
 struct ValueNoise {
@@ -36,6 +39,7 @@ struct ProfileFit {
   double skewness = 0;  ///< third standardised moment, to first order (Gram-Charlier)
   double skewness_sigma = 0;
   double misfit = 0;      ///< mean squared residual over what the noise lets expect
+  int freedom = 0;        ///< of that mean
   double edge_sigma = 0;  ///< what `sigma` holds for the unknown place of an edge: neighbours share it [px]
 };
 

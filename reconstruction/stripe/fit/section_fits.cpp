@@ -9,15 +9,42 @@
 #include "reconstruction/stripe/fit/plateau_fit.hpp"
 
 namespace tankrig {
-namespace {
-
-ProfileFit better(const ProfileFit& whole, const ProfileFit& cut) { return explains_more(cut, whole) ? cut : whole; }
-
-}  // namespace
-
 SectionFits::SectionFits(const StripeImage& image)
     : image_(image), fitter_(image.appearance.sd_px, image.background.empty()) {
   if (image.appearance.faintest_sd_px > 0) faintest_fitter_.emplace(image.appearance.faintest_sd_px, true);
+}
+
+void SectionFits::measure_veil(const std::vector<StripeRun>& runs) {
+  constexpr std::size_t kSamples = 150;
+  StripeRun all, sampled;
+  for (const StripeRun& run : runs) all.insert(all.end(), run.begin(), run.end());
+  std::vector<SurfaceLight> lights;
+  double darkest = HUGE_VAL, brightest = 0;
+  for (std::size_t i = 0; i < all.size(); i += all.size() / kSamples + 1) {
+    const auto light = scene_light(all[i]);
+    if (!light) continue;
+    darkest = std::min(darkest, *light), brightest = std::max(brightest, *light);
+    sampled.push_back(all[i]), lights.push_back({*light, NAN});
+  }
+  if (lights.empty() || !differ_by_edge(darkest, brightest, image_.appearance.noise)) return;
+  for (std::size_t i = 0; i < sampled.size(); ++i) {
+    const Section section = cut(sampled[i]);
+    fill_values(sampled[i].column, section.first_row, section.first_row + static_cast<int>(values_.size()) - 1,
+                image_.appearance.light);
+    lights[i].laser = fit_values(sampled[i].candidate.row - section.first_row, 0).amplitude;
+  }
+  std::erase_if(lights, [](const SurfaceLight& light) { return !(light.laser > 0); });
+  veil_ = veil_of(lights, image_.appearance.noise);
+}
+
+std::optional<double> SectionFits::scene_light(const PathPoint& point) {
+  Section section = cut(point);
+  if (section.core.rows.width() >= kWidePlateau) return std::nullopt;
+  section.core = {};
+  if (crosses_edge(point.column, section)) return std::nullopt;
+  const bool seen_apart = !image_.background.empty() || image_.pixels.channels() == 3;
+  const std::vector<float>& scene = seen_apart ? reflectance_ : values_;
+  return 0.5 * (scene.front() + scene.back());
 }
 
 /// Most points are plain; they are fitted together.
@@ -106,9 +133,9 @@ std::optional<ProfileFit> SectionFits::fit_alone(const PathPoint& point, Section
   if (section.core.rows.width() > 0) return fit_clipped(point, section);
   const double start = point.candidate.row - section.first_row;
   if (crosses_edge(point.column, section))
-    return better(fit_values(start, contrast), fit_cut_values(start, contrast, 1));
+    return likelier(fit_values(start, contrast), fit_cut_values(start, contrast, 1));
   if (image_.background.empty() && image_.pixels.channels() == 1)
-    return fit_unseen_edge(fitter_, values_, start, {image_.appearance.noise, contrast});
+    return fit_unseen_edge(fitter_, values_, start, {image_.appearance.noise, contrast}, veil_);
   return std::nullopt;
 }
 
@@ -157,7 +184,9 @@ ProfileFit SectionFits::fit_clipped(const PathPoint& point, Section& section) {
       const PlateauFit whole = fit_with(nullptr);
       if (!crosses_edge(point.column, section)) return whole;
       const PlateauFit cut = fit_with(reflectance_.data());
-      return explains_more(cut.profile, whole.profile) ? cut : whole;
+      PlateauFit fit = cut.profile.ok && (!whole.profile.ok || cut.profile.misfit < whole.profile.misfit) ? cut : whole;
+      fit.profile = likelier(whole.profile, cut.profile);
+      return fit;
     };
     PlateauFit fit = plateau();
     if (section.core.white && (!fit.profile.ok || fit.sd_px > kHazy * core().width())) {
@@ -172,7 +201,7 @@ ProfileFit SectionFits::fit_clipped(const PathPoint& point, Section& section) {
   const ProfileFit whole = fit_values(middle, 0);
   if (!crosses_edge(point.column, section)) return whole;
   for (int i = core().first; i <= core().last; ++i) values_[i] = reflectance_[i] = 0;  // what is clipped tells nothing
-  return better(whole, fit_cut_values(middle, 0, kStartsInTheDark));
+  return likelier(whole, fit_cut_values(middle, 0, kStartsInTheDark));
 }
 
 ProfileFit SectionFits::fit_values(double start, double contrast) const {
@@ -186,7 +215,7 @@ ProfileFit SectionFits::fit_cut_values(double start, double contrast, int starts
 
 bool SectionFits::crosses_edge(int column, const Section& section) {
   const SectionRows rows{column, section.first_row, static_cast<int>(values_.size()), section.core.rows};
-  return measure_reflectance(image_.pixels, image_.background, image_.appearance, rows, reflectance_);
+  return measure_reflectance(image_.pixels, image_.background, image_.appearance, rows, veil_, reflectance_);
 }
 
 }  // namespace tankrig

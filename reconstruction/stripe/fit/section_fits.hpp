@@ -31,6 +31,9 @@ class SectionFits {
   /// The stripe's light in rows [first, last] of a column, until the next call; empty where the image ends first.
   std::span<const float> light_across(int column, int first, int last);
 
+  /// Measures how much darker the scene's dark parts are to the laser than they look; fits across their edges need it.
+  void measure_veil(const std::vector<StripeRun>& runs);
+
   /// Of each point, positions in rows of the image. `contrast`: of speckle.
   std::vector<ProfileFit> fit(const StripeRun& points, double contrast);
 
@@ -53,6 +56,9 @@ class SectionFits {
   Section cut(const PathPoint& point, int most_beyond_core = kAll);  ///< rows
   void fill_values(int column, int first, int last, const std::array<float, 3>& weights);
 
+  /// The scene's light beside the stripe; none where an edge divides the section, or a wide plateau clips.
+  std::optional<double> scene_light(const PathPoint& point);
+
   std::vector<std::optional<ProfileFit>> fit_faintest(const StripeRun& points);
 
   /// Of a section that is not plain; none of one that is.
@@ -68,6 +74,7 @@ class SectionFits {
   const StripeImage& image_;
   ProfileFitter fitter_;
   std::optional<ProfileFitter> faintest_fitter_;
+  double veil_ = 0;
   std::vector<float> values_, reflectance_;
 };
 
