@@ -219,7 +219,9 @@ ContrastScatters measure_contrasts(const cv::Mat& image, const cv::Mat& backgrou
   const StripeLook look = follow_look(image, background, known);
   const StripeImage across = across_columns(image, background, look);
   SectionFits fits(across);
-  return scatters_along(trace_stripe(across, parameters).runs, fits);
+  const std::vector<StripeRun> runs = trace_stripe(across, parameters).runs;
+  fits.measure_veil(runs);
+  return scatters_along(runs, fits);
 }
 
 }  // namespace tankrig

@@ -11,8 +11,8 @@ namespace tankrig {
 namespace {
 
 constexpr float kDarkest = 0.03f;  ///< of the reflectance over its largest
-constexpr double kEdge = 0.7;      ///< by how much of the brighter side's light the darker one has less
-constexpr double kWhole = 0.9;  ///< chance beforehand that the surface goes on: behind many an edge it is another one
+constexpr double kEdge = 0.7;      ///< least drop from the brighter side's light to the darker's, over the former
+constexpr double kWhole = 0.9;  ///< chance beforehand of no edge: behind most of them is a surface without the stripe
 
 /// Parts of the section that its ends are. What is beside the profile changes its fit only while it is in the values: a dark
 /// image takes it away.
@@ -46,30 +46,26 @@ float share_of(float light, float top, double veil) {
   return std::max((light - veiled) / (top - veiled), kDarkest);
 }
 
-/// Of fits to the same values without an edge and with one of those edges, the likeliest.
+/// The likeliest of fits without an edge and with one of several, to nearly the same values.
 ProfileFit likeliest(const ProfileFit& whole, std::span<const ProfileFit> cut) {
-  double least = whole.ok ? whole.misfit : HUGE_VAL;
-  for (const ProfileFit& fit : cut)
+  std::vector<ProfileFit> fits = {whole};
+  fits.insert(fits.end(), cut.begin(), cut.end());
+  double least = HUGE_VAL;
+  for (const ProfileFit& fit : fits)
     if (fit.ok) least = std::min(least, fit.misfit);
-  const auto likelihood = [&](const ProfileFit& fit) {
-    if (!fit.ok) return 0.0;
+  std::vector<double> chances;
+  for (const ProfileFit& fit : fits) {
+    const double before = chances.empty() ? kWhole : (1 - kWhole) / static_cast<double>(cut.size());
     const double freedom = fit.freedom,
                  over = (kPriorFreedom + freedom * fit.misfit) / (kPriorFreedom + freedom * least);
-    return std::pow(over, -0.5 * (kPriorFreedom + freedom));
-  };
-  ProfileFit best = whole;
-  double most = kWhole * likelihood(whole), sum = 0, apart = 0;
-  const auto each = [&](auto&& visit) {
-    visit(whole, kWhole * likelihood(whole));
-    for (const ProfileFit& fit : cut) visit(fit, (1 - kWhole) / static_cast<double>(cut.size()) * likelihood(fit));
-  };
-  each([&](const ProfileFit& fit, double chance) {
-    if (chance > most) best = fit, most = chance;
-  });
-  each([&](const ProfileFit& fit, double chance) {
-    sum += chance;
-    if (chance > 0) apart += chance * std::pow(fit.position - best.position, 2);
-  });
+    chances.push_back(fit.ok ? before * std::pow(over, -0.5 * (kPriorFreedom + freedom)) : 0);
+  }
+  ProfileFit best = fits[std::ranges::max_element(chances) - chances.begin()];
+  double sum = 0, apart = 0;
+  for (std::size_t k = 0; k < fits.size(); ++k) {
+    sum += chances[k];
+    if (chances[k] > 0) apart += chances[k] * std::pow(fits[k].position - best.position, 2);
+  }
   if (sum > 0) best.sigma = std::hypot(best.sigma, std::sqrt(apart / sum));
   return best;
 }
@@ -88,20 +84,20 @@ bool differ_by_edge(double one, double other, double noise) {
 
 double veil_of(const std::vector<SurfaceLight>& samples, double noise) {
   constexpr std::size_t kLeast = 15;
-  constexpr double kLeastVeil = -0.3, kMostOfDark = 0.9;
+  constexpr double kBright = 0.7, kLeastVeil = -0.3, kMostOfDark = 0.9;
   double top = 0;
   for (const SurfaceLight& sample : samples) top = std::max(top, sample.scene);
   std::vector<double> scene[2], laser[2];  // of bright parts, of dark ones
   for (const SurfaceLight& sample : samples) {
     const bool dark = differ_by_edge(sample.scene, top, noise);
-    if (!dark && sample.scene < kEdge * top) continue;
+    if (!dark && sample.scene < kBright * top) continue;
     scene[dark].push_back(sample.scene);
     laser[dark].push_back(sample.laser);
   }
   if (std::min(scene[0].size(), scene[1].size()) < kLeast) return 0;
   const double of_scene = upper_median(scene[1]) / upper_median(scene[0]),
                of_laser = upper_median(laser[1]) / upper_median(laser[0]);
-  if (!(of_laser < 1 - kEdge)) return 0;
+  if (!(of_scene > 0 && of_laser < 1 - kEdge)) return 0;
   return std::clamp((of_scene - of_laser) / (1 - of_laser), kLeastVeil, kMostOfDark * of_scene);
 }
 
@@ -158,7 +154,7 @@ std::optional<ProfileFit> fit_unseen_edge(const ProfileFitter& fitter, const std
   const ProfileSection section{values.data(), n, start};
   std::vector<float> reflectance(values.size());
   std::vector<ProfileFit> fits;
-  for (const float sharpness : {0.25f, 1.0f})
+  for (const float sharpness : {0.25f, 1.0f})  // over two pixels, or less than one
     for (int edge = 1; edge < n; ++edge) {
       for (int i = 0; i < n; ++i) {
         const float share = std::clamp(0.5f + sharpness * static_cast<float>(2 * (i - edge) + 1), 0.0f, 1.0f);

@@ -20,24 +20,23 @@ struct SectionRows {
   ClippedRun core;
 };
 
-/// What dark and bright parts of the scene show of its light, and of the laser's [the values' units].
+/// The scene's light at a point of the stripe, and the laser's. Each in its own unit.
 struct SurfaceLight {
   double scene, laser;
 };
 
-/// The share of the bright parts' light that all parts show beside what goes with their reflectance to the laser: glare, or
-/// dark parts that are darker still in the laser's colour. Negative where they are brighter in it; 0 where the samples hold
-/// too few of either.
+/// Light that dark parts show like bright ones, but not to the laser, over the bright parts': glare, or dark parts that are
+/// darker still in the laser's colour. Negative where they are brighter in it. 0 where either kind has too few samples, and
+/// where the dark parts are not dark to the laser.
 double veil_of(const std::vector<SurfaceLight>& samples, double noise);
 
-/// Of the surface at each row, at most 1, by the light that is not the laser's, without the veil. False where no edge divides
-/// the section, where the image cannot tell, a grey one without a dark one, and of a clipped section with a dark one: what its
-/// flanks lie on is gone, and behind an edge of the scene there is mostly another depth.
+/// Of the surface at each row, about 1 on the bright side, by the light that is not the laser's, without the veil. False where no
+/// edge divides the section (`reflectance` is that light), where the image cannot tell, a grey one without a dark one, and of a
+/// clipped section with a dark one: what its flanks lie on is gone, and behind an edge of the scene is mostly another depth.
 bool measure_reflectance(const cv::Mat& image, const cv::Mat& background, const StripeAppearance& appearance,
                          const SectionRows& rows, double veil, std::vector<float>& reflectance);
 
-/// Of fits to the same values without an edge and with one, the likelier. Its sigma holds how far the other is, as far as chance does not
-/// tell them apart.
+/// Of fits without and with an edge the likelier. Its sigma holds the distance to the other, weighted by the other's chance.
 ProfileFit likelier(const ProfileFit& whole, const ProfileFit& cut);
 
 /// As many reach two sd and more into the dark.
@@ -47,7 +46,7 @@ inline constexpr int kStartsInTheDark = 3;
 /// `starts` there. The sigma holds what the edge's own place, known to a quarter of a pixel, leaves open.
 ProfileFit fit_cut(const ProfileFitter& fitter, const ProfileSection& section, const ValueNoise& noise, int starts);
 
-/// Of values that an edge divides which nothing else shows: the likeliest of all edges, and of none. Empty: the values' ends
+/// Of values that an edge divides which nothing else shows: the likeliest of all edges and none. Empty: the values' ends
 /// do not differ.
 std::optional<ProfileFit> fit_unseen_edge(const ProfileFitter& fitter, const std::vector<float>& values, double start,
                                           const ValueNoise& noise, double veil);

@@ -185,9 +185,15 @@ inline __attribute__((always_inline)) LinearFit<Real> solve(const ProfileShape& 
 }
 
 template <class Real>
+int freedom_of(const ProfileShape& shape, const Window<Real>& window) {
+  return window.count - (shape.sloped || window.reflectance ? kModel : kModel - 1);
+}
+
+template <class Real>
 struct alignas(kLaneAlignment) Fitted {
   Mask<Real> ok;
   Real position, sigma, amplitude, amplitude_sigma, width_ratio, width_sigma, skewness, skewness_sigma, misfit;
+  int freedom;
 };
 
 /// The centre with all values alike, and the fit there; false where there is none.
@@ -230,7 +236,7 @@ inline __attribute__((always_inline)) void measure_residuals(const ProfileShape&
     width += residual * (g * (t * t - 1) - shape.width_on_core * g - shape.width_on_constant);
     skew += residual * (g * (t * t * t - 3 * t) - shape.skew_on_shift * g * t - shape.skew_on_slope * t);
   }
-  const int freedom = window.count - (shape.sloped ? 4 : 3);
+  const int freedom = freedom_of(shape, window);
   const Real value_noise = root((kPriorFreedom * noise * noise + squares) / (kPriorFreedom + freedom));
   fitted.amplitude_sigma = value_noise * root(variance_of<0>(linear));
   fitted.width_ratio = 1 + width / shape.width_power / amplitude;
@@ -267,9 +273,9 @@ inline __attribute__((always_inline)) void refine(const ProfileShape& shape, con
         window.value(i) - linear.value[0] * g - linear.value[2] - linear.value[3] * window.ramp(i, walk.t);
     squares += weighted ? residual * residual / (1 + contrast * contrast * g * g) : residual * residual;
   }
-  const int freedom = window.count - (shape.sloped ? 4 : 3);
-  fitted.misfit = squares / (base * base) / freedom;
-  const Real value_noise = root((kPriorFreedom * base * base + squares) / (kPriorFreedom + freedom));
+  fitted.freedom = freedom_of(shape, window);
+  fitted.misfit = squares / (base * base) / fitted.freedom;
+  const Real value_noise = root((kPriorFreedom * base * base + squares) / (kPriorFreedom + fitted.freedom));
   fitted.position = centre;
   fitted.sigma = value_noise * root(variance_of<1>(linear)) * shape.sd / linear.value[0];
 }
@@ -307,7 +313,8 @@ ProfileFit lane_of(const Fitted<FourDoubles>& f, int k) {
           .width_sigma = f.width_sigma[k],
           .skewness = f.skewness[k],
           .skewness_sigma = f.skewness_sigma[k],
-          .misfit = f.misfit[k]};
+          .misfit = f.misfit[k],
+          .freedom = f.freedom};
 }
 
 }  // namespace
@@ -339,7 +346,7 @@ ProfileFit ProfileFitter::fit(const ProfileSection& section, const ValueNoise& n
           .skewness = f.skewness,
           .skewness_sigma = f.skewness_sigma,
           .misfit = f.misfit,
-          .freedom = seen.count - kModel};
+          .freedom = f.freedom};
 }
 
 std::vector<ProfileFit> ProfileFitter::fit(std::span<const ProfileSection> sections, const ValueNoise& noise) const {

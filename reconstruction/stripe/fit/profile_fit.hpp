@@ -39,7 +39,7 @@ struct ProfileFit {
   double skewness = 0;  ///< third standardised moment, to first order (Gram-Charlier)
   double skewness_sigma = 0;
   double misfit = 0;      ///< mean squared residual over what the noise lets expect
-  int freedom = 0;        ///< of that mean
+  int freedom = 0;        ///< degrees of freedom of `misfit`
   double edge_sigma = 0;  ///< what `sigma` holds for the unknown place of an edge: neighbours share it [px]
 };
 

@@ -15,18 +15,27 @@ SectionFits::SectionFits(const StripeImage& image)
 }
 
 void SectionFits::measure_veil(const std::vector<StripeRun>& runs) {
-  constexpr std::size_t kSamples = 150;
-  StripeRun all, sampled;
-  for (const StripeRun& run : runs) all.insert(all.end(), run.begin(), run.end());
+  std::size_t longest = 0;
+  for (const StripeRun& run : runs) {
+    const double veil = run.size() > longest ? veil_along(run) : 0;
+    if (veil != 0) veil_ = veil, longest = run.size();
+  }
+}
+
+/// Within one run, which is one surface: behind another's edge the laser is brighter or darker for other reasons.
+double SectionFits::veil_along(const StripeRun& run) {
+  constexpr std::size_t kLeast = 60, kMostSamples = 150;
+  if (run.size() < kLeast) return 0;
+  StripeRun sampled;
   std::vector<SurfaceLight> lights;
   double darkest = HUGE_VAL, brightest = 0;
-  for (std::size_t i = 0; i < all.size(); i += all.size() / kSamples + 1) {
-    const auto light = scene_light(all[i]);
+  for (std::size_t i = 0; i < run.size(); i += run.size() / kMostSamples + 1) {
+    const auto light = scene_light(run[i]);
     if (!light) continue;
     darkest = std::min(darkest, *light), brightest = std::max(brightest, *light);
-    sampled.push_back(all[i]), lights.push_back({*light, NAN});
+    sampled.push_back(run[i]), lights.push_back({*light, NAN});
   }
-  if (lights.empty() || !differ_by_edge(darkest, brightest, image_.appearance.noise)) return;
+  if (lights.empty() || !differ_by_edge(darkest, brightest, image_.appearance.noise)) return 0;
   for (std::size_t i = 0; i < sampled.size(); ++i) {
     const Section section = cut(sampled[i]);
     fill_values(sampled[i].column, section.first_row, section.first_row + static_cast<int>(values_.size()) - 1,
@@ -34,7 +43,7 @@ void SectionFits::measure_veil(const std::vector<StripeRun>& runs) {
     lights[i].laser = fit_values(sampled[i].candidate.row - section.first_row, 0).amplitude;
   }
   std::erase_if(lights, [](const SurfaceLight& light) { return !(light.laser > 0); });
-  veil_ = veil_of(lights, image_.appearance.noise);
+  return veil_of(lights, image_.appearance.noise);
 }
 
 std::optional<double> SectionFits::scene_light(const PathPoint& point) {
@@ -44,6 +53,7 @@ std::optional<double> SectionFits::scene_light(const PathPoint& point) {
   if (crosses_edge(point.column, section)) return std::nullopt;
   const bool seen_apart = !image_.background.empty() || image_.pixels.channels() == 3;
   const std::vector<float>& scene = seen_apart ? reflectance_ : values_;
+  if (differ_by_edge(scene.front(), scene.back(), image_.appearance.noise)) return std::nullopt;
   return 0.5 * (scene.front() + scene.back());
 }
 
@@ -184,8 +194,9 @@ ProfileFit SectionFits::fit_clipped(const PathPoint& point, Section& section) {
       const PlateauFit whole = fit_with(nullptr);
       if (!crosses_edge(point.column, section)) return whole;
       const PlateauFit cut = fit_with(reflectance_.data());
-      PlateauFit fit = cut.profile.ok && (!whole.profile.ok || cut.profile.misfit < whole.profile.misfit) ? cut : whole;
-      fit.profile = likelier(whole.profile, cut.profile);
+      const ProfileFit likely = likelier(whole.profile, cut.profile);
+      PlateauFit fit = likely.position == cut.profile.position ? cut : whole;
+      fit.profile = likely;
       return fit;
     };
     PlateauFit fit = plateau();

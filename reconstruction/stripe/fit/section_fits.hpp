@@ -31,10 +31,10 @@ class SectionFits {
   /// The stripe's light in rows [first, last] of a column, until the next call; empty where the image ends first.
   std::span<const float> light_across(int column, int first, int last);
 
-  /// Measures how much darker the scene's dark parts are to the laser than they look; fits across their edges need it.
+  /// Measures how much darker the scene's dark parts are to the laser than they look; later fits across their edges use it.
   void measure_veil(const std::vector<StripeRun>& runs);
 
-  /// Of each point, positions in rows of the image. `contrast`: of speckle.
+  /// Of each point of a run, positions in rows of the image. `contrast`: of speckle.
   std::vector<ProfileFit> fit(const StripeRun& points, double contrast);
 
  private:
@@ -56,6 +56,8 @@ class SectionFits {
   Section cut(const PathPoint& point, int most_beyond_core = kAll);  ///< rows
   void fill_values(int column, int first, int last, const std::array<float, 3>& weights);
 
+  double veil_along(const StripeRun& run);
+
   /// The scene's light beside the stripe; none where an edge divides the section, or a wide plateau clips.
   std::optional<double> scene_light(const PathPoint& point);
 
@@ -74,7 +76,7 @@ class SectionFits {
   const StripeImage& image_;
   ProfileFitter fitter_;
   std::optional<ProfileFitter> faintest_fitter_;
-  double veil_ = 0;
+  double veil_ = 0;  ///< of `cut_profile`
   std::vector<float> values_, reflectance_;
 };
 
