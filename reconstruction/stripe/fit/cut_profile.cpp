@@ -83,7 +83,7 @@ bool differ_by_edge(double one, double other, double noise) {
 }
 
 double veil_of(const std::vector<SurfaceLight>& samples, double noise) {
-  constexpr std::size_t kLeast = 15;
+  constexpr std::size_t kLeast = 8;
   constexpr double kBright = 0.7, kLeastVeil = -0.3, kMostOfDark = 0.9;
   double top = 0;
   for (const SurfaceLight& sample : samples) top = std::max(top, sample.scene);

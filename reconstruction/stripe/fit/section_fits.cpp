@@ -24,7 +24,7 @@ void SectionFits::measure_veil(const std::vector<StripeRun>& runs) {
 
 /// Within one run, which is one surface: behind another's edge the laser is brighter or darker for other reasons.
 double SectionFits::veil_along(const StripeRun& run) {
-  constexpr std::size_t kLeast = 60, kMostSamples = 150;
+  constexpr std::size_t kLeast = 60, kMostSamples = 60;
   if (run.size() < kLeast) return 0;
   StripeRun sampled;
   std::vector<SurfaceLight> lights;
