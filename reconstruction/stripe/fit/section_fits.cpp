@@ -9,6 +9,7 @@
 #include "reconstruction/stripe/fit/plateau_fit.hpp"
 
 namespace tankrig {
+
 SectionFits::SectionFits(const StripeImage& image)
     : image_(image), fitter_(image.appearance.sd_px, image.background.empty()) {
   if (image.appearance.faintest_sd_px > 0) faintest_fitter_.emplace(image.appearance.faintest_sd_px, true);
