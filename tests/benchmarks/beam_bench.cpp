@@ -1,4 +1,4 @@
-// What the cameras' word on the beam costs a supervisor: one look at a colour picture, against one reading of its
+// What the cameras' check of the beam costs a supervisor: one look at a colour picture, against one reading of its
 // pixels.
 #include <benchmark/benchmark.h>
 

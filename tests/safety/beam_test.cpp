@@ -1,4 +1,4 @@
-// The cameras' word on the beam: a stripe in noise, a relay that has welded and a projector that has died while their
+// What the cameras say of the beam: a stripe in noise, a relay that has welded and a projector that has died while their
 // electrical read-back says that all is well, and no false word on the simulated rigs.
 #include <gtest/gtest.h>
 
