@@ -123,7 +123,7 @@ void reconstruct_laser(const Session& session, const PipelineParameters& paramet
 std::vector<StereoPair> stereo_pairs(const Session& session, const CalibratedCamera& left,
                                      const CalibratedCamera& right, std::size_t count, std::size_t& single) {
   const auto lefts = frames_of(session, left, dark), rights = frames_of(session, right, dark);
-  TriggerPairing<FrameRecord> pairing({.tolerance = std::chrono::milliseconds(20)});
+  TriggerPairing<FrameRecord> pairing(std::chrono::milliseconds(20));
   for (const FrameRecord* l : lefts) pairing.add_left(*l);
   for (const FrameRecord* r : rights) pairing.add_right(*r);
   std::vector<StereoPair> pairs;

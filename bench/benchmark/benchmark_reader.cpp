@@ -31,7 +31,7 @@ Trigger read_trigger(const XmlElement& element) {
   const auto need = [&](const char* child, const char* what) {
     if (!element.has(child))
       element.fail("<" + element.name() + ">: found no <" + child + ">, expected " + what + " of a trigger '" +
-                   kNames<TriggerKind>[static_cast<std::size_t>(trigger.kind)] + "'");
+                   name_of(trigger.kind) + "'");
   };
   switch (trigger.kind) {
     case TriggerKind::kPosition:

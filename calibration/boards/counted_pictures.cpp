@@ -7,6 +7,8 @@
 #include <opencv2/imgproc.hpp>
 #include <set>
 
+#include "core/median.hpp"
+
 namespace tankrig {
 namespace {
 
@@ -51,9 +53,7 @@ double edge_width_px(const cv::Mat& grey, const FoundBoard& board) {
     cv::minMaxLoc(slope, nullptr, &steepest);
     widths.push_back(steepest > 0 ? (brightest - darkest) / steepest : HUGE_VAL);
   }
-  const auto middle = widths.begin() + static_cast<std::ptrdiff_t>(widths.size() / 2);
-  std::nth_element(widths.begin(), middle, widths.end());
-  return *middle;
+  return upper_median(widths);
 }
 
 std::string why_not_sharp(const cv::Mat& grey, const FoundBoard& board) {

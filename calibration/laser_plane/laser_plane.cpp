@@ -10,6 +10,7 @@
 
 #include "calibration/laser_plane/sheet_ransac.hpp"
 #include "core/input_error.hpp"
+#include "core/median.hpp"
 
 namespace tankrig {
 namespace {
@@ -150,9 +151,7 @@ std::vector<bool> inliers_of(const LaserPlaneProblem& problem) {
     std::vector<double> distances;
     for (std::size_t i = 0; i < use.size(); ++i)
       if (use[i]) distances.push_back(std::abs(plane.distance(places[i])));
-    std::nth_element(distances.begin(), distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2),
-                     distances.end());
-    const double robust_sigma = 1.4826 * distances[distances.size() / 2];
+    const double robust_sigma = 1.4826 * upper_median(distances);
     reach = std::min(problem.inlier_distance, std::max(kGross * robust_sigma, 10 * kLeastSigma));
   }
   return use;

@@ -10,15 +10,6 @@
 namespace tankrig {
 namespace {
 
-constexpr double kMostPixels = 1e5;
-
-bool is_box_corner(const std::string& name) {
-  if (name.size() != 6) return false;
-  for (std::size_t k = 0; k < 3; ++k)
-    if ((name[2 * k] != '+' && name[2 * k] != '-') || name[2 * k + 1] != "xyz"[k]) return false;
-  return true;
-}
-
 /// Of the bounding box; `name` is one of its corners.
 Vector3d box_corner(const std::string& name, const ObjectShape& shape) {
   Vector3d o;
@@ -28,6 +19,13 @@ Vector3d box_corner(const std::string& name, const ObjectShape& shape) {
 }
 
 }  // namespace
+
+bool is_box_corner(const std::string& name) {
+  if (name.size() != 6) return false;
+  for (std::size_t k = 0; k < 3; ++k)
+    if ((name[2 * k] != '+' && name[2 * k] != '-') || name[2 * k + 1] != "xyz"[k]) return false;
+  return true;
+}
 
 CornersFile read_corners(const std::filesystem::path& file) {
   const ConfigNode root = ConfigNode::load(file);
@@ -48,7 +46,7 @@ CornersFile read_corners(const std::filesystem::path& file) {
     }
     const std::vector<double> pixel = node.numbers("pixel_px", 2);
     corner.pixel = {pixel[0], pixel[1]};
-    if (!(corner.pixel.cwiseAbs().maxCoeff() < kMostPixels))
+    if (!(corner.pixel.cwiseAbs().maxCoeff() < kMostCornerPixels))
       node.fail("pixel_px", "found a place that is in no picture");
     node.finish();
     for (const CornersFile::Corner& other : out.corners)

@@ -11,12 +11,17 @@
 
 namespace tankrig {
 
+inline constexpr double kMostCornerPixels = 1e5;  ///< columns and rows lie below
+
+/// Whether it names a corner of a bounding box: "+x-y+z".
+bool is_box_corner(const std::string& name);
+
 struct CornersFile {
   std::filesystem::path image, camera, object;  ///< absolute; empty where the file does not name them
   std::optional<double> most_rms_px;
   struct Corner {
     std::string name;
-    std::optional<Vector3d> o;  ///< without it, `name` is a corner of the object's bounding box: "+x-y+z"
+    std::optional<Vector3d> o;  ///< without it, `name` is a corner of the object's bounding box
     Vector2d pixel = Vector2d::Zero();
   };
   std::vector<Corner> corners;

@@ -49,11 +49,6 @@ WebReply json_reply(const ordered_json& json, unsigned status = 200) {
           .body = json.dump(-1, ' ', false, ordered_json::error_handler_t::replace) + "\n"};
 }
 
-std::string last_line(std::string text) {
-  while (text.ends_with('\n')) text.pop_back();
-  return text.substr(text.rfind('\n') + 1);
-}
-
 class Platform {
  public:
   Platform(asio::io_context& io, const PlatformOptions& options)

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/median.hpp"
+
 namespace tankrig {
 namespace {
 
@@ -44,10 +46,8 @@ void TriggerRecord::finish() {
 
 std::optional<Duration> TriggerRecord::delay() const {
   if (delays_.size() < kLeastDelays) return std::nullopt;
-  std::vector<Duration> sorted(delays_.begin(), delays_.end());
-  const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-  std::nth_element(sorted.begin(), middle, sorted.end());
-  return *middle;
+  std::vector<Duration> delays(delays_.begin(), delays_.end());
+  return upper_median(delays);
 }
 
 double TriggerRecord::timing_error(double share) const {

@@ -1,18 +1,12 @@
 #include "rig/executive/safe_end.hpp"
 
+#include "rig/safety/end_words.hpp"
+
 namespace tankrig {
 
-namespace {
-
-constexpr char kCutLaser[] = "LASER MAY BE ON: cut its supply", kCutArm[] = "ARM MAY BE MOVING: cut its power";
-
-}  // namespace
-
 std::string to_string(const EndState& left) {
-  if (left.safe()) return "laser off, arm at rest";
-  std::string text = left.laser_dark ? "laser off" : kCutLaser;
-  text += "; ";
-  return text + (left.arm_at_rest ? "arm at rest" : kCutArm);
+  const std::string laser = left.laser_dark ? kLaserOff : kCutLaser;
+  return laser + (left.safe() ? ", " : "; ") + (left.arm_at_rest ? kArmAtRest : kCutArm);
 }
 
 std::string to_cut(const EndState& left) {

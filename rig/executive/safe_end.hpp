@@ -7,6 +7,7 @@
 #include "rig/executive/cycle_record.hpp"
 #include "rig/safety/rest_watch.hpp"
 #include "rig/safety/safety_settings.hpp"
+#include "rig/safety/still_watch.hpp"
 
 namespace tankrig {
 
@@ -28,8 +29,7 @@ std::string to_cut(const EndState& left);
 /// Threads: one.
 class SafeEnd {
  public:
-  /// After a longer silence the arm no longer counts as at rest.
-  static constexpr Duration kNewsAge = std::chrono::milliseconds{250};
+  static constexpr Duration kNewsAge = StillWatch::kNewsAge;
   /// By then an obedient laser is dark and an obedient arm at rest.
   static constexpr Duration kUsual = std::chrono::seconds{1};
 

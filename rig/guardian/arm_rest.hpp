@@ -6,6 +6,7 @@
 
 #include "drivers/arm/arm5e_settings.hpp"
 #include "drivers/arm/arm_link.hpp"
+#include "rig/safety/still_watch.hpp"
 
 namespace tankrig {
 
@@ -14,10 +15,10 @@ namespace tankrig {
 /// RT: all but construction; a lost line is opened again, which may take its time.
 class ArmRest {
  public:
-  /// Encoders that stay within so many ticks for so long, with the newest answer that young, are an arm at rest: one
-  /// that flickers reads three values.
-  static constexpr int kFlicker = 2;
-  static constexpr Duration kWindow = std::chrono::milliseconds{200}, kNewsAge = std::chrono::milliseconds{250};
+  /// An arm at rest is one whose encoders stay within kFlicker ticks for kWindow, with the newest answer younger than
+  /// kNewsAge.
+  static constexpr int kFlicker = StillWatch::kFlicker;
+  static constexpr Duration kWindow = StillWatch::kWindow, kNewsAge = StillWatch::kNewsAge;
 
   /// `limits`: the limits that every demand carries.
   ArmRest(std::unique_ptr<ArmLink> link, const Arm5eSettings& limits);

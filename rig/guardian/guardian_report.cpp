@@ -18,6 +18,7 @@
 #include "core/shown_text.hpp"
 #include "drivers/can/owned_descriptor.hpp"
 #include "rig/guardian/guardian.hpp"
+#include "rig/safety/end_words.hpp"
 
 namespace tankrig {
 namespace {
@@ -111,15 +112,14 @@ void GuardianReport::run() noexcept {
         put(STDERR_FILENO, line.data(), n);
         again = clock.now() + kAgain / 2;
       }
-      const char* const state = all     ? "laser off, arm at rest"
-                                : dark  ? "laser off; ARM MAY BE MOVING: cut its power"
-                                : rests ? "LASER MAY BE ON: cut its supply; arm at rest"
-                                        : "LASER MAY BE ON: cut its supply; ARM MAY BE MOVING: cut its power";
+      std::array<char, 128> state;
+      std::snprintf(state.data(), state.size(), "%s%s%s", dark ? kLaserOff : kCutLaser, all ? ", " : "; ",
+                    rests ? kArmAtRest : kCutArm);
       if (all && !confirmed) {
         const std::int64_t last = std::max(deeds_.dark_ns.load(), deeds_.rests_ns.load());
         put(STDERR_FILENO, line.data(),
             std::snprintf(line.data(), line.size(), "tankrig: guardian: confirmed after %.0f ms: %s\n",
-                          ms(last - since), state));
+                          ms(last - since), state.data()));
       } else if (ended && !all) {
         const bool emulated = deeds_.devices_ended && !deeds_.acknowledged;
         put(STDERR_FILENO, line.data(),
@@ -128,10 +128,10 @@ void GuardianReport::run() noexcept {
                           emulated ? "" : kPowerIsCut));
       } else if (!all && clock.now() >= again) {
         put(STDERR_FILENO, line.data(),
-            std::snprintf(line.data(), line.size(), "tankrig: guardian: still asking: %s\n", state));
+            std::snprintf(line.data(), line.size(), "tankrig: guardian: still asking: %s\n", state.data()));
         again = clock.now() + kAgain;
       }
-      if (!std::exchange(began, true) || confirmed != all || ended) write(state);
+      if (!std::exchange(began, true) || confirmed != all || ended) write(state.data());
       confirmed = all;
     }
     if (ended) break;

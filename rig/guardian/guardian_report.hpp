@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "core/clock.hpp"
+#include "rig/safety/cry_for_help.hpp"
 
 namespace tankrig {
 
@@ -27,7 +28,7 @@ struct GuardianDeeds {
 /// Threads: one constructs and destroys it; tell() any.
 class GuardianReport {
  public:
-  static constexpr Duration kAgain = std::chrono::seconds{2};
+  static constexpr Duration kAgain = CryForHelp::kAgain;
 
   /// `deeds` outlive it. `program`: the process that is guarded.
   GuardianReport(const GuardianDeeds& deeds, const std::filesystem::path& file, const std::string& command,

@@ -5,6 +5,8 @@
 #include <cstdlib>
 #include <numeric>
 
+#include "core/median.hpp"
+
 namespace tankrig {
 namespace {
 
@@ -53,9 +55,7 @@ StripeSign sign_of(const std::vector<Peak>& peaks, const Grid& grid, int channel
     heights.push_back(b.height);
   }
   if (heights.empty()) return sign;
-  const auto middle = heights.begin() + static_cast<std::ptrdiff_t>(heights.size() / 2);
-  std::nth_element(heights.begin(), middle, heights.end());
-  sign.contrast = static_cast<double>(*middle) / (3 * grid.block * channels);
+  sign.contrast = static_cast<double>(upper_median(heights)) / (3 * grid.block * channels);
   return sign;
 }
 

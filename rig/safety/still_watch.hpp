@@ -18,6 +18,8 @@ class StillWatch {
  public:
   static constexpr Duration kWindow = std::chrono::milliseconds{200};
   static constexpr std::int32_t kFlicker = 2;
+  /// After a longer silence an arm no longer counts as at rest.
+  static constexpr Duration kNewsAge = std::chrono::milliseconds{250};
 
   /// Samples in order of their stamps.
   void add(const JointState& joints) noexcept {

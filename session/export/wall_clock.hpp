@@ -14,12 +14,9 @@ class WallClock {
   WallClock(const Session& session, Stamp first);
 
   std::int64_t at(Stamp stamp) const noexcept { return stamp.ns + offset_ns_; }
-  /// True if read from clocks; false if taken from created_utc.
-  bool exact() const noexcept { return exact_; }
 
  private:
   std::int64_t offset_ns_ = 0;
-  bool exact_ = false;
 };
 
 }  // namespace tankrig

@@ -152,8 +152,8 @@ std::string Evaluation::unknown_name(const Updater& updater) const {
 }
 
 void Evaluation::refuse(const Updater& updater, const std::string& why) {
-  refusals_.push_back(fmt::format("{}:{}: <{}>: {}", benchmark_.file.string(), updater.line,
-                                  kNames<UpdaterKind>[static_cast<std::size_t>(updater.kind)], why));
+  refusals_.push_back(
+      fmt::format("{}:{}: <{}>: {}", benchmark_.file.string(), updater.line, name_of(updater.kind), why));
 }
 
 void Evaluation::leave_out_loops(const std::function<std::string(const Updater&)>& why) {
@@ -187,9 +187,7 @@ void Evaluation::refuse_measures(const RunTrace& trace) {
       why = "this rig has no cloud '" + measure.topic + "', expected one of: " + known_clouds();
     if (why.empty()) continue;
     measured_[i] = false;
-    refuse(measure.line,
-           "<" + std::string(kNames<MeasureKind>[static_cast<std::size_t>(measure.kind)]) + "> " + measure.name,
-           why + "; left out");
+    refuse(measure.line, "<" + std::string(name_of(measure.kind)) + "> " + measure.name, why + "; left out");
   }
 }
 

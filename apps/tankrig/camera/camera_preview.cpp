@@ -23,6 +23,7 @@
 #include "rig/capture/beam_view.hpp"
 #include "rig/plan/light_check.hpp"
 #include "rig/plan/operator_plan.hpp"
+#include "rig/scan/before_start.hpp"
 #include "rig/scan/scan.hpp"
 #include "rig/scan/scan_log.hpp"
 #include "session/recording/event_kinds.hpp"
@@ -186,7 +187,7 @@ void require_frames(Camera& camera, Clock& clock) {
 
 ScanResult lit_preview(const CameraPreviewOptions& options, const RigConfig& rig, Backend& backend,
                        const CameraChoice& camera, PreviewOutput& output, Progress& progress) {
-  if (!backend.interlock_closed()) throw InputError("laser interlock: found open, expected closed");
+  if (!backend.interlock_closed()) throw InputError(kInterlockOpen);
   const StartWarning warning(rig, backend, "its laser will shine, with its arm at rest", true, progress);
   const RigStops stops(backend, progress);
   make_laser_dark(backend, rig.scan);

@@ -19,13 +19,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-constexpr double kMostPixels = 1e5;
 constexpr std::size_t kFewest = 4, kBoxCorners = 8;
-
-bool is_box_corner(const std::string& name) {
-  const ObjectShape unit({{0, 0, 0}, {1, 1, 1}, {1, 0, 0}}, {{0, 1, 2}});
-  return std::ranges::any_of(bounding_corners(unit), [&](const auto& corner) { return corner.first == name; });
-}
 
 CornersFile::Corner corner_of(const ordered_json& value) {
   const auto bad = [&](const char* expected) {
@@ -37,7 +31,7 @@ CornersFile::Corner corner_of(const ordered_json& value) {
   if (!pixel.is_array() || pixel.size() != 2 || !pixel[0].is_number() || !pixel[1].is_number())
     throw bad("a pixel_px of column and row");
   const Vector2d place(pixel[0].get<double>(), pixel[1].get<double>());
-  if (!(place.cwiseAbs().maxCoeff() < kMostPixels)) throw bad("a pixel of the picture");
+  if (!(place.cwiseAbs().maxCoeff() < kMostCornerPixels)) throw bad("a pixel of the picture");
   return {value["name"], {}, place};
 }
 

@@ -15,7 +15,7 @@ struct StripeLook {
   StripeOrientation orientation = StripeOrientation::kColumns;  ///< never kAuto
   std::array<float, 3> weights{};  ///< of the channels: the stripe's colour against the scene's; unit norm
   double sd_px = 1.5;              ///< of the filter that answers best [px of the image]
-  double evidence = 0;             ///< of the path through its columns; see StripePath
+  double evidence = 0;             ///< of the path through its columns; see best_path()
   double rival = 0;                ///< of the best path across the other orientation
   double share = 0;                ///< of the columns that the path crosses
   std::vector<float> rows;         ///< the path: a row [px] every `step` columns, NaN where there is none
