@@ -29,6 +29,8 @@ ShownFrames::~ShownFrames() {
   }
   wake_.notify_one();
   thread_.join();
+  std::unique_lock lock(mutex_);
+  show_fresh(lock);
 }
 
 void ShownFrames::frame(const FrameRecord& record, const cv::Mat& image) {
@@ -50,21 +52,23 @@ void ShownFrames::frame(const FrameRecord& record, const cv::Mat& image) {
 void ShownFrames::run() {
   set_background("pictures");
   std::unique_lock lock(mutex_);
-  while (!wake_.wait_for(lock, kPeriod, [this] { return ends_; })) {
-    bool any = false;
-    for (auto& [camera, shown] : cameras_) {
-      if (!std::exchange(shown.fresh, false)) continue;
-      Shown now = shown;
-      lock.unlock();
-      show(camera, now);
-      lock.lock();
-      shown.focus = now.focus;
-      shown.best_focus = now.best_focus;
-      shown.clipped_share = now.clipped_share;
-      any = true;
-    }
-    if (any) show_cameras(views());
+  while (!wake_.wait_for(lock, kPeriod, [this] { return ends_; })) show_fresh(lock);
+}
+
+void ShownFrames::show_fresh(std::unique_lock<std::mutex>& lock) {
+  bool any = false;
+  for (auto& [camera, shown] : cameras_) {
+    if (!std::exchange(shown.fresh, false)) continue;
+    Shown now = shown;
+    lock.unlock();
+    show(camera, now);
+    lock.lock();
+    shown.focus = now.focus;
+    shown.best_focus = now.best_focus;
+    shown.clipped_share = now.clipped_share;
+    any = true;
   }
+  if (any) show_cameras(views());
 }
 
 std::vector<CameraView> ShownFrames::views() const {

@@ -14,7 +14,8 @@
 
 namespace tankrig::app {
 
-/// Draws and sends in a thread of low priority, the newest frame of each camera: whoever records never waits for it.
+/// Draws and sends in a thread of low priority, the newest frame of each camera: whoever records never waits for it. The
+/// last frames are shown at the end, however busy the machine was.
 /// Threads: frame() from one.
 class ShownFrames {
  public:
@@ -36,6 +37,7 @@ class ShownFrames {
     double focus = 0, best_focus = 0, clipped_share = 0;
   };
   void run();
+  void show_fresh(std::unique_lock<std::mutex>& lock);
   static void show(const std::string& camera, Shown& shown);
   std::vector<CameraView> views() const;
 
