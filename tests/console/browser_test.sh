@@ -1,6 +1,6 @@
 #!/bin/sh
 # browser_test.sh TESTS RIG PROGRAM WEB [PATTERN]: each of TESTS, one or more with + between them, as TEST.mjs, side by side, or its tests whose
-# names match, with the browser that is there; 77 with what is missing.
+# names match, with the browser that is there; 77 with what is missing, or where one of them skipped and none failed.
 browser=
 for name in chromium-headless-shell chromium; do
   if command -v "$name" >/dev/null; then browser=$(command -v "$name"); break; fi
